@@ -11,10 +11,10 @@ from aeros.runtime.ports import Plant
 from aeros.session.session import Session, open_session
 from aeros.session.skill_gate import SkillGate as Gate
 from aeros.session.skill_gate import load_gate
-from aeros.sim.conformance.suite import CHECKS, ConformanceError, Subject
+from aeros.sim.conformance.suite import CHECKS, ConformanceError, PlantUnderTest
 from aeros.skill import Action, Observation, act
 from aeros.spec.backends.answer_store import default_store
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 from aeros.spec.verification.verify import Detail
 from aeros.spec.verification.verify import verify as verify_modules
@@ -57,16 +57,16 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
     """
     store = default_store()
     with nullcontext() if store is None else closing(store):
-        path = reference_site() if site is None else Path(site)
+        path = reference_site_path() if site is None else Path(site)
         return verify_modules([Path(one) for one in paths], path, store=store, detail=Detail.BRIEF)
 
 
-def check_conformance(subject: Subject) -> tuple[str, ...]:
+def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
     """Check that a plant keeps every promise of `Plant`, by moving it: first use the robot's own simulator.
 
     Args:
         subject: How to make the plant, actions that move it, and what its author states of it in SI units
-            (`aeros.sim.conformance.suite.Subject`).
+            (`aeros.sim.conformance.suite.PlantUnderTest`).
 
     Returns:
         The names of the promises that were checked, all of them kept.
@@ -75,10 +75,10 @@ def check_conformance(subject: Subject) -> tuple[str, ...]:
         ConformanceError: Promises are broken, by an exception, too; the text has each of them and how.
 
     Example:
-        >>> from aeros.sim.conformance.suite import Subject
+        >>> from aeros.sim.conformance.suite import PlantUnderTest
         >>> from aeros.sim.kinematic.plant import make_plant
         >>> from aeros.sim.robot.limits import QDD_MAX
-        >>> subject = Subject(
+        >>> subject = PlantUnderTest(
         ...     make=lambda: make_plant("bare", 0),
         ...     moving=aeros.act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5),
         ...     beside=aeros.act("wait", duration=6.0),

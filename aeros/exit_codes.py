@@ -14,18 +14,18 @@ class UsageError(Exception):
 class Exit(IntEnum):
     """Documented in docs/exit-codes.md and in every `--help`."""
 
-    PROVED = 0  # or done, where a command proves nothing
+    SUCCESS = 0  # or done, where a command proves nothing
     REJECTED = 1
     USAGE = 2
     UNDECIDED = 3
-    OUR_BUG = 4
+    INTERNAL_ERROR = 4
     INTERRUPTED = 130
 
 
 def exit_for(conclusion: Conclusion) -> Exit:
     """The exit code of a report."""
     return {
-        Conclusion.PROVED: Exit.PROVED,
+        Conclusion.PROVED: Exit.SUCCESS,
         Conclusion.REJECTED: Exit.REJECTED,
         Conclusion.UNDECIDED: Exit.UNDECIDED,
     }[conclusion]

@@ -7,18 +7,18 @@ import os
 from pathlib import Path
 
 
-def replace_file(path: Path, content: bytes) -> None:
+def replace_durably(path: Path, content: bytes) -> None:
     """Put `content` at `path`: after a power cut the file holds the old content or the new.
 
     One process at a time may replace a file.  Raises `OSError`.
     """
     beside = path.with_name(path.name + ".new")
-    write_file(beside, content)
+    write_durably(beside, content)
     beside.replace(path)
     sync_folder(path.parent)
 
 
-def write_file(path: Path, content: bytes) -> None:
+def write_durably(path: Path, content: bytes) -> None:
     """Write the bytes of a file through to the disk; its name is durable once its folder is synced."""
     with path.open("wb") as file:
         file.write(content)

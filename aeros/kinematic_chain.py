@@ -1,8 +1,8 @@
 """Forward kinematics of a chain of revolute joints, for one posture, in plain numbers.
 
 The one scalar definition: the gate bounds motions with it, and simulators place their robot with it.  It
-stands below both, as neither may import the other.  `aeros.sim.robot.kinematics.forward` computes many postures at
-once, with NumPy.
+stands below both, as neither may import the other.  `aeros.sim.robot.kinematics.forward` computes many
+postures at once, with NumPy.
 
 Frames: B, the robot's base; a link's frame is that of the joint that moves it, and turns about its z.
 Source: J. J. Craig, Introduction to Robotics, modified Denavit-Hartenberg parameters.
@@ -19,7 +19,7 @@ Row = tuple[float, float, float]
 """Modified Denavit-Hartenberg parameters of a joint: a (m), alpha (rad), d (m)."""
 
 
-class Frame(NamedTuple):
+class JointFrame(NamedTuple):
     """A link's frame in B: its origin, m, and its three axes; the joint turns it about `z`."""
 
     origin: Triple
@@ -27,14 +27,14 @@ class Frame(NamedTuple):
     y: Triple
     z: Triple
 
-    def place(self, p: Triple) -> Triple:
+    def to_base(self, p: Triple) -> Triple:
         """Return the position in B, m, of the point that is at `p` in the frame, m."""
         (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
         a, b, c = p
         return (ox + a * xx + b * yx + c * zx, oy + a * xy + b * yy + c * zy, oz + a * xz + b * yz + c * zz)
 
 
-ORIGIN: Final = Frame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+ORIGIN: Final = JointFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """The frame of the base itself."""
 
 
@@ -52,7 +52,7 @@ def mounting_of(row: Row) -> Mounting:
     return (a, -sin_twist * d, cos_twist * d, cos_twist, sin_twist)
 
 
-def next_frame(frame: Frame, mounting: Mounting, angle: float) -> Frame:
+def child_frame(frame: JointFrame, mounting: Mounting, angle: float) -> JointFrame:
     """Return the frame in B of the joint that comes after `frame`, at its angle, rad.
 
     Recorded simulations depend on the order in which this adds.
@@ -61,7 +61,7 @@ def next_frame(frame: Frame, mounting: Mounting, angle: float) -> Frame:
     a, b, e, ct, st = mounting
     c, s = cos(angle), sin(angle)
     sct, sst, cct, cst = s * ct, s * st, c * ct, c * st
-    return Frame(
+    return JointFrame(
         (
             ox + (a * xx + b * yx + e * zx),
             oy + (a * xy + b * yy + e * zy),
@@ -81,7 +81,7 @@ def next_frame(frame: Frame, mounting: Mounting, angle: float) -> Frame:
     )
 
 
-def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[Frame]:
+def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[JointFrame]:
     """Return the frames in B at joint positions `q` (rad): the base's first, then each joint's.
 
     Raises:
@@ -89,5 +89,5 @@ def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[Frame]:
     """
     frames = [ORIGIN]
     for mounting, angle in zip(mountings, q, strict=True):
-        frames.append(next_frame(frames[-1], mounting, angle))
+        frames.append(child_frame(frames[-1], mounting, angle))
     return frames

@@ -5,7 +5,7 @@ that the skill before it has succeeded.  So there are N + 1 states, and in each 
 Asked are safety (each step's precondition holds when it is called) and progress (from every state that can
 be reached, the goal can be reached).  Both read what is explored once, so three times are told.
 
-The agent itself accepts no plan of more than `MOST_STEPS` steps, and `aeros verify` proves the loop with
+The agent itself accepts no plan of more than `MAX_PLAN_STEPS` steps, and `aeros verify` proves the loop with
 that limit; here the limit is lifted, as what is measured is the exploration.
 """
 
@@ -18,32 +18,32 @@ from pathlib import Path
 from typing import Any
 
 from aeros.spec.closed_loop import transition_system
-from aeros.spec.closed_loop.reachability import Exploration, explore
+from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import Clause, Ecm, Outcome, PlanningRule, Site, Task
-from aeros.spec.text.discovery import reference_site
-from benchmarks.command import parser_of, print_json
+from aeros.spec.model.model import ActionCondition, Ecm, Outcome, PlanningRule, Site, Task
+from aeros.spec.text.discovery import reference_site_path
+from benchmarks.command import build_parser, print_json
 
 _TEMPLATE = Path(__file__).parents[1] / "ecms" / "clean_table"
 
 
-def loop_of(steps: int) -> tuple[Ecm, Task, Site]:
+def build_loop(steps: int) -> tuple[Ecm, Task, Site]:
     """A module whose one task has `steps` rules in a row."""
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     loaded = None if site is None else load_ecm(_TEMPLATE, site, Diagnostics())
     if site is None or loaded is None:
         raise SystemExit("the reference site or `ecms/clean_table` cannot be read")
     ecm = loaded.ecm
     skill, task = ecm.skills["wipe"], ecm.tasks["clean_table"]
     measured = site.state["table_wiped"]
-    done = [t.Variable(f"done_{index}", BOOL, t.Role.STATE) for index in range(steps)]
+    done = [t.Variable(f"done_{index}", BOOL, t.VariableRole.STATE) for index in range(steps)]
     skills, rules = {}, []
     for index, variable in enumerate(done):
         name = f"step_{index}"
-        before = Clause(done[index - 1], "", skill.span) if index else None
+        before = ActionCondition(done[index - 1], "", skill.span) if index else None
         outcomes = {
             "done": Outcome("done", {variable.name: True}, failure=False, probability=None, duration=None),
             "failed": Outcome("failed", {}, failure=True, probability=None, duration=None),
@@ -58,19 +58,19 @@ def loop_of(steps: int) -> tuple[Ecm, Task, Site]:
 
 def measure(steps: int) -> dict[str, Any]:
     """Seconds for exploring, safety and progress, and how much was explored."""
-    ecm, task, site = loop_of(steps)
-    before = transition_system.MOST_STEPS
-    transition_system.MOST_STEPS = steps  # type: ignore[misc]
+    ecm, task, site = build_loop(steps)
+    before = transition_system.MAX_PLAN_STEPS
+    transition_system.MAX_PLAN_STEPS = steps  # type: ignore[misc]
     try:
         started = time.perf_counter()
-        explored = explore(ecm, task, site)
+        explored = explore_task(ecm, task, site)
         explored_at = time.perf_counter()
-        safe = not any(explored.system.hindered(node) for node in explored.graph)
+        safe = not any(explored.system.blocked_step(node) for node in explored.graph)
         safe_at = time.perf_counter()
-        progress = next(explored.without_way_to_goal(), None) is None
+        progress = next(explored.nodes_that_can_miss_goal(), None) is None
         ended = time.perf_counter()
     finally:
-        transition_system.MOST_STEPS = before  # type: ignore[misc]
+        transition_system.MAX_PLAN_STEPS = before  # type: ignore[misc]
     if not (safe and progress and _states(explored) == steps + 1):
         raise SystemExit("the loop was not what it is meant to be")
     return {
@@ -82,13 +82,13 @@ def measure(steps: int) -> dict[str, Any]:
     }
 
 
-def _states(explored: Exploration) -> int:
+def _states(explored: ReachableStates) -> int:
     return len({node.state for node in explored.graph})
 
 
 def main() -> None:
     """Measure, and print a table or JSON."""
-    parser = parser_of(__doc__, quick="one small loop")
+    parser = build_parser(__doc__, quick="one small loop")
     parser.add_argument("--steps", type=int, nargs="+", default=[10, 100, 1000])
     parser.add_argument("--runs", type=int, default=3)
     arguments = parser.parse_args()

@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 
-def parser_of(description: str | None, quick: str) -> argparse.ArgumentParser:
+def build_parser(description: str | None, quick: str) -> argparse.ArgumentParser:
     """A parser that knows `--format` and `--quick`, of which `quick` says what it does."""
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter

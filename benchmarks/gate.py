@@ -19,16 +19,23 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
-from benchmarks.command import parser_of, print_json
-from benchmarks.gate_policy import NOW, Asked, careful, configuration, naive, requests
-from benchmarks.other_engines import PEERS
+from benchmarks.command import build_parser, print_json
+from benchmarks.gate_policy import (
+    NOW,
+    BenchmarkRequest,
+    checked_policy,
+    configuration,
+    naive_policy,
+    requests,
+)
+from benchmarks.other_engines import OTHER_ENGINES
 
 Call = Callable[[], bool]
-HAND_WRITTEN = "by hand, checked"
+HAND_WRITTEN_ENGINE = "by hand, checked"
 
 CORRUPTED: tuple[tuple[str, Any], ...] = (
     ("speed", float("nan")),
@@ -47,67 +54,67 @@ CORRUPTED: tuple[tuple[str, Any], ...] = (
 """Fields of an allowed request beside a person, and what stands in them instead."""
 
 
-def _aeros(gate: CompiledGate) -> Callable[[Asked], Call]:
+def _aeros(gate: CompiledGate) -> Callable[[BenchmarkRequest], Call]:
     """What a runtime does for each action, with the request as a runtime has it: made before it is timed."""
 
-    def prepared(asked: Asked) -> Call:
+    def prepared(asked: BenchmarkRequest) -> Call:
         values = dict(asked.attributes)
         caller = Caller("surfaces", values["skill"], {})
         readings = {"human": Reading(values["human"], NOW)}
         action = Action(asked.kind, {name: values[name] for name in ("x", "y", "z", "speed", "force")})
         decide, usage = gate.decide, dict[str, int]()
-        return lambda: decide(caller, readings, action, NOW, usage).verdict is Verdict.ALLOW
+        return lambda: decide(caller, readings, action, NOW, usage).kind is DecisionKind.ALLOW
 
     return prepared
 
 
-def _by_attributes(decide: Callable[[Mapping[str, Any]], bool]) -> Callable[[Asked], Call]:
-    def prepared(asked: Asked) -> Call:
+def _engine_call(decide: Callable[[Mapping[str, Any]], bool]) -> Callable[[BenchmarkRequest], Call]:
+    def prepared(asked: BenchmarkRequest) -> Call:
         values = dict(asked.attributes)
         return lambda: decide(values)
 
     return prepared
 
 
-def engines(folder: Path) -> tuple[dict[str, Callable[[Asked], Call]], list[str]]:
+def engines(folder: Path) -> tuple[dict[str, Callable[[BenchmarkRequest], Call]], list[str]]:
     """Every engine that is installed, by name, and the names of those that are not."""
     proved = configuration(folder)
     found = {
-        "by hand, naive": _by_attributes(naive),
-        HAND_WRITTEN: _by_attributes(careful),
+        "by hand, naive": _engine_call(naive_policy),
+        HAND_WRITTEN_ENGINE: _engine_call(checked_policy),
         "AEROS compiled": _aeros(CompiledGate(proved)),
         "AEROS z3": _aeros(CompiledGate(proved, GateMode.Z3)),
     }
     absent = []
-    for name, (module, make) in PEERS.items():
+    for name, (module, make) in OTHER_ENGINES.items():
         if find_spec(module) is None:
             absent.append(name)
         else:
-            found[name] = _by_attributes(make())
+            found[name] = _engine_call(make())
     return found, absent
 
 
 def measure(calls: Mapping[str, Sequence[Call]], rounds: int) -> dict[str, list[float]]:
     """For each engine, the best time of each call in µs, over rounds that the engines take in turns."""
     clock = time.perf_counter
-    empty = min(_timed(clock, lambda: True) for _ in range(1000))
+    empty = min(_time_call(clock, lambda: True) for _ in range(1000))
     best = {name: [float("inf")] * len(made) for name, made in calls.items()}
     for _ in range(rounds):
         for name, made in calls.items():
             times = best[name]
             for number, call in enumerate(made):
-                times[number] = min(times[number], _timed(clock, call))
+                times[number] = min(times[number], _time_call(clock, call))
     # What reading the clock and calling a function that does nothing take is no part of a decision.
     return {name: [max(one - empty, 0.0) * 1e6 for one in times] for name, times in best.items()}
 
 
-def _timed(clock: Callable[[], float], call: Call) -> float:
+def _time_call(clock: Callable[[], float], call: Call) -> float:
     started = clock()
     call()
     return clock() - started
 
 
-def fail_opens(prepare: Callable[[Asked], Call], allowed: Asked) -> list[str]:
+def count_fail_open(prepare: Callable[[BenchmarkRequest], Call], allowed: BenchmarkRequest) -> list[str]:
     """The corrupted fields with which the request is still allowed."""
     found = []
     for field, value in CORRUPTED:
@@ -121,7 +128,7 @@ def fail_opens(prepare: Callable[[Asked], Call], allowed: Asked) -> list[str]:
     return found
 
 
-def _allows(prepare: Callable[[Asked], Call], asked: Asked) -> bool:
+def _allows(prepare: Callable[[BenchmarkRequest], Call], asked: BenchmarkRequest) -> bool:
     try:
         return prepare(asked)()
     except Exception:  # an engine that raises does not allow
@@ -146,7 +153,7 @@ def run(count: int, rounds: int) -> dict[str, Any]:
         one for one, is_allowed in zip(asked, expected, strict=True) if is_allowed and one.attributes["human"]
     )
     times = measure(calls, rounds)
-    hand = statistics.median(times[HAND_WRITTEN])
+    hand = statistics.median(times[HAND_WRITTEN_ENGINE])
     rows = [
         {
             "engine": name,
@@ -156,7 +163,7 @@ def run(count: int, rounds: int) -> dict[str, Any]:
             "to_hand_written": statistics.median(each) / hand,
             "p50_us_allowed": _median_where(True, each, expected),
             "p50_us_denied": _median_where(False, each, expected),
-            "fail_opens": fail_opens(found[name], near),
+            "fail_opens": count_fail_open(found[name], near),
         }
         for name, each in times.items()
     ]
@@ -183,7 +190,7 @@ def _version(engine: str) -> str:
 
 def main() -> None:
     """Measure, and print a table or JSON."""
-    parser = parser_of(__doc__, quick="few requests once")
+    parser = build_parser(__doc__, quick="few requests once")
     parser.add_argument("--requests", type=int, default=1000)
     parser.add_argument("--rounds", type=int, default=7, help="of each call the best of so many is taken")
     arguments = parser.parse_args()

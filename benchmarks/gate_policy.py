@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 
 NOW = 100.0
 ALLOWED_SKILLS = ("wipe", "sand", "polish")
@@ -111,31 +111,31 @@ def configuration(folder: Path) -> Configuration:
     site.write_text(_site(), encoding="utf-8")
     (module / "ecm.yaml").write_text(_module(), encoding="utf-8")
     (module / "skills.py").write_text(_CODE, encoding="utf-8")
-    return prove([module], site, certified=False)[0]
+    return prove_configuration([module], site, certified=False)[0]
 
 
 @dataclass(frozen=True)
-class Asked:
+class BenchmarkRequest:
     """One request; `attributes` is all of it, for engines without declarations."""
 
     kind: str
     attributes: Mapping[str, Any]
 
 
-def requests(count: int) -> list[Asked]:
+def requests(count: int) -> list[BenchmarkRequest]:
     """About four in ten are allowed; each rule alone is what denies some of the others."""
     chance = random.Random(1)  # noqa: S311 - repeats, and guards nothing
     return [_request(chance) for _ in range(count)]
 
 
-def _request(chance: random.Random) -> Asked:
+def _request(chance: random.Random) -> BenchmarkRequest:
     def usually(usual: Any, *others: Any) -> Any:
         return usual if chance.random() < 0.9 else chance.choice(others)
 
     kind = usually("press", *(name for name in KINDS if name != "press"))
     risk, actuators = KINDS[kind]
     outside = chance.random() < 0.15
-    return Asked(
+    return BenchmarkRequest(
         kind,
         {
             "skill": usually(chance.choice(["wipe", "sand"]), "polish", "cut"),
@@ -154,7 +154,7 @@ def _request(chance: random.Random) -> Asked:
 # By hand.
 
 
-def naive(asked: Mapping[str, Any]) -> bool:
+def naive_policy(asked: Mapping[str, Any]) -> bool:
     """The policy as one expression that takes every value for what it should be."""
     return (
         asked["skill"] not in BLOCKED_SKILLS
@@ -173,7 +173,7 @@ _NUMBERS = {"x": (-2.0, 2.0), "y": (-2.0, 2.0), "z": (-2.0, 2.0), "speed": (0.0,
 _NAMES = frozenset({*_NUMBERS, "skill", "risk", "actuators", "human"})
 
 
-def careful(asked: Any) -> bool:
+def checked_policy(asked: Any) -> bool:
     """The policy with every value checked first: exact types, finite, in range, none missing or unknown."""
     if type(asked) is not dict or asked.keys() != _NAMES:
         return False
@@ -186,4 +186,4 @@ def careful(asked: Any) -> bool:
         return False
     if not all(type(one) is str for one in (asked["skill"], asked["risk"], *actuators)):
         return False
-    return naive(asked)
+    return naive_policy(asked)

@@ -9,12 +9,12 @@ import statistics
 import time
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.layers import PUT_ON, Layer
-from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.contract import execute_skill
-from aeros.runtime.skills.in_process_run import SkillRun
+from aeros.runtime.skills.in_process_run import InProcessRun
 from aeros.runtime.skills.load import CertifiedCode
-from aeros.spec.obligations.forbidden_access import HARMLESS
+from aeros.spec.obligations.forbidden_access import ALLOWED_MODULES
 
 ACTIONS = 500
 CODE = f"""
@@ -35,13 +35,13 @@ def main() -> None:
     print(f"{platform.platform()}, Python {platform.python_version()}, load {os.getloadavg()[0]:.1f}")
     code = CertifiedCode("bench", "skills.py", "/skills.py", CODE.encode(), "lift")
     began = time.perf_counter()
-    nursery = Nursery(sorted(HARMLESS))
-    wrapped = "in bubblewrap" if nursery.missing[Layer.BUBBLEWRAP] is None else "without bubblewrap"
+    nursery = ZygotePool(sorted(ALLOWED_MODULES))
+    wrapped = "in bubblewrap" if nursery.missing[IsolationLayer.BUBBLEWRAP] is None else "without bubblewrap"
     print(f"first zygote, started and probed, {wrapped}: {1e3 * (time.perf_counter() - began):.0f} ms")
     opened, trips, closed = [], [], []
     for _ in range(invocations):
         began = time.perf_counter()
-        run = IsolatedRun(nursery, PUT_ON, code, {}, 60.0)
+        run = IsolatedRun(nursery, APPLY_LAYER, code, {}, 60.0)
         opened.append(time.perf_counter() - began)
         run.resume(OBSERVED, 60.0)
         for _ in range(ACTIONS - 1):
@@ -53,7 +53,7 @@ def main() -> None:
         closed.append(time.perf_counter() - began)
     nursery.close()
     here = []
-    run_here = SkillRun(execute_skill(code.module, code.name, code.content, code.path, "lift"), {})
+    run_here = InProcessRun(execute_skill(code.module, code.name, code.content, code.path, "lift"), {})
     for _ in range(ACTIONS):
         began = time.perf_counter()
         run_here.resume(OBSERVED, 60.0)

@@ -24,11 +24,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from aeros.runtime.monitor.history import Histories
+from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from benchmarks.command import parser_of, print_json
+from benchmarks.command import build_parser, print_json
 
 _OPERATORS = ("historically", "once")
 _SITE = """schema: aeros/site/1
@@ -60,7 +60,7 @@ class Monitor:
     update: takes the next, says `true`, `false` or `unknown`, or how it failed.
     """
 
-    taken: Callable[[int, Sample], Any]
+    prepare_sample: Callable[[int, Sample], Any]
     update: Callable[[Any], str]
 
 
@@ -72,7 +72,7 @@ def aeros(operator: str, window: int) -> Monitor:
         site = load_site(path, Diagnostics())
     if site is None:
         sys.exit("the site of the benchmark is not accepted")
-    histories = Histories(site)
+    histories = HistoryTracker(site)
     (name,) = histories.names
     advance = histories.advance
     # Every rule is kept as what happened once: `historically c` is `not once not c`.
@@ -126,7 +126,7 @@ def rtamt(operator: str, window: int) -> Monitor:
 MONITORS: Mapping[str, Callable[[str, int], Monitor]] = {"AEROS": aeros, "reelay": reelay, "rtamt": rtamt}
 
 
-def stream(count: int, window: int) -> list[float]:
+def sample_stream(count: int, window: int) -> list[float]:
     """Alternately a stretch without and one with what changes the result, each about a window long."""
     chance = random.Random(1)  # noqa: S311 - repeats, and guards nothing
     found: list[float] = []
@@ -137,20 +137,20 @@ def stream(count: int, window: int) -> list[float]:
     return found[:count]
 
 
-class Measured(NamedTuple):
+class MonitorTiming(NamedTuple):
     """What a monitor said at each sample, and the mean time of one in µs.
 
     taking: the time to make what it takes of a sample, which is no part of `us`.
     """
 
-    said: list[str]
+    outputs: list[str]
     us: float
-    taking: float
+    preparation_us: float
 
 
-def measure(monitor: Monitor, samples: Sequence[float]) -> Measured:
+def measure(monitor: Monitor, samples: Sequence[float]) -> MonitorTiming:
     """One pass over the samples, in processor time, and without collecting garbage, as `timeit` does."""
-    clock, update, taken = time.process_time, monitor.update, monitor.taken
+    clock, update, taken = time.process_time, monitor.update, monitor.prepare_sample
     gc.disable()
     try:
         begun = clock()
@@ -160,7 +160,7 @@ def measure(monitor: Monitor, samples: Sequence[float]) -> Measured:
         ended = clock()
     finally:
         gc.enable()
-    return Measured(said, (ended - started) / len(samples) * 1e6, (started - begun) / len(samples) * 1e6)
+    return MonitorTiming(said, (ended - started) / len(samples) * 1e6, (started - begun) / len(samples) * 1e6)
 
 
 def windows(sizes: Sequence[int], count: int, rounds: int, absent: Sequence[str]) -> list[dict[str, Any]]:
@@ -168,14 +168,14 @@ def windows(sizes: Sequence[int], count: int, rounds: int, absent: Sequence[str]
     rows: list[dict[str, Any]] = []
     for operator in _OPERATORS:
         for window in sizes:
-            samples = stream(count, window)
-            passes: dict[str, list[Measured]] = {name: [] for name in MONITORS if name not in absent}
+            samples = sample_stream(count, window)
+            passes: dict[str, list[MonitorTiming]] = {name: [] for name in MONITORS if name not in absent}
             for _ in range(rounds):
                 for name, each in passes.items():
                     few = samples[: max(20, count // 50)] if name == "rtamt" and window > 100 else samples
                     each.append(measure(MONITORS[name](operator, window), few))
                 for name, each in passes.items():
-                    if each[-1].said != passes["AEROS"][-1].said[: len(each[-1].said)]:
+                    if each[-1].outputs != passes["AEROS"][-1].outputs[: len(each[-1].outputs)]:
                         sys.exit(f"{name} differs: {operator}[0:{window}]")
             medians = {
                 field: {
@@ -197,9 +197,9 @@ def after_corruption(absent: Sequence[str]) -> dict[str, dict[str, str]]:
         found[name] = {}
         for label, sample in (("nan", float("nan")), ("missing", None)):
             monitor = make("historically", 10)
-            monitor.update(monitor.taken(1, 0.5))
+            monitor.update(monitor.prepare_sample(1, 0.5))
             try:
-                found[name][label] = monitor.update(monitor.taken(2, sample))
+                found[name][label] = monitor.update(monitor.prepare_sample(2, sample))
             except Exception as error:
                 found[name][label] = f"raises {type(error).__name__}"
     return found
@@ -207,7 +207,7 @@ def after_corruption(absent: Sequence[str]) -> dict[str, dict[str, str]]:
 
 def main() -> None:
     """Measure, and print a table or JSON."""
-    parser = parser_of(__doc__, quick="one small window")
+    parser = build_parser(__doc__, quick="one small window")
     parser.add_argument("--windows", type=int, nargs="+", default=[10, 100, 1000, 5000])
     parser.add_argument("--samples", type=int, default=20_000)
     parser.add_argument("--rounds", type=int, default=3)

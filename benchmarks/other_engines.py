@@ -129,7 +129,7 @@ allow if {{
     return decide
 
 
-PEERS: Mapping[str, tuple[str, Callable[[], Decide]]] = {
+OTHER_ENGINES: Mapping[str, tuple[str, Callable[[], Decide]]] = {
     "cel-expr-python": ("cel_expr_python", cel),
     "cedarpy": ("cedarpy", cedar),
     "casbin": ("casbin", casbin),

@@ -35,28 +35,36 @@ from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from aeros.agent.agent import awake
+from aeros.agent.agent import start_agent
 from aeros.agent.memory.store import Memory
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
-from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Plant
-from aeros.runtime.proving import prove
-from aeros.runtime.records.encode_decisions import DecisionTeller
-from aeros.runtime.skills.in_process_run import SkillRun, run_in_process
+from aeros.runtime.proving import prove_configuration
+from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
+from aeros.runtime.skills.in_process_run import InProcessRun, run_in_process
 from aeros.session.assembly import build_executor
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person, Waypoint
-from aeros.sim.bullet.world import World
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes import SCENES
 from aeros.sim.ticked_plant import TickingPlant
-from aeros.spec.text.discovery import reference_site
-from benchmarks.command import parser_of, print_json
-from benchmarks.plant_replay import Call, Noting, Tape, ask_again, places, play, taped
-from benchmarks.profiler import Part, told_apart
+from aeros.spec.text.discovery import reference_site_path
+from benchmarks.command import build_parser, print_json
+from benchmarks.plant_replay import (
+    Call,
+    MotorTape,
+    RecordingPlant,
+    body_states,
+    record_motor_commands,
+    replay_calls,
+    replay_motor_commands,
+)
+from benchmarks.profiler import Part, measure_shares
 
 _TASKS: Final = {
     "make_dumplings": "make dumplings",
@@ -64,14 +72,14 @@ _TASKS: Final = {
     "fetch_object": "fetch the object",
 }
 
-_BYSTANDER: Final = Person("bystander", (Waypoint((-4.0, 0.0)),))
+_PERSON: Final = Person("bystander", (Waypoint((-4.0, 0.0)),))
 """Somebody who stands where nothing is stopped for them; their distance is measured all the same."""
 
 _REST: Final = "agent, executor and the rest"
 
 _PARTS: Final[tuple[Part, ...]] = (
-    ("PyBullet's steps", World, ("step",)),
-    ("pictures", World, ("render",)),
+    ("PyBullet's steps", PhysicsWorld, ("step",)),
+    ("pictures", PhysicsWorld, ("render",)),
     ("motor commands", Panda, ("drive_arm", "command_base", "drive_fingers")),
     ("robot's sensors", Panda, ("sense", "finger_forces", "wrist_load")),
     *(("the scene's own measures", scene, ("tick", "measure")) for scene in SCENES.values()),
@@ -79,17 +87,17 @@ _PARTS: Final[tuple[Part, ...]] = (
     ("plant: planning", TickingPlant, ("plan",)),
     ("plant: servoing, ticks and the rest", PhysicsPlant, ("observe",)),
     ("plant: servoing, ticks and the rest", TickingPlant, ("begin", "advance", "stop")),
-    ("monitor", Monitors, ("__init__", "__call__", "watch", "forget")),
+    ("monitor", RuntimeMonitor, ("__init__", "__call__", "watch", "forget")),
     ("gate", CompiledGate, ("decide", "decide_beside")),
     ("whole motions decided", MotionDecider, ("decide",)),
     ("audit record", AuditLog, ("append",)),
-    ("a decision as its record has it", DecisionTeller, ("tell", "motion")),
+    ("a decision as its record has it", IncrementalDecisionEncoder, ("tell", "motion")),
     ("agent's memory", Memory, ("begin", "end", "remember", "learn", "interrupt", "end_session")),
-    ("skill code", SkillRun, ("resume",)),
+    ("skill code", InProcessRun, ("resume",)),
 )
 
 
-class Prepared(NamedTuple):
+class SharedSetup(NamedTuple):
     """What runs have in common."""
 
     configuration: Configuration
@@ -97,46 +105,48 @@ class Prepared(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Noted:
+class RecordedRun:
     """A run: what was asked of its plant, which motors that set, and where everything was at its end."""
 
     calls: list[Call]
-    tape: Tape
+    tape: MotorTape
     places: list[object]
 
 
 @dataclass(frozen=True)
-class Found:
+class TaskTimings:
     """Of one task, processor seconds where nothing else is said.
 
     simulated: seconds on the plant's clock; ticks: steps of the world.
     building: the world, which is then at rest.
     same: whether all three ended with everything in the same places.
-    overhead, distances: shares of `raw` that deciding, and measuring a person's distance, take.
+    overhead, distances: shares of `raw_physics_s` that deciding, and measuring a person's distance, take.
     """
 
     task: str
     reached: bool
     simulated: float
     ticks: int
-    building: float
-    raw: float
-    plant: float
-    run: float
+    build_s: float
+    raw_physics_s: float
+    plant_s: float
+    run_s: float
     with_person: float
-    same: bool
+    is_reproduced: bool
     overhead: float
     distances: float
     parts: dict[str, float]
 
 
-def prepared() -> Prepared:
+def prepare() -> SharedSetup:
     """All modules of this repository, proved, and their gate, compiled."""
-    configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
-    return Prepared(configuration, CompiledGate(configuration))
+    configuration, _ = prove_configuration(
+        [Path(__file__).parents[1] / "ecms"], reference_site_path(), certified=True
+    )
+    return SharedSetup(configuration, CompiledGate(configuration))
 
 
-def build(common: Prepared, task: str, seed: int, people: tuple[Person, ...] = ()) -> PhysicsPlant:
+def build(common: SharedSetup, task: str, seed: int, people: tuple[Person, ...] = ()) -> PhysicsPlant:
     """A plant with the scene of the task."""
     scene = common.configuration.modules[task].tasks[task].scene
     if scene is None:
@@ -145,7 +155,9 @@ def build(common: Prepared, task: str, seed: int, people: tuple[Person, ...] = (
 
 
 @contextmanager
-def built(common: Prepared, task: str, seed: int, people: tuple[Person, ...] = ()) -> Iterator[PhysicsPlant]:
+def open_built_plant(
+    common: SharedSetup, task: str, seed: int, people: tuple[Person, ...] = ()
+) -> Iterator[PhysicsPlant]:
     """A plant with the scene of the task, closed again."""
     plant = build(common, task, seed, people)
     try:
@@ -154,7 +166,7 @@ def built(common: Prepared, task: str, seed: int, people: tuple[Person, ...] = (
         plant.close()
 
 
-def run(common: Prepared, plant: Plant, task: str, folder: Path) -> tuple[bool, float]:
+def run(common: SharedSetup, plant: Plant, task: str, folder: Path) -> tuple[bool, float]:
     """Whether the goal is measured in the end, and the processor seconds it took from the first look on."""
     configuration = common.configuration
     with ExitStack() as stack:
@@ -163,47 +175,51 @@ def run(common: Prepared, plant: Plant, task: str, folder: Path) -> tuple[bool, 
         began = time.process_time()
         executor = build_executor(configuration, plant, audit, run_in_process, gate=common.gate)
         stack.enter_context(executor)
-        agent = stack.enter_context(awake(folder / "state", configuration.site.id, executor))
+        agent = stack.enter_context(start_agent(folder / "state", configuration.site.id, executor))
         report = agent.run(_TASKS[task])
         return report.reached, time.process_time() - began
 
 
-def note(common: Prepared, task: str, seed: int, folder: Path) -> Noted:
+def record_run(common: SharedSetup, task: str, seed: int, folder: Path) -> RecordedRun:
     """Run once, and note everything."""
-    with built(common, task, seed) as plant, taped() as tape:
-        noting = Noting(plant)
+    with open_built_plant(common, task, seed) as plant, record_motor_commands() as tape:
+        noting = RecordingPlant(plant)
         run(common, noting, task, folder)
-        return Noted(noting.calls, tape, places(plant))
+        return RecordedRun(noting.calls, tape, body_states(plant))
 
 
-def measure(common: Prepared, task: str, seed: int, rounds: int, parent: Path) -> Found:
+def measure(common: SharedSetup, task: str, seed: int, rounds: int, parent: Path) -> TaskTimings:
     """The three ways in turn, some times, and the medians."""
     times: dict[str, list[float]] = {name: [] for name in ("building", "raw", "plant", "run", "person")}
     same = True
     reached = False
     simulated = 0.0
     with _folder(parent) as folder:
-        noted = note(common, task, seed, folder)
+        noted = record_run(common, task, seed, folder)
     for _ in range(rounds):
-        with built(common, task, seed) as plant:
-            times["raw"].append(play(noted.tape, plant))
-            same &= places(plant) == noted.places
-        with built(common, task, seed) as plant:
-            times["plant"].append(ask_again(plant, noted.calls))
-            same &= places(plant) == noted.places
-        with built(common, task, seed, (_BYSTANDER,)) as plant:
-            times["person"].append(ask_again(plant, noted.calls))
+        with open_built_plant(common, task, seed) as plant:
+            times["raw"].append(replay_motor_commands(noted.tape, plant))
+            same &= body_states(plant) == noted.places
+        with open_built_plant(common, task, seed) as plant:
+            times["plant"].append(replay_calls(plant, noted.calls))
+            same &= body_states(plant) == noted.places
+        with open_built_plant(common, task, seed, (_PERSON,)) as plant:
+            times["person"].append(replay_calls(plant, noted.calls))
         began = time.process_time()
-        with built(common, task, seed) as plant, _folder(parent) as folder:
+        with open_built_plant(common, task, seed) as plant, _folder(parent) as folder:
             times["building"].append(time.process_time() - began)
             reached, took = run(common, plant, task, folder)
             times["run"].append(took)
             simulated = plant.now()
-            same &= places(plant) == noted.places
-    with built(common, task, seed) as plant, _folder(parent) as folder, told_apart(_PARTS, _REST) as shares:
+            same &= body_states(plant) == noted.places
+    with (
+        open_built_plant(common, task, seed) as plant,
+        _folder(parent) as folder,
+        measure_shares(_PARTS, _REST) as shares,
+    ):
         run(common, plant, task, folder)
     middle = {name: statistics.median(values) for name, values in times.items()}
-    return Found(
+    return TaskTimings(
         task,
         reached,
         simulated,
@@ -228,40 +244,40 @@ def _folder(parent: Path) -> Iterator[Path]:
 
 # In parallel.
 
-Work = Callable[[Prepared, str, Path], Callable[[int], object]]
+WorkFactory = Callable[[SharedSetup, str, Path], Callable[[int], object]]
 """What makes a process ready to do something to a task, once for each seed."""
 
-_common: tuple[Prepared, Barrier] | None = None
+_common: tuple[SharedSetup, Barrier] | None = None
 
 
 def _prepare(start: Barrier) -> None:
     global _common
-    _common = prepared(), start
+    _common = prepare(), start
 
 
-def _trials(common: Prepared, task: str, parent: Path) -> Callable[[int], object]:
+def _trials(common: SharedSetup, task: str, parent: Path) -> Callable[[int], object]:
     """Makes the trial of a seed."""
 
     def trial(seed: int) -> object:
-        with built(common, task, seed) as plant, _folder(parent) as folder:
+        with open_built_plant(common, task, seed) as plant, _folder(parent) as folder:
             return run(common, plant, task, folder)
 
     return trial
 
 
-def _steps(common: Prepared, task: str, parent: Path) -> Callable[[int], object]:
+def _steps(common: SharedSetup, task: str, parent: Path) -> Callable[[int], object]:
     """Builds a world and steps it by PyBullet alone, always with the motor commands of one trial."""
     with _folder(parent) as folder:
-        tape = note(common, task, 1, folder).tape
+        tape = record_run(common, task, 1, folder).tape
 
     def steps(_: int) -> object:
-        with built(common, task, 1) as plant:
-            return play(tape, plant)
+        with open_built_plant(common, task, 1) as plant:
+            return replay_motor_commands(tape, plant)
 
     return steps
 
 
-def _make(work: Work, task: str, trials: int, parent: Path) -> tuple[float, float]:
+def _make(work: WorkFactory, task: str, trials: int, parent: Path) -> tuple[float, float]:
     """Seconds by the clock, and of this processor, of so much work in a process that is prepared.
 
     It begins once all processes are as far, so that each makes it once and none waits for another.
@@ -278,7 +294,7 @@ def _make(work: Work, task: str, trials: int, parent: Path) -> tuple[float, floa
     return time.perf_counter() - began, time.process_time() - began_cpu
 
 
-def spread(work: Work, task: str, trials: int, workers: int, parent: Path) -> dict[str, float]:
+def parallel_times(work: WorkFactory, task: str, trials: int, workers: int, parent: Path) -> dict[str, float]:
     """Seconds that so much work takes on each of so many processes at the same time, the same on each.
 
     By the clock, of the slowest process; and of processors, of all.
@@ -292,18 +308,18 @@ def spread(work: Work, task: str, trials: int, workers: int, parent: Path) -> di
     return {"workers": workers, "seconds": max(seconds), "processor": sum(processor)}
 
 
-def _print(found: Found) -> None:
+def _print(found: TaskTimings) -> None:
     print(f"\n{found.task}, {'to its goal' if found.reached else 'NOT to its goal'}: ", end="")
     print(f"{found.simulated:.1f} s simulated, {found.ticks} ticks", end="")
-    print("" if found.same else ", and NOT the same motions each time")
+    print("" if found.is_reproduced else ", and NOT the same motions each time")
     rows: list[tuple[str, float]] = [
-        ("the world built", found.building),
-        ("raw: PyBullet alone", found.raw),
-        ("plant: the same actions", found.plant),
-        ("run: with all that decides", found.run),
+        ("the world built", found.build_s),
+        ("raw: PyBullet alone", found.raw_physics_s),
+        ("plant: the same actions", found.plant_s),
+        ("run: with all that decides", found.run_s),
     ]
     for name, seconds in rows:
-        print(f"  {name:38} {seconds:6.2f} s  {100 * seconds / found.raw:4.0f} % of raw")
+        print(f"  {name:38} {seconds:6.2f} s  {100 * seconds / found.raw_physics_s:4.0f} % of raw")
     print(f"  gate, monitor, audit, agent: {100 * found.overhead:.1f} % of raw")
     print(f"  distance of a person: {100 * found.distances:.1f} % of raw")
     print("  told apart, with what that takes by itself:")
@@ -321,7 +337,7 @@ def _print_spread(what: str, measured: dict[str, Any]) -> None:
 
 def main(argv: list[str]) -> None:
     """Measure, and print what came of it."""
-    parser = parser_of(__doc__, "one short task, once")
+    parser = build_parser(__doc__, "one short task, once")
     parser.add_argument("--tasks", nargs="+", choices=_TASKS, default=list(_TASKS))
     parser.add_argument("--seed", type=int, default=3)
     parser.add_argument("--rounds", type=int, default=5)
@@ -336,7 +352,7 @@ def main(argv: list[str]) -> None:
     tasks, rounds, trials = arguments.tasks, arguments.rounds, arguments.trials
     if arguments.quick:
         tasks, rounds, trials = ["fetch_object"], 1, 1
-    common = prepared()
+    common = prepare()
     is_text = arguments.format != "json"
     found = []
     for task in tasks:
@@ -344,11 +360,11 @@ def main(argv: list[str]) -> None:
         if is_text:  # at once: all of it takes minutes, and may be cut off
             _print(found[-1])
     parallel: dict[str, Any] = {}
-    works: dict[str, Work] = {"PyBullet alone": _steps}
+    works: dict[str, WorkFactory] = {"PyBullet alone": _steps}
     if not arguments.quick:  # which only shows that it runs
         works = {"trials": _trials, **works}
     for name, work in works.items() if trials else ():
-        one, two = (spread(work, tasks[-1], trials, workers, arguments.folder) for workers in (1, 2))
+        one, two = (parallel_times(work, tasks[-1], trials, workers, arguments.folder) for workers in (1, 2))
         parallel[name] = {"one": one, "two": two, "efficiency": one["seconds"] / two["seconds"]}
         if is_text:
             _print_spread(f"{tasks[-1]}, {trials} times, {name}", parallel[name])

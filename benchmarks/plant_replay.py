@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Plant, Readings
+from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, PlannedMotion, Plant, Readings
 from aeros.sim.bullet.client import bullet
 from aeros.sim.physics import PhysicsPlant
 from aeros.skill import Action
@@ -15,7 +15,7 @@ from aeros.skill import Action
 Call = tuple[str, tuple[Any, ...]]
 """What was asked of a plant: the name of the method, and its arguments."""
 
-Tape = list[list[tuple[str, tuple[Any, ...], dict[str, Any]]]]
+MotorTape = list[list[tuple[str, tuple[Any, ...], dict[str, Any]]]]
 """For each step of a world, the calls of PyBullet before it that change the world."""
 
 _CHANGES: Final = (
@@ -27,7 +27,7 @@ _CHANGES: Final = (
 )
 
 
-class Noting:
+class RecordingPlant:
     """A plant that notes what is asked of it, and leaves it to another."""
 
     def __init__(self, plant: Plant) -> None:
@@ -43,22 +43,22 @@ class Noting:
         self.calls.append(("observe", ()))
         return self._plant.observe()
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """See `Plant`."""
         self.calls.append(("plan", (action,)))
         return self._plant.plan(action)
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """See `Plant`."""
         self.calls.append(("begin", (action,)))
         return self._plant.begin(action, decided)
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """See `Plant`."""
         self.calls.append(("advance", (until,)))
         return self._plant.advance(monitor, until)
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         """See `Plant`."""
         self.calls.append(("halt", (motion,)))
         self._plant.halt(motion)
@@ -83,9 +83,9 @@ class Noting:
         self._plant.close()
 
 
-def ask_again(plant: Plant, calls: list[Call]) -> float:
+def replay_calls(plant: Plant, calls: list[Call]) -> float:
     """Ask the same of `plant`, with nobody who decides; the processor seconds it took."""
-    planned: Plan | None = None
+    planned: PlannedMotion | None = None
     planned_of: Action | None = None
     began = time.process_time()
     for name, arguments in calls:
@@ -96,7 +96,7 @@ def ask_again(plant: Plant, calls: list[Call]) -> float:
             # Not planned: this action is of a kind that is not decided as a motion.
             plant.begin(arguments[0], planned if planned_of is arguments[0] else None)
         elif name == "advance":
-            plant.advance(_nobody, *arguments)
+            plant.advance(_no_monitor, *arguments)
         elif name == "skill_ended":
             plant.skill_ended(arguments[0], finished=arguments[1])
         else:
@@ -104,14 +104,14 @@ def ask_again(plant: Plant, calls: list[Call]) -> float:
     return time.process_time() - began
 
 
-def _nobody(now: float, measured: Mapping[str, Any]) -> None:
+def _no_monitor(now: float, measured: Mapping[str, Any]) -> None:
     """A monitor that minds nothing."""
 
 
 @contextmanager
-def taped() -> Iterator[Tape]:
+def record_motor_commands() -> Iterator[MotorTape]:
     """Note what changes PyBullet's worlds while the block runs, which is to have but one."""
-    tape: Tape = [[]]
+    tape: MotorTape = [[]]
     kept = {name: getattr(bullet, name) for name in (*_CHANGES, "stepSimulation")}
 
     def noting(name: str) -> Callable[..., Any]:
@@ -135,9 +135,9 @@ def taped() -> Iterator[Tape]:
             setattr(bullet, name, function)
 
 
-def play(tape: Tape, plant: PhysicsPlant) -> float:
+def replay_motor_commands(tape: MotorTape, plant: PhysicsPlant) -> float:
     """Set the same motors in the world of `plant`, which nothing else uses; the processor seconds it took."""
-    client = client_of(plant)
+    client = physics_client(plant)
     ready = [
         [
             (getattr(bullet, name), arguments, {**named, "physicsClientId": client})
@@ -158,9 +158,9 @@ def play(tape: Tape, plant: PhysicsPlant) -> float:
     return took
 
 
-def places(plant: PhysicsPlant) -> list[Any]:
+def body_states(plant: PhysicsPlant) -> list[Any]:
     """Where everything is in the world of `plant`, to the last bit."""
-    client = client_of(plant)
+    client = physics_client(plant)
     found: list[Any] = []
     for body in range(bullet.getNumBodies(physicsClientId=client)):
         found.append(bullet.getBasePositionAndOrientation(body, physicsClientId=client))
@@ -169,6 +169,6 @@ def places(plant: PhysicsPlant) -> list[Any]:
     return found
 
 
-def client_of(plant: PhysicsPlant) -> int:
+def physics_client(plant: PhysicsPlant) -> int:
     """PyBullet's number of the world of `plant`."""
     return plant._world.client

@@ -12,7 +12,7 @@ Part = tuple[str, Any, tuple[str, ...]]
 """What is told apart: its name, a class or module, and the functions of that by which the rest calls it."""
 
 
-class Shares:
+class TimeShares:
     """Processor seconds spent in each part, and in nothing that it calls of another.
 
     rest: the name of what is no part.
@@ -24,7 +24,7 @@ class Shares:
         self._inside: list[str] = []
         self._since = time.process_time()
 
-    def _pass(self, part: str | None) -> None:
+    def _switch_to(self, part: str | None) -> None:
         now = time.process_time()
         self.seconds[self._inside[-1] if self._inside else self._rest] += now - self._since
         self._since = now
@@ -33,27 +33,27 @@ class Shares:
         else:
             self._inside.append(part)
 
-    def counted(self, part: str, method: Callable[..., Any]) -> Callable[..., Any]:
+    def wrap(self, part: str, method: Callable[..., Any]) -> Callable[..., Any]:
         """`method`, its time counted for `part`."""
 
         def call(*arguments: Any, **named: Any) -> Any:
-            self._pass(part)
+            self._switch_to(part)
             try:
                 return method(*arguments, **named)
             finally:
-                self._pass(None)
+                self._switch_to(None)
 
         return call
 
 
 @contextmanager
-def told_apart(parts: Sequence[Part], rest: str) -> Iterator[Shares]:
+def measure_shares(parts: Sequence[Part], rest: str) -> Iterator[TimeShares]:
     """Count the time of each part while the block runs; reading the clock so often takes some, too."""
-    shares = Shares(rest)
+    shares = TimeShares(rest)
     kept = [(owner, name, owner.__dict__[name]) for _, owner, names in parts for name in names]
     for part, owner, names in parts:
         for name in names:
-            setattr(owner, name, shares.counted(part, owner.__dict__[name]))
+            setattr(owner, name, shares.wrap(part, owner.__dict__[name]))
     try:
         yield shares
     finally:

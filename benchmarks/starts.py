@@ -21,7 +21,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Any, Final
 
-from benchmarks.command import parser_of, print_json
+from benchmarks.command import build_parser, print_json
 
 _ROOT: Final = Path(__file__).parents[1]
 
@@ -55,10 +55,10 @@ def run_once(instruction: str, options: Sequence[str], seed: int) -> dict[str, A
         trace = _lines(out / "trace.jsonl")
         if not trace:
             raise SystemExit(f"seed {seed} did not run:\n{words}")
-        return processor | found_in(trace, _lines(out / "audit.jsonl"), words)
+        return processor | read_run(trace, _lines(out / "audit.jsonl"), words)
 
 
-def found_in(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], words: str) -> dict[str, Any]:
+def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], words: str) -> dict[str, Any]:
     """The figures of one run from its trace and its audit log.
 
     stops: steps that the monitor ended.  faults: that began.  way: each step that ended, and how.
@@ -92,7 +92,7 @@ def _lines(path: Path) -> list[dict[str, Any]]:
     )
 
 
-def spelled(run: dict[str, Any]) -> str:
+def format_run(run: dict[str, Any]) -> str:
     """One run in a line, or in a few where it failed."""
     counts = ", ".join(
         f"{run[name]} {name}" for name in ("steps", "replans", "denied", "stops", "faults") if run[name]
@@ -104,7 +104,7 @@ def spelled(run: dict[str, Any]) -> str:
     return "\n         ".join((line, str(run["reason"]), *run["way"]))
 
 
-def together(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def summarize(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """What all runs come to."""
     reached = sum(run["reached"] for run in runs)
     found: dict[str, Any] = {
@@ -120,7 +120,7 @@ def together(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def spelled_together(found: dict[str, Any]) -> str:
+def format_summary(found: dict[str, Any]) -> str:
     """What all runs come to, in words."""
     low, high = (100 * end for end in found["wilson_95"])
     runs = found["runs"]
@@ -137,7 +137,7 @@ def spelled_together(found: dict[str, Any]) -> str:
 
 def main() -> None:
     """Run, print what comes of each as it ends, and what they come to."""
-    parser = parser_of(__doc__, quick="one run")
+    parser = build_parser(__doc__, quick="one run")
     parser.add_argument("instruction", nargs="?", default="make dumplings")
     parser.add_argument("--runs", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="the first seed")
@@ -155,12 +155,12 @@ def main() -> None:
         for run in threads.map(partial(run_once, arguments.instruction, options), seeds):
             runs.append(run)
             if arguments.format == "text":
-                print(spelled(run), flush=True)
-    found = together(runs)
+                print(format_run(run), flush=True)
+    found = summarize(runs)
     if arguments.format == "json":
         print_json({"instruction": arguments.instruction, "options": options, **found, "each": runs})
     else:
-        print(spelled_together(found))
+        print(format_summary(found))
 
 
 if __name__ == "__main__":

@@ -11,31 +11,31 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
-from aeros.experiments.inputs import Where, premises_of
+from aeros.experiments.inputs import InputPaths, load_inputs
 from aeros.experiments.trials.kill_logs import PLANTS
-from aeros.experiments.trials.kills import VICTIMS, Trial, lasts, trial_of
-from benchmarks.command import parser_of, print_json
+from aeros.experiments.trials.kills import VICTIMS, KillTrial, measure_duration, trial_of
+from benchmarks.command import build_parser, print_json
 
-_WHERE: Final = Where(str(Path(__file__).parents[1] / "ecms"))
+_INPUT_PATHS: Final = InputPaths(str(Path(__file__).parents[1] / "ecms"))
 
 
 def main() -> None:
     """Run the trials and say what came of them."""
-    parser = parser_of(__doc__, "two trials")
+    parser = build_parser(__doc__, "two trials")
     parser.add_argument("--trials", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--plant", choices=PLANTS, default="symbolic")
     parser.add_argument("--lasting", type=float, help="seconds in which kills fall (default: measured)")
     arguments = parser.parse_args()
     trials = 2 if arguments.quick else arguments.trials
-    lasting = arguments.lasting or lasts(arguments.plant, _WHERE)
-    known = premises_of(_WHERE).configuration.modules
-    each: list[Trial] = []
+    lasting = arguments.lasting or measure_duration(arguments.plant, _INPUT_PATHS)
+    known = load_inputs(_INPUT_PATHS).configuration.modules
+    each: list[KillTrial] = []
     for seed in range(arguments.first, arguments.first + trials):
-        each.append(trial_of(seed, arguments.plant, known, lasting, _WHERE))
+        each.append(trial_of(seed, arguments.plant, known, lasting, _INPUT_PATHS))
         if arguments.format == "text":
-            told = each[-1].broken or (
-                "goal reached" if each[-1].reached else f"goal not reached: {each[-1].missed}"
+            told = each[-1].violations or (
+                "goal reached" if each[-1].reached else f"goal not reached: {each[-1].failure_reason}"
             )
             print(f"seed {seed}: {', '.join(each[-1].kills) or 'nobody'} killed; {told}", flush=True)
     kills = Counter(victim for one in each for victim in one.kills)
@@ -45,9 +45,9 @@ def main() -> None:
         "kills": {victim: kills[victim] for victim in VICTIMS},
         "recovered": sum(one.recovered for one in each),
         "resumed": sum(one.resumed for one in each),
-        "amid_motion": sum(one.amid_motion for one in each),
+        "amid_motion": sum(one.kills_in_motion for one in each),
         "reached": sum(one.reached for one in each),
-        "broken": sum(bool(one.broken) for one in each),
+        "broken": sum(bool(one.violations) for one in each),
     }
     if arguments.format == "json":
         print_json({**found, "each": [asdict(one) for one in each]})

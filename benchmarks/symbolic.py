@@ -24,21 +24,21 @@ from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from aeros.agent.agent import awake_once
+from aeros.agent.agent import open_temporary_agent
 from aeros.agent.memory.store import Memory
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
-from aeros.runtime.monitor.monitor import Monitors
-from aeros.runtime.proving import prove
-from aeros.runtime.records.encode_decisions import DecisionTeller
-from aeros.runtime.skills.in_process_run import RunsOfKeptCode, SkillRun
+from aeros.runtime.monitor.monitor import RuntimeMonitor
+from aeros.runtime.proving import prove_configuration
+from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
+from aeros.runtime.skills.in_process_run import CachedRunFactory, InProcessRun
 from aeros.session.assembly import build_executor
 from aeros.sim.symbolic.plant import SymbolicPlant
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.model import Durability
-from aeros.spec.text.discovery import reference_site
-from benchmarks.profiler import Part, told_apart
+from aeros.spec.text.discovery import reference_site_path
+from benchmarks.profiler import Part, measure_shares
 
 _TASK: Final = "make_dumplings"
 
@@ -47,15 +47,15 @@ _REST: Final = "agent, executor and the rest"
 _PARTS: Final[tuple[Part, ...]] = (
     ("plant", SymbolicPlant, ("__init__", "observe", "plan", "begin", "advance", "skill_ended")),
     ("gate", CompiledGate, ("decide",)),
-    ("monitor", Monitors, ("__init__", "__call__", "watch", "forget")),
+    ("monitor", RuntimeMonitor, ("__init__", "__call__", "watch", "forget")),
     ("audit record", AuditLog, ("append",)),
-    ("a decision as its record has it", DecisionTeller, ("tell", "motion")),
+    ("a decision as its record has it", IncrementalDecisionEncoder, ("tell", "motion")),
     ("agent's memory", Memory, ("begin", "end", "remember", "learn", "interrupt", "end_session")),
-    ("skill code", SkillRun, ("resume",)),
+    ("skill code", InProcessRun, ("resume",)),
 )
 
 
-class Measured(NamedTuple):
+class RunTimings(NamedTuple):
     """Some runs: how many reached their goal, their steps and records, and seconds of processor and clock."""
 
     reached: int
@@ -69,15 +69,15 @@ def run_tasks(
     configuration: Configuration, gate: CompiledGate, runs: int, folder: Path
 ) -> tuple[int, int, int]:
     """Runs that reached their goal, steps, and records; seeds are 0, 1, and so on."""
-    initial = as_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
+    initial = to_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
     rested = SymbolicPlant(configuration.site, configuration.modules, 0, initial)
-    open_run = RunsOfKeptCode()
+    open_run = CachedRunFactory()
     reached = steps = 0
     with AuditLog(folder / "audit.jsonl", durability=Durability.BATCHED) as audit:
         for seed in range(runs):
             with (
-                build_executor(configuration, rested.anew(seed), audit, open_run, gate=gate) as executor,
-                awake_once(configuration.site.id, executor) as agent,
+                build_executor(configuration, rested.reset(seed), audit, open_run, gate=gate) as executor,
+                open_temporary_agent(configuration.site.id, executor) as agent,
             ):
                 report = agent.run("make dumplings")
             reached += report.reached
@@ -86,19 +86,21 @@ def run_tasks(
     return reached, steps, records
 
 
-def measured(configuration: Configuration, gate: CompiledGate, runs: int, parent: Path) -> Measured:
+def measure(configuration: Configuration, gate: CompiledGate, runs: int, parent: Path) -> RunTimings:
     """So many runs, and what they took."""
     with tempfile.TemporaryDirectory(dir=parent) as folder:
         began, began_cpu = time.perf_counter(), time.process_time()
         found = run_tasks(configuration, gate, runs, Path(folder))
-        return Measured(*found, time.process_time() - began_cpu, time.perf_counter() - began)
+        return RunTimings(*found, time.process_time() - began_cpu, time.perf_counter() - began)
 
 
-def prepared(runs: int, parent: Path) -> tuple[Configuration, CompiledGate]:
+def prepare(runs: int, parent: Path) -> tuple[Configuration, CompiledGate]:
     """Modules proved, a gate compiled, and all done once that is done at first use."""
-    configuration, _ = prove([Path(__file__).parents[1] / "ecms"], reference_site(), certified=True)
+    configuration, _ = prove_configuration(
+        [Path(__file__).parents[1] / "ecms"], reference_site_path(), certified=True
+    )
     gate = CompiledGate(configuration)
-    measured(configuration, gate, min(runs, 5), parent)
+    measure(configuration, gate, min(runs, 5), parent)
     # What is there now is no garbage of any run.
     gc.freeze()
     return configuration, gate
@@ -112,20 +114,20 @@ def _wait_for(ready: Barrier) -> None:
     _ready = ready
 
 
-def _share(runs: int, parent: Path) -> float:
+def _run_share(runs: int, parent: Path) -> float:
     """Seconds by the clock that so many runs take in this process, from when all processes are ready."""
     if _ready is None:
         sys.exit("the process is not prepared")
-    configuration, gate = prepared(runs, parent)
+    configuration, gate = prepare(runs, parent)
     _ready.wait()
-    return measured(configuration, gate, runs, parent).wall
+    return measure(configuration, gate, runs, parent).wall
 
 
-def spread(runs: int, workers: int, parent: Path) -> float:
+def parallel_times(runs: int, workers: int, parent: Path) -> float:
     """Seconds by the clock, of the slowest process, that so many runs take on each of so many."""
     context = get_context("spawn")
     with ProcessPoolExecutor(workers, context, _wait_for, (context.Barrier(workers),)) as pool:
-        return max(pool.map(_share, [runs] * workers, [parent] * workers))
+        return max(pool.map(_run_share, [runs] * workers, [parent] * workers))
 
 
 def main(argv: list[str]) -> None:
@@ -136,10 +138,10 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--folder", type=Path, default=Path("/dev/shm"), help="where agent and log are kept")  # noqa: S108
     arguments = parser.parse_args(argv)
     runs, workers, folder = arguments.runs, arguments.workers, arguments.folder
-    configuration, gate = prepared(runs, folder)
-    one = measured(configuration, gate, runs, folder)
-    with told_apart(_PARTS, _REST) as shares:
-        apart = measured(configuration, gate, runs, folder).processor
+    configuration, gate = prepare(runs, folder)
+    one = measure(configuration, gate, runs, folder)
+    with measure_shares(_PARTS, _REST) as shares:
+        apart = measure(configuration, gate, runs, folder).processor
     print(f"{runs} runs, {one.reached} to their goal; ", end="")
     print(f"{one.steps / runs:.2f} steps, {one.records / runs:.0f} records each")
     print(f"{1000 * one.processor / runs:.1f} ms of processor a run, ", end="")
@@ -147,7 +149,7 @@ def main(argv: list[str]) -> None:
     print(f"told apart, which takes {1000 * (apart - one.processor) / runs:.1f} ms by itself:")
     for part, seconds in sorted(shares.seconds.items(), key=lambda one: -one[1]):
         print(f"  {part:30} {1000 * seconds / runs:6.1f} ms  {100 * seconds / apart:3.0f} %")
-    wall = spread(runs, workers, folder)
+    wall = parallel_times(runs, workers, folder)
     print(f"{runs} runs on each of {workers} processes: {wall:.1f} s by the clock; ", end="")
     print(f"10,000 at that rate: {10_000 * wall / (runs * workers):.0f} s")
 

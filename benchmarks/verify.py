@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from aeros.experiments.trials.synthetic import write_module, write_modules
-from benchmarks.command import parser_of, print_json
+from benchmarks.command import build_parser, print_json
 
 _ROOT = Path(__file__).parents[1]
 _PYTHON = (sys.executable,)
@@ -41,12 +41,12 @@ def _environment(folder: Path) -> dict[str, str]:
 
 def _seconds(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, float]:
     """Seconds on the clock and of processors."""
-    started, used = time.perf_counter(), _used()
+    started, used = time.perf_counter(), _child_cpu_seconds()
     subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=True)
-    return time.perf_counter() - started, _used() - used
+    return time.perf_counter() - started, _child_cpu_seconds() - used
 
 
-def _used() -> float:
+def _child_cpu_seconds() -> float:
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return children.ru_utime + children.ru_stime
 
@@ -82,9 +82,9 @@ def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
     write_modules(modules, count)
     row: dict[str, Any] = {"modules": count}
     cold = (*_VERIFY, str(modules), "--no-cache", "--jobs", str(jobs))
-    used = _used()
-    row["cold"], row["memory"] = _watched(cold, environment)
-    row["processor"] = _used() - used
+    used = _child_cpu_seconds()
+    row["cold"], row["memory"] = _peak_memory(cold, environment)
+    row["processor"] = _child_cpu_seconds() - used
     again = (*_VERIFY, str(modules), "--jobs", str(jobs))
     _seconds(again, environment)
     row["warm"] = statistics.median(_seconds(again, environment)[0] for _ in range(3))
@@ -96,19 +96,19 @@ def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
     return row
 
 
-def _watched(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, int]:
+def _peak_memory(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, int]:
     """Seconds, and the most bytes that the process and its children held together, sampled."""
     started, most = time.perf_counter(), 0
     process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
     while process.poll() is None:
-        most = max(most, sum(map(_held, _family(process.pid))))
+        most = max(most, sum(map(_resident_bytes, _process_tree(process.pid))))
         time.sleep(0.2)  # to ask takes the processor that is measured
     if process.returncode != 0:
         raise SystemExit(f"{' '.join(command)} ended with {process.returncode}")
     return time.perf_counter() - started, most
 
 
-def _family(pid: int) -> Iterator[int]:
+def _process_tree(pid: int) -> Iterator[int]:
     """A process and its children, where the system tells (Linux)."""
     yield pid
     try:
@@ -116,10 +116,10 @@ def _family(pid: int) -> Iterator[int]:
     except OSError:
         return
     for child in children:
-        yield from _family(int(child))
+        yield from _process_tree(int(child))
 
 
-def _held(pid: int) -> int:
+def _resident_bytes(pid: int) -> int:
     """The bytes that a process holds; what several share counts for a part of each."""
     try:
         lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
@@ -139,7 +139,7 @@ def exponent(rows: Sequence[Mapping[str, Any]]) -> float | None:
 
 def main() -> None:
     """Measure, and print tables or JSON."""
-    parser = parser_of(__doc__, quick="few and small runs")
+    parser = build_parser(__doc__, quick="few and small runs")
     parser.add_argument("--sizes", type=int, nargs="+", default=[10, 50, 200, 1000])
     parser.add_argument("--runs", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=2)

@@ -12,28 +12,28 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.agent.execution.journal import Journal, Observer
 from aeros.agent.execution.report import RunReport
-from aeros.agent.execution.step_attempt import Attempts
-from aeros.agent.identity import Identity, born, sole_identity
-from aeros.agent.memory.schema import IN_RAM
+from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.identity import Identity, acquire_identity, new_identity
+from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
-from aeros.agent.planning.routing import Routed, RoutingError, route
-from aeros.agent.recovery.checkpoint import Checkpoint, Checkpoints, UnusableError
-from aeros.agent.recovery.lifecycle import Change, Lifecycle, Phase
+from aeros.agent.planning.routing import RoutedTask, RoutingError, route
+from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint, UnusableCheckpointError
+from aeros.agent.recovery.lifecycle import Lifecycle, LifecycleEvent, Phase
 from aeros.agent.recovery.quarantine import Quarantine
-from aeros.agent.task_loop import Pursuit
-from aeros.runtime.ports import BEGINNING, Runtime, Said, StepStatus
-from aeros.spec.model.model import Clause
+from aeros.agent.task_loop import TaskLoop
+from aeros.runtime.ports import EMPTY_LOG_HEAD, AuditEvent, Runtime, StepStatus
+from aeros.spec.model.model import ActionCondition
 
-MEMORY: Final = "memory.sqlite3"
+MEMORY_FILE: Final = "memory.sqlite3"
 """The file of the agent's memory, in its folder."""
 
 
 class Agent:
-    """An awake agent; made by `awake`, which holds the lock that makes it the only one.
+    """An awake agent; made by `start_agent`, which holds the lock that makes it the only one.
 
     folder: None for one that leaves nothing behind.
     """
@@ -47,21 +47,25 @@ class Agent:
         planner: Planner,
         on_event: Observer | None,
         seed: int = 0,
-        within: float | None = None,
+        planning_timeout: float | None = None,
     ) -> None:
         self._seed = seed
-        self._within = within
+        self._within = planning_timeout
         self.identity = identity
         self._runtime = runtime
         self._memory = memory
         self._planner = planner
         self._journal = Journal(runtime, memory, on_event)
-        self._checkpoints = None if folder is None else Checkpoints(folder)
-        self.lifecycle = Lifecycle(folder, self._tell_change)
-        for skill in memory.interrupt():
-            self._journal.tell("step-interrupted", f"{skill} was under way when the agent ended", skill=skill)
+        self._checkpoints = None if folder is None else CheckpointStore(folder)
+        self.lifecycle = Lifecycle(folder, self._record_transition)
+        for skill in memory.mark_interrupted():
+            self._journal.record(
+                "step-interrupted", f"{skill} was under way when the agent ended", skill=skill
+            )
 
-    def run(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
+    def run(
+        self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
+    ) -> RunReport:
         """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
 
         timeout: plant seconds after which what is under way is cancelled.
@@ -74,37 +78,39 @@ class Agent:
         self._forget()
         return self._pursue(instruction, routed, timeout)
 
-    def resume(self, instruction: str, timeout: float | None = None, goal: Clause | None = None) -> RunReport:
+    def resume(
+        self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
+    ) -> RunReport:
         """Go on with `instruction` where an earlier session left it, which is what `run` had been given.
 
         Where that session had come to the end, this is what it found, and nothing more is done; where it had
-        not begun anything, this is `run`.  Raises `RefusedError` where what there is cannot be gone on from.
+        not begun anything, this is `run`.  Raises `AgentError` where what there is cannot be gone on from.
         """
         routed = self._route(instruction, goal)
-        found = self._usable(instruction, routed)
-        if found is not None and (ended := found[0].ended) is not None:
-            text = f"{routed} had ended: {_ending(ended)}"
-            self._journal.tell("run-had-ended", text, task=str(routed), **_summary(ended))
+        found = self._load_checkpoint(instruction, routed)
+        if found is not None and (ended := found[0].final_report) is not None:
+            text = f"{routed} had ended: {_outcome_text(ended)}"
+            self._journal.record("run-had-ended", text, task=str(routed), **_summary(ended))
             return ended
         return self._pursue(instruction, routed, timeout, found)
 
-    def heed(self, *, is_paused: bool) -> None:
+    def set_paused(self, *, is_paused: bool) -> None:
         """Take note of whether the operator pauses, which the runtime obeys by itself."""
-        change = Change.PAUSE if is_paused else Change.RESUME
-        if self.lifecycle.may(change):
-            self.lifecycle.change(change)
+        change = LifecycleEvent.PAUSE if is_paused else LifecycleEvent.RESUME
+        if self.lifecycle.is_allowed(change):
+            self.lifecycle.apply(change)
 
     def _pursue(
         self,
         instruction: str,
-        routed: Routed,
+        routed: RoutedTask,
         timeout: float | None,
-        resumed: tuple[Checkpoint, Sequence[Said]] | None = None,
+        resumed: tuple[TaskCheckpoint, Sequence[AuditEvent]] | None = None,
     ) -> RunReport:
-        self.lifecycle.change(Change.BEGIN)
+        self.lifecycle.apply(LifecycleEvent.BEGIN)
         try:
-            attempts = Attempts(self._runtime, self._memory, self._journal, str(routed), self._seed)
-            pursuit = Pursuit(
+            attempts = StepRunner(self._runtime, self._memory, self._journal, str(routed), self._seed)
+            pursuit = TaskLoop(
                 self._runtime,
                 self._planner,
                 attempts,
@@ -113,68 +119,78 @@ class Agent:
                 timeout,
                 self._checkpoints,
                 str(self.identity.id),
-                within=self._within,
+                planning_timeout=self._within,
             )
             if resumed is not None:
                 pursuit.resume(*resumed)
             report = pursuit.run(instruction)
         except KeyboardInterrupt:
-            self._journal.tell("run-interrupted", f"{routed} was interrupted", task=str(routed))
+            self._journal.record("run-interrupted", f"{routed} was interrupted", task=str(routed))
             raise
-        self.lifecycle.change(Change.END)
-        self._conclude(routed, report)
+        self.lifecycle.apply(LifecycleEvent.END)
+        self._record_result(routed, report)
         begun = report.steps[0 if resumed is None else len(resumed[0].steps) :]
         was_stopped = self._runtime.is_stopped or any(one.status is StepStatus.HALTED for one in begun)
         if report.reached or not was_stopped:
             # Last of all: whoever finds another has something to go on with.
-            pursuit.conclude(report)
+            pursuit.save_final(report)
         return report
 
     def _forget(self) -> None:
         if self._checkpoints is not None:
-            self._checkpoints.forget()
+            self._checkpoints.delete()
 
-    def _usable(self, instruction: str, routed: Routed) -> tuple[Checkpoint, Sequence[Said]] | None:
+    def _load_checkpoint(
+        self, instruction: str, routed: RoutedTask
+    ) -> tuple[TaskCheckpoint, Sequence[AuditEvent]] | None:
         """The newest checkpoint that can be gone on from, and what the runtime has recorded since."""
         problems = []
         for kept in () if self._checkpoints is None else self._checkpoints.read():
             try:
-                if isinstance(kept, UnusableError):
+                if isinstance(kept, UnusableCheckpointError):
                     raise kept
-                return kept, self._said_since(kept, instruction, routed)
-            except UnusableError as unusable:
+                return kept, self._events_since(kept, instruction, routed)
+            except UnusableCheckpointError as unusable:
                 problems.append(str(unusable))
-                self._journal.tell("checkpoint-refused", str(unusable), reason=str(unusable))
+                self._journal.record("checkpoint-refused", str(unusable), reason=str(unusable))
         if problems:
-            raise RefusedError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
-        if any(one.event == "step-began" for one in self._runtime.said_since(BEGINNING) or ()):
-            raise RefusedError("the task cannot be resumed: its checkpoint is gone; start it anew")
+            raise AgentError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
+        if any(one.event == "step-began" for one in self._runtime.events_since(EMPTY_LOG_HEAD) or ()):
+            raise AgentError("the task cannot be resumed: its checkpoint is gone; start it anew")
         return None
 
-    def _said_since(self, kept: Checkpoint, instruction: str, routed: Routed) -> Sequence[Said]:
-        """What the runtime has recorded since; raises `UnusableError` where the checkpoint is another's."""
+    def _events_since(
+        self, kept: TaskCheckpoint, instruction: str, routed: RoutedTask
+    ) -> Sequence[AuditEvent]:
+        """What the runtime has recorded since; raises `UnusableCheckpointError` where the checkpoint is another's."""
         now, task = self._runtime.now(), routed.task
         if kept.agent != str(self.identity.id):
-            raise UnusableError("the checkpoint is another agent's")
+            raise UnusableCheckpointError("the checkpoint is another agent's")
         if (kept.instruction, kept.task, kept.goal) != (instruction, str(routed), task.goal_text):
-            raise UnusableError(f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}")
-        said = self._runtime.said_since(kept.earliest)
-        if said is None or self._runtime.said_since(kept.head) is None:
-            raise UnusableError("the audit record does not hold the record at which the checkpoint was made")
+            raise UnusableCheckpointError(
+                f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}"
+            )
+        said = self._runtime.events_since(kept.earliest_head)
+        if said is None or self._runtime.events_since(kept.audit_head) is None:
+            raise UnusableCheckpointError(
+                "the audit record does not hold the record at which the checkpoint was made"
+            )
         latest = max([kept.time, *(one.details.get("time", kept.time) for one in said)])
-        if now < latest and kept.ended is None:
-            raise UnusableError(
+        if now < latest and kept.final_report is None:
+            raise UnusableCheckpointError(
                 f"the plant's clock is at {now:g} s, and was at {latest:g} s: it is another plant"
             )
         return said
 
-    def _tell_change(self, phase: Phase, change: Change, then: Phase) -> None:
-        abandoned = self.identity.abandoned if change is Change.CRASH else None
+    def _record_transition(self, phase: Phase, change: LifecycleEvent, then: Phase) -> None:
+        abandoned = self.identity.crashed_holder if change is LifecycleEvent.CRASH else None
         whose = "" if abandoned is None else f": {abandoned}"
         # That it runs, and does no more, is plain to see.
-        is_plain = change in (Change.BEGIN, Change.END)
-        crashed = f", as its last session ended without a word{whose}" if change is Change.CRASH else ""
-        self._journal.tell(
+        is_plain = change in (LifecycleEvent.BEGIN, LifecycleEvent.END)
+        crashed = (
+            f", as its last session ended without a word{whose}" if change is LifecycleEvent.CRASH else ""
+        )
+        self._journal.record(
             "lifecycle",
             "" if is_plain else f"the agent is {then.value}{crashed}",
             before=phase.value,
@@ -183,21 +199,23 @@ class Agent:
             abandoned=abandoned,
         )
 
-    def _route(self, instruction: str, goal: Clause | None) -> Routed:
+    def _route(self, instruction: str, goal: ActionCondition | None) -> RoutedTask:
         try:
             routed = route(instruction, self._runtime.active_modules())
         except RoutingError as error:
-            self._journal.tell("not-routed", error.reason, instruction=instruction, reason=error.reason)
+            self._journal.record("not-routed", error.reason, instruction=instruction, reason=error.reason)
             raise
-        self._journal.tell("routed", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed))
+        self._journal.record(
+            "routed", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed)
+        )
         if goal is not None:
             return replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
         return routed
 
-    def _conclude(self, routed: Routed, report: RunReport) -> None:
+    def _record_result(self, routed: RoutedTask, report: RunReport) -> None:
         summary = _summary(report)
-        self._journal.tell("run-ended", f"{routed}: {_ending(report)}", task=str(routed), **summary)
-        self._memory.learn(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
+        self._journal.record("run-ended", f"{routed}: {_outcome_text(report)}", task=str(routed), **summary)
+        self._memory.set_fact(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
 
 
 def _summary(report: RunReport) -> dict[str, Any]:
@@ -213,12 +231,12 @@ def _summary(report: RunReport) -> dict[str, Any]:
     }
 
 
-def _ending(report: RunReport) -> str:
+def _outcome_text(report: RunReport) -> str:
     return "the goal is measured" if report.reached else str(report.reason)
 
 
 @contextmanager
-def awake(
+def start_agent(
     folder: Path,
     name: str,
     runtime: Runtime,
@@ -234,23 +252,30 @@ def awake(
     within: seconds for each plan, which is then made beside the plant's time; by default in place.
     purpose: as `identity.exclusive` has it.
 
-    Raises `RefusedError` where another agent is awake, this one is in quarantine, or memory cannot be
+    Raises `AgentError` where another agent is awake, this one is in quarantine, or memory cannot be
     trusted.  However the block ends, the session is closed in memory and the lock released.
     """
     quarantined = Quarantine(folder).reason()
     if quarantined is not None:
-        raise RefusedError(quarantined)
+        raise AgentError(quarantined)
     with (
-        sole_identity(folder, name, purpose) as identity,
-        open_memory(folder / MEMORY, identity) as memory,
+        acquire_identity(folder, name, purpose) as identity,
+        open_memory(folder / MEMORY_FILE, identity) as memory,
     ):
         yield Agent(
-            folder, identity, runtime, memory, planner or RulePlanner(), on_event, seed, within=within
+            folder,
+            identity,
+            runtime,
+            memory,
+            planner or RulePlanner(),
+            on_event,
+            seed,
+            planning_timeout=within,
         )
 
 
 @contextmanager
-def awake_once(
+def open_temporary_agent(
     name: str,
     runtime: Runtime,
     planner: Planner | None = None,
@@ -260,8 +285,8 @@ def awake_once(
 ) -> Iterator[Agent]:
     """An agent that is born for this block and remembers what it does in it, in RAM; nothing is left of it.
 
-    For trials, each of which is to begin as the first: otherwise as `awake`.
+    For trials, each of which is to begin as the first: otherwise as `start_agent`.
     """
-    identity = born(name)
-    with open_memory(IN_RAM, identity) as memory:
+    identity = new_identity(name)
+    with open_memory(IN_MEMORY, identity) as memory:
         yield Agent(None, identity, runtime, memory, planner or RulePlanner(), on_event, seed, within)

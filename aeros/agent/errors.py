@@ -5,7 +5,7 @@ from __future__ import annotations
 from aeros.spec.diagnostics.errors import UserError
 
 
-class RefusedError(UserError):
+class AgentError(UserError):
     """The agent does not start or does not take the task; `reason` says why, for people."""
 
     def __init__(self, reason: str) -> None:

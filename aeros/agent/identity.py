@@ -19,15 +19,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 from uuid import UUID, uuid4
 
-from aeros.agent.errors import RefusedError
-from aeros.files import replace_file, try_lock
+from aeros.agent.errors import AgentError
+from aeros.files import replace_durably, try_lock
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import IDENTITY
 
 _LOCK = "agent.lock"
 _IDENTITY = "identity.json"
-_LOOK_EVERY = 0.02  # s, while waiting for whoever holds the folder
-_MOST_SAID = 64 * 1024
+_POLL_INTERVAL_S = 0.02  # s, while waiting for whoever holds the folder
+_MAX_HOLDER_BYTES = 64 * 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,53 +43,53 @@ class Identity:
     name: str
     created: str
     sessions: int
-    abandoned: str | None = None
+    crashed_holder: str | None = None
 
 
-def born(name: str) -> Identity:
+def new_identity(name: str) -> Identity:
     """A new agent, awake for the first time."""
     return Identity(uuid4(), name, _utc_now(), 1)
 
 
 @contextmanager
-def sole_identity(folder: Path, name: str, purpose: str = "") -> Iterator[Identity]:
+def acquire_identity(folder: Path, name: str, purpose: str = "") -> Iterator[Identity]:
     """The identity kept in `folder`, awake and held by nobody else; born as `name` if there is none.
 
-    purpose: as `exclusive` has it.
+    purpose: as `lock_folder` has it.
 
-    Raises `RefusedError` where another agent holds the folder, or the identity cannot be read.
+    Raises `AgentError` where another agent holds the folder, or the identity cannot be read.
     """
-    with exclusive(folder, purpose) as abandoned:
+    with lock_folder(folder, purpose) as abandoned:
         kept = _read(folder / _IDENTITY)
-        identity = born(name) if kept is None else replace(kept, sessions=kept.sessions + 1)
-        identity = replace(identity, abandoned=abandoned)
+        identity = new_identity(name) if kept is None else replace(kept, sessions=kept.sessions + 1)
+        identity = replace(identity, crashed_holder=abandoned)
         _write(folder / _IDENTITY, identity)
         yield identity
 
 
 @contextmanager
-def exclusive(folder: Path, purpose: str = "", patience: float = 0.0) -> Iterator[str | None]:
+def lock_folder(folder: Path, purpose: str = "", timeout_s: float = 0.0) -> Iterator[str | None]:
     """Nobody else holds `folder` meanwhile; who held it last, where that ended without letting go.
 
     purpose: what for, as whoever is refused is told.
-    patience: seconds for whoever holds it to let go; raises `RefusedError` where somebody still does.
+    patience: seconds for whoever holds it to let go; raises `AgentError` where somebody still does.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
         descriptor = os.open(folder / _LOCK, flags, 0o600)
     except OSError as error:
-        raise RefusedError(f"the agent's state folder {folder} cannot be used: {error.strerror}") from error
+        raise AgentError(f"the agent's state folder {folder} cannot be used: {error.strerror}") from error
     try:
-        latest = time.monotonic() + patience
+        latest = time.monotonic() + timeout_s
         try:
             while not try_lock(descriptor):
                 if time.monotonic() >= latest:
-                    raise RefusedError(f"this robot has an agent already: {_holder(descriptor)}")
-                time.sleep(_LOOK_EVERY)
+                    raise AgentError(f"this robot has an agent already: {_read_holder(descriptor)}")
+                time.sleep(_POLL_INTERVAL_S)
         except OSError as error:
-            raise RefusedError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
-        abandoned = _holder(descriptor) if os.fstat(descriptor).st_size else None
+            raise AgentError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
+        abandoned = _read_holder(descriptor) if os.fstat(descriptor).st_size else None
         holder = {"pid": os.getpid(), "host": socket.gethostname(), "since": _utc_now(), "purpose": purpose}
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, json.dumps(holder).encode(), 0)
@@ -112,18 +112,18 @@ def undisturbed(folder: Path) -> Iterator[None]:
         yield  # no agent ever held it
         return
     except OSError as error:
-        raise RefusedError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
+        raise AgentError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
     try:
         if not try_lock(descriptor):
-            raise RefusedError(f"an agent is at work here: {_holder(descriptor)}")
+            raise AgentError(f"an agent is at work here: {_read_holder(descriptor)}")
         yield
     finally:
         os.close(descriptor)
 
 
-def _holder(descriptor: int) -> str:
+def _read_holder(descriptor: int) -> str:
     try:
-        holder = json.loads(os.pread(descriptor, _MOST_SAID, 0))
+        holder = json.loads(os.pread(descriptor, _MAX_HOLDER_BYTES, 0))
         purpose = f", for “{holder['purpose']}”" if holder["purpose"] else ""
         return f"pid {holder['pid']} on {holder['host']}, since {holder['since']}{purpose}"
     except (ValueError, KeyError, TypeError):
@@ -137,16 +137,16 @@ def _read(path: Path) -> Identity | None:
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:
-        raise RefusedError(f"the agent's identity {path} cannot be read: {error}") from error
+        raise AgentError(f"the agent's identity {path} cannot be read: {error}") from error
     try:
         kept = json.loads(text)
         IDENTITY.require_current(kept, path)
         identity = Identity(UUID(kept["id"]), str(kept["name"]), str(kept["created"]), int(kept["sessions"]))
     except FormatVersionError as error:
-        raise RefusedError(str(error)) from error
+        raise AgentError(str(error)) from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         # A new identity here would cut the agent off from its memory without a word.
-        raise RefusedError(f"the agent's identity {path} is damaged; restore it from a backup") from error
+        raise AgentError(f"the agent's identity {path} is damaged; restore it from a backup") from error
     return identity
 
 
@@ -160,9 +160,9 @@ def _write(path: Path, identity: Identity) -> None:
         "sessions": identity.sessions,
     }
     try:
-        replace_file(path, json.dumps(kept, indent=2).encode())
+        replace_durably(path, json.dumps(kept, indent=2).encode())
     except OSError as error:
-        raise RefusedError(f"the agent's identity {path} cannot be written: {error.strerror}") from error
+        raise AgentError(f"the agent's identity {path} cannot be written: {error.strerror}") from error
 
 
 def _utc_now() -> str:

@@ -9,9 +9,10 @@
     measured by then; else the robot stands still, and the plan has failed.
 3.  A plan fails with the first step that failed for good.  It is also over when it is rejected, or
     exhausted without the goal.  Then the agent plans again, which is what `replans` counts; after
-    `site.limits.replans` of them it gives up.  After a plan that took less than `PAUSE` it lets that go by.
+    `site.limits.replans` of them it gives up.  After a plan that took less than `RETRY_INTERVAL_S` it lets
+    that go by.
 4.  A plan that ended with a denial on account of what is measured, such as a person nearby, is no re-plan:
-    the agent lets `PAUSE` go by and plans again, until that has not helped for `PATIENCE`.
+    the agent lets `RETRY_INTERVAL_S` go by and plans again, until that has not helped for `MAX_WAIT_S`.
 5.  It gives up at once when the gate denies the same request a second time for any other reason, when two
     plans in a row are rejected for the same reasons, as it would only ask again, when its time is over, or
     when the operator has stopped everything.
@@ -29,28 +30,28 @@ from math import inf
 from typing import Final
 
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.plan_executor import End, Engine
-from aeros.agent.execution.progress import Progress
+from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
+from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.report import RunReport
-from aeros.agent.execution.step_attempt import Attempts
+from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.planning.base import Planner
-from aeros.agent.planning.planner_client import Proposals
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.planner_client import PlannerClient
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, verify_plan
-from aeros.agent.planning.time_limited import MOST_REASON, LateError, ThinkingFailedError
-from aeros.agent.recovery.checkpoint import Checkpoint, Checkpoints
-from aeros.agent.recovery.recover import Recovery
+from aeros.agent.planning.time_limited import MOST_REASON, PlannerProcessError, PlanningTimeoutError
+from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
+from aeros.agent.recovery.recover import ProgressRecovery
 from aeros.descriptions import describe_exception
-from aeros.runtime.ports import Runtime, Said
+from aeros.runtime.ports import AuditEvent, Runtime
 
-PAUSE: Final = 1.0
+RETRY_INTERVAL_S: Final = 1.0
 """How long the agent waits before it asks again for what may be allowed later, plant seconds."""
 
-PATIENCE: Final = 60.0
+MAX_WAIT_S: Final = 60.0
 """How long it goes on so before it gives up, plant seconds."""
 
 
-class Pursuit:
+class TaskLoop:
     """One run after one goal, for at most `timeout` plant seconds.
 
     within: seconds allowed for each plan, which is then made beside the plant's time.
@@ -60,26 +61,26 @@ class Pursuit:
         self,
         runtime: Runtime,
         planner: Planner,
-        attempts: Attempts,
+        attempts: StepRunner,
         journal: Journal,
-        routed: Routed,
+        routed: RoutedTask,
         timeout: float | None = None,
-        checkpoints: Checkpoints | None = None,
+        checkpoints: CheckpointStore | None = None,
         agent: str = "",
         *,
-        within: float | None = None,
+        planning_timeout: float | None = None,
     ) -> None:
         self._checkpoints = checkpoints
         self._agent = agent
         self._instruction = ""
         self._plan: TaskGraph | None = None
-        self._progress = Progress()
+        self._progress = PlanProgress()
         self._timeout = timeout
         self._until = inf if timeout is None else runtime.now() + timeout
-        self._engine = Engine(attempts, journal, self._goal_is_measured, self._until)
+        self._engine = PlanExecutor(attempts, journal, self._is_goal_reached, self._until)
         self._waited = 0.0
         self._runtime = runtime
-        self._proposals = Proposals(runtime, planner, within)
+        self._proposals = PlannerClient(runtime, planner, planning_timeout)
         self._followed: TaskGraph | None = None
         self._attempts = attempts
         self._journal = journal
@@ -90,7 +91,7 @@ class Pursuit:
     def run(self, instruction: str) -> RunReport:
         """Pursue the goal to the end; the report says which."""
         self._instruction = instruction
-        reason = self._pursue()
+        reason = self._run_until_goal()
         task = self._routed.task
         return RunReport(
             instruction=instruction,
@@ -98,80 +99,86 @@ class Pursuit:
             task=task.id,
             goal=task.goal_text,
             reached=reason is None,
-            measured=self._attempts.world.measured(task.goal),
+            measured=self._attempts.world.measured_values(task.goal),
             steps=tuple(self._attempts.records),
             replans=self._replans,
             reason=reason,
         )
 
-    def resume(self, kept: Checkpoint, said: Iterable[Said]) -> None:
+    def resume(self, checkpoint: TaskCheckpoint, events: Iterable[AuditEvent]) -> None:
         """Take up the run where `kept` left it; what the runtime has recorded since is in `said`."""
-        self._replans, self._waited, self._rejected = kept.replans, kept.waited, list(kept.rejected)
-        self._until = self._engine.until = inf if kept.until is None else kept.until
-        self._engine.denied = set(kept.denied)
-        self._attempts.restore(kept.steps, kept.planned_in, kept.avoided)
+        self._replans, self._waited, self._rejected = (
+            checkpoint.replans,
+            checkpoint.waited_s,
+            list(checkpoint.last_plan_problems),
+        )
+        self._until = self._engine.until = inf if checkpoint.deadline is None else checkpoint.deadline
+        self._engine.denied = set(checkpoint.denied_steps)
+        self._attempts.restore(checkpoint.steps, checkpoint.planning_states, checkpoint.avoided_skills)
         # The record since this checkpoint may not reach back to what an earlier crash interrupted.
-        self._attempts.bars.restore(kept.barred)
-        progress = kept.progress()
+        self._attempts.bars.restore(checkpoint.uncertain_steps)
+        progress = checkpoint.progress()
         modules, world = self._runtime.active_modules(), self._attempts.world
-        recovery = Recovery(modules, world, self._attempts.bars, self._journal)
-        recovery.recover(progress, said, kept.head.records)
-        self._plan = kept.plan if recovery.is_known else None
+        recovery = ProgressRecovery(modules, world, self._attempts.bars, self._journal)
+        recovery.recover(progress, events, checkpoint.audit_head.records)
+        self._plan = checkpoint.plan if recovery.is_position_known else None
         self._progress = progress
         told = "goes on with its plan" if self._plan is not None else "plans anew"
         task = str(self._routed)
-        self._journal.tell("resumed", f"{task}: {told}", task=task, told=told, records=kept.head.records)
+        self._journal.record(
+            "resumed", f"{task}: {told}", task=task, told=told, records=checkpoint.audit_head.records
+        )
 
-    def conclude(self, report: RunReport) -> None:
+    def save_final(self, report: RunReport) -> None:
         """Keep how it ended: there is nothing to go on with."""
         if self._checkpoints is not None:
-            self._checkpoints.conclude(self._standing(report))
+            self._checkpoints.write_final(self._checkpoint(report))
 
     def _save(self) -> None:
         if self._checkpoints is not None:
-            self._checkpoints.write(self._standing())
+            self._checkpoints.write(self._checkpoint())
 
-    def _standing(self, ended: RunReport | None = None) -> Checkpoint:
+    def _checkpoint(self, ended: RunReport | None = None) -> TaskCheckpoint:
         attempts, progress = self._attempts, self._progress
-        return Checkpoint(
+        return TaskCheckpoint(
             agent=self._agent,
             instruction=self._instruction,
             task=str(self._routed),
             goal=self._routed.task.goal_text,
             time=self._runtime.now(),
-            head=self._runtime.head(),
+            audit_head=self._runtime.log_head(),
             world=attempts.world.predicates,
             replans=self._replans,
-            waited=self._waited,
-            until=None if self._until == inf else self._until,
-            denied=tuple(sorted(self._engine.denied)),
-            avoided=tuple(sorted(attempts.dispatcher.denied)),
-            barred=attempts.bars.kept,
-            rejected=tuple(self._rejected),
-            planned_in=tuple(attempts.planned_in),
+            waited_s=self._waited,
+            deadline=None if self._until == inf else self._until,
+            denied_steps=tuple(sorted(self._engine.denied)),
+            avoided_skills=tuple(sorted(attempts.dispatcher.denied)),
+            uncertain_steps=attempts.bars.to_checkpoint,
+            last_plan_problems=tuple(self._rejected),
+            planning_states=tuple(attempts.planned_in),
             steps=tuple(attempts.records),
             plan=self._plan,
-            tried=tuple(progress.tried.items()),
-            settled=tuple(sorted(progress.settled)),
-            branches=tuple(progress.branches.items()),
-            ended=ended,
+            attempts=tuple(progress.attempts.items()),
+            done_paths=tuple(sorted(progress.done_paths)),
+            branch_choices=tuple(progress.branch_choices.items()),
+            final_report=ended,
         )
 
-    def _pursue(self) -> str | None:
+    def _run_until_goal(self) -> str | None:
         """None once the goal is measured, else why it will not be."""
         cap = self._runtime.site.limits.replans
-        while not self._goal_is_measured():
+        while not self._is_goal_reached():
             began = self._runtime.now()
-            end = self._follow_a_plan()
-            if self._goal_is_measured():
+            end = self._run_plan()
+            if self._is_goal_reached():
                 break
-            if self._engine.is_late or self._runtime.now() >= self._until:
+            if self._engine.timed_out or self._runtime.now() >= self._until:
                 return f"the {self._timeout:g} s for the task are over; the plan ended: {end.reason}"
-            if end.final:
+            if end.is_final:
                 return end.reason
-            if end.may_pass:
-                if self._waited >= PATIENCE:
-                    return f"{end.reason}; {PATIENCE:g} s of waiting did not help"
+            if end.is_transient:
+                if self._waited >= MAX_WAIT_S:
+                    return f"{end.reason}; {MAX_WAIT_S:g} s of waiting did not help"
                 self._wait(end.reason)
                 continue
             self._waited = 0.0
@@ -179,66 +186,68 @@ class Pursuit:
                 return f"the goal is not measured after {cap} re-plans; the last plan ended: {end.reason}"
             self._replans += 1
             self._save()
-            self._journal.tell(
+            self._journal.record(
                 "re-plan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
             )
-            if self._runtime.now() - began < PAUSE:
+            if self._runtime.now() - began < RETRY_INTERVAL_S:
                 # What failed at once, as with a sensor that is silent for a while, would do so again.
-                self._rest()
+                self._idle()
         return None
 
     def _wait(self, reason: str) -> None:
-        self._waited += PAUSE
+        self._waited += RETRY_INTERVAL_S
         self._save()
-        self._journal.tell("waiting", f"waits {PAUSE:g} s: {reason}", seconds=PAUSE, reason=reason)
-        self._rest()
+        self._journal.record(
+            "waiting", f"waits {RETRY_INTERVAL_S:g} s: {reason}", seconds=RETRY_INTERVAL_S, reason=reason
+        )
+        self._idle()
 
-    def _rest(self) -> None:
-        self._attempts.rest(min(self._until, self._runtime.now() + PAUSE))
+    def _idle(self) -> None:
+        self._attempts.idle_until(min(self._until, self._runtime.now() + RETRY_INTERVAL_S))
 
-    def _follow_a_plan(self) -> End:
-        graph = self._plan_to_follow()
-        if isinstance(graph, End):
+    def _run_plan(self) -> PlanFailure:
+        graph = self._next_plan()
+        if isinstance(graph, PlanFailure):
             return graph
-        self._plan, self._progress.changed = graph, self._save
+        self._plan, self._progress.on_change = graph, self._save
         self._save()
         end = self._engine.run(graph.body, self._progress)
-        if end is None or not end.final:
+        if end is None or not end.is_final:
             self._plan = None
-        return end or End("the plan is exhausted, and the goal is not measured")
+        return end or PlanFailure("the plan is exhausted, and the goal is not measured")
 
-    def _plan_to_follow(self) -> TaskGraph | End:
+    def _next_plan(self) -> TaskGraph | PlanFailure:
         """A new plan; of a resumed run first the one that it followed, if it may be started still."""
         if self._plan is None:
-            self._progress = Progress()
-            return self._verified_plan()
+            self._progress = PlanProgress()
+            return self._make_verified_plan()
         plan, self._plan = self._plan, None
         problems = verify_plan(plan, self._runtime.active_modules(), self._runtime.site)
         if problems:
-            return self._reject(problems)
+            return self._reject_plan(problems)
         self._followed = plan
         return plan
 
-    def _verified_plan(self) -> TaskGraph | End:
+    def _make_verified_plan(self) -> TaskGraph | PlanFailure:
         try:
-            graph = self._proposals.plan(self._routed, self._attempts.world_to_plan_in(), self._until)
-        except LateError as late:
-            return self._instead(str(late))
-        except ThinkingFailedError as failure:
-            return self._reject([f"the planner failed: {failure}"])
+            graph = self._proposals.plan(self._routed, self._attempts.planning_world(), self._until)
+        except PlanningTimeoutError as late:
+            return self._fall_back_to_previous_plan(str(late))
+        except PlannerProcessError as failure:
+            return self._reject_plan([f"the planner failed: {failure}"])
         try:
             problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
         except Exception as error:
             # What an untrusted planner returned may raise anything when it is looked at.
             reason = describe_exception(error, MOST_REASON, one_line=True)
-            return self._reject([f"the planner failed: {reason}"])
+            return self._reject_plan([f"the planner failed: {reason}"])
         if problems:
-            return self._reject(problems)
+            return self._reject_plan(problems)
         self._attempts.observe()
         self._rejected, self._followed = [], graph
         steps = [str(part) for part in graph.parts]
         text, said = " → ".join(steps), {"remark": graph.remark} if graph.remark else {}
-        self._journal.tell(
+        self._journal.record(
             "plan",
             f"{text} ({graph.remark})" if said else text,
             planner=self._proposals.name,
@@ -248,30 +257,30 @@ class Pursuit:
         )
         return graph
 
-    def _instead(self, late: str) -> TaskGraph | End:
+    def _fall_back_to_previous_plan(self, late: str) -> TaskGraph | PlanFailure:
         """The rest of the plan before, if it still leads to the goal; else nothing is done."""
         reason, world = f"the plan is late: {late}", self._attempts.observe()
         rest = None
         is_over = self._runtime.is_stopped or self._runtime.now() >= self._until
         if self._followed is not None and not is_over:
-            rest = self._proposals.rest_of(self._followed, self._routed, world, self._until)
+            rest = self._proposals.remaining_plan(self._followed, self._routed, world, self._until)
             is_as_then = self._attempts.observe().predicates == world.predicates
             modules, site = self._runtime.active_modules(), self._runtime.site
             if rest is not None and (not is_as_then or verify_plan(rest, modules, site)):
                 rest = None
         steps = [] if rest is None else [str(part) for part in rest.parts]
         does = f"goes on with {' → '.join(steps)}" if steps else "stands still"
-        self._journal.tell(
+        self._journal.record(
             "plan-late", f"{reason}; {does}", planner=self._proposals.name, reason=reason, steps=steps
         )
-        return End(f"{reason}; {does}", final=self._runtime.is_stopped) if rest is None else rest
+        return PlanFailure(f"{reason}; {does}", is_final=self._runtime.is_stopped) if rest is None else rest
 
-    def _reject(self, problems: list[str]) -> End:
+    def _reject_plan(self, problems: list[str]) -> PlanFailure:
         self._attempts.observe()
         again, self._rejected = problems == self._rejected, problems
         reason = "the plan is rejected: " + "; ".join(problems)
-        self._journal.tell("plan-rejected", reason, planner=self._proposals.name, problems=problems)
-        return End(reason, final=again)
+        self._journal.record("plan-rejected", reason, planner=self._proposals.name, problems=problems)
+        return PlanFailure(reason, is_final=again)
 
-    def _goal_is_measured(self) -> bool:
+    def _is_goal_reached(self) -> bool:
         return self._attempts.world.evaluate(self._routed.task.goal) is True

@@ -7,16 +7,16 @@ from typing import Any
 from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.expressions import elaborate_condition, elaborate_constant
 from aeros.spec.elaborate.scopes import constant_scope, state_scope
-from aeros.spec.model.model import Clause, Site
-from aeros.spec.text.fields import Expression
+from aeros.spec.model.model import ActionCondition, Site
+from aeros.spec.text.fields import ExpressionField
 from aeros.spec.text.nodes import ScalarNode
 
 
-def goal_of(text: str, site: Site) -> Clause:
+def parse_goal(text: str, site: Site) -> ActionCondition:
     """The condition that `text` is; raises `UserError` with the place of what is wrong with it."""
     sink = Diagnostics()
     expression = _argument("--goal", text)
@@ -24,10 +24,10 @@ def goal_of(text: str, site: Site) -> Clause:
     sink.raise_if_errors()
     if found is None:
         raise InternalError("a goal that was not understood was not reported")
-    return Clause(found.term, text, expression.span, found.conjuncts)
+    return ActionCondition(found.term, text, expression.span, found.conjuncts)
 
 
-def value_of(name: str, text: str, site: Site) -> Any:
+def parse_value(name: str, text: str, site: Site) -> Any:
     """The value that `text` gives the state variable `name`, None for `unknown`.
 
     Raises `UserError` with the place of what is wrong with it, `UsageError` for a name that is not known.
@@ -36,7 +36,7 @@ def value_of(name: str, text: str, site: Site) -> Any:
     if declared is None:
         near = did_you_mean(name, site.state)
         hint = f"; did you mean `{near}`?" if near else ""
-        raise UsageError(f"`{site.id}` has no state variable `{safe(name)}`{hint}")
+        raise UsageError(f"`{site.id}` has no state variable `{escape_invisible(name)}`{hint}")
     if text == "unknown":
         return None
     sink = Diagnostics()
@@ -46,6 +46,6 @@ def value_of(name: str, text: str, site: Site) -> Any:
     return value
 
 
-def _argument(path: str, text: str) -> Expression:
+def _argument(path: str, text: str) -> ExpressionField:
     span = Source(path, text).span(0, len(text))
-    return Expression(text, span, ScalarNode(text, span))
+    return ExpressionField(text, span, ScalarNode(text, span))

@@ -15,23 +15,23 @@ from typing import Any, Final
 from aeros.apps.report_page.run_data import (
     AUDIT,
     TRACE,
-    Decided,
-    Event,
-    Left,
-    Recorded,
-    Run,
-    event_in,
-    sample_in,
+    RecordedDecision,
+    RecordReader,
+    RunData,
+    SkillExecution,
+    TraceEvent,
+    parse_event,
+    parse_sample,
 )
-from aeros.apps.report_page.series import Nearest, series_of
+from aeros.apps.report_page.series import ClosestApproach, build_series
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.spec.model.model import Site
 
-_KEPT: Final = 50
-_AT_A_TIME: Final = 1 << 20  # bytes
+_HISTORY_LENGTH: Final = 50
+_READ_CHUNK_BYTES: Final = 1 << 20  # bytes
 
 
-class Following:
+class RunFollower:
     """The run that writes to `folder`, as far as it has been read.
 
     latest: by skill, the decision on what it does now, or did last.
@@ -40,20 +40,20 @@ class Following:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._record = Recorded()
+        self._record = RecordReader()
         self._tails = [_Tail(folder / name) for name in (AUDIT, TRACE, SAMPLES)]
-        self.latest: dict[str, Decided] = {}
-        self.last: deque[Decided] = deque(maxlen=_KEPT)
+        self.latest: dict[str, RecordedDecision] = {}
+        self.last: deque[RecordedDecision] = deque(maxlen=_HISTORY_LENGTH)
         self.counts: Counter[str] = Counter()
         self.world: dict[str, tuple[Any, float]] = {}
-        self.events: deque[Event] = deque(maxlen=_KEPT)
-        self.plan: Event | None = None
-        self.routed: Mapping[str, Any] = {}
+        self.events: deque[TraceEvent] = deque(maxlen=_HISTORY_LENGTH)
+        self.plan: TraceEvent | None = None
+        self.task_event: Mapping[str, Any] = {}
         self.ended: Mapping[str, Any] | None = None
         self.now = 0.0
 
     @property
-    def runs(self) -> list[Run]:
+    def runs(self) -> list[SkillExecution]:
         """Of skills, since the plan was made; those under way in any case."""
         return self._record.left.runs
 
@@ -67,7 +67,7 @@ class Following:
     @property
     def is_paused(self) -> bool:
         """Whether the executor has said that it pauses."""
-        changes = self._record.left.changes
+        changes = self._record.left.pause_changes
         return bool(changes) and changes[-1][1] == "paused"
 
     def read(self) -> None:
@@ -75,59 +75,59 @@ class Following:
         audit, trace, samples = self._tails
         for line in audit.lines():
             if _is_record(line):
-                self._take(line)
-        for event in map(event_in, trace.lines()):
+                self._on_record(line)
+        for event in map(parse_event, trace.lines()):
             if event is not None:
-                self._hear(event)
-        for sample in map(sample_in, samples.lines()):
+                self._on_event(event)
+        for sample in map(parse_sample, samples.lines()):
             if sample is not None:
-                self._measure(*sample)
+                self._on_sample(*sample)
 
-    def nearest(self, site: Site | None) -> list[Nearest]:
+    def closest_bounds(self, site: Site | None) -> list[ClosestApproach]:
         """How near each rule is to being broken by what is under way now, the nearest first."""
-        under_way = {run.skill for run in self.runs if run.ended is None}
+        under_way = {run.skill for run in self.runs if run.end_time is None}
         state = {name: [value, time] for name, (value, time) in self.world.items()}
         decided = [
             replace(one, time=self.now, state=state)
             for skill, one in self.latest.items()
-            if skill in under_way and one.verdict != "DENY"
+            if skill in under_way and one.decision != "DENY"
         ]
-        found = series_of(
-            Left(decisions=decided), {} if site is None else {site.digest: site}
-        ).nearest.values()
+        found = build_series(
+            RunData(decisions=decided), {} if site is None else {site.digest: site}
+        ).closest_approaches.values()
         return sorted(found, key=lambda one: (one.margin / (abs(one.bound) or 1.0), one.rule))
 
-    def _take(self, record: dict[str, Any]) -> None:
+    def _on_record(self, record: dict[str, Any]) -> None:
         left = self._record.left
-        self._record.take(record)
+        self._record.add_record(record)
         self.now = max(self.now, self._record.now)
         match record["event"]:
             case "decision":
                 (one,) = left.decisions
-                self.counts[one.verdict] += 1
+                self.counts[one.decision] += 1
                 self.last.append(one)
                 self.latest[one.skill] = one
-                self._measure(one.time, one.state)
+                self._on_sample(one.time, one.state)
             case "session-opened":
                 self.ended = None
             case "note" if left.notes:
                 kind, details = left.notes[-1]
                 if kind == "routed":
-                    self.routed, self.ended = details, None
+                    self.task_event, self.ended = details, None
                 if kind in ("run-ended", "run-had-ended"):
                     self.ended = details
         left.decisions.clear()
-        del left.notes[:-1], left.sessions[:-1], left.changes[:-1]
+        del left.notes[:-1], left.sessions[:-1], left.pause_changes[:-1]
 
-    def _hear(self, event: Event) -> None:
+    def _on_event(self, event: TraceEvent) -> None:
         self.events.append(event)
         self.now = max(self.now, event.time)
         if event.kind == "plan":
             self.plan = event
             runs = self._record.left.runs
-            runs[:] = [run for run in runs if run.ended is None or run.began >= event.time]
+            runs[:] = [run for run in runs if run.end_time is None or run.start_time >= event.time]
 
-    def _measure(self, now: float, state: Mapping[str, Any]) -> None:
+    def _on_sample(self, now: float, state: Mapping[str, Any]) -> None:
         self.now = max(self.now, now)
         for name, told in state.items():
             if type(told) is list and len(told) == 2 and type(told[1]) in (int, float):
@@ -149,7 +149,7 @@ class _Tail:
         try:
             with self._path.open("rb") as file:
                 file.seek(self._position)
-                while chunk := file.read(_AT_A_TIME):
+                while chunk := file.read(_READ_CHUNK_BYTES):
                     self._position += len(chunk)
                     *whole, self._rest = (self._rest + chunk).split(b"\n")
                     yield from filter(None, map(_object, whole))

@@ -53,7 +53,7 @@ def process_count(text: str) -> int:
     return int(text)
 
 
-def processors() -> int:
+def available_cpus() -> int:
     """Those that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -84,12 +84,12 @@ def mcap_path(text: str) -> Path:
     return _with_suffix(text, (".mcap",))
 
 
-def film_path(text: str) -> Path:
+def video_path(text: str) -> Path:
     """A path at which a film can be, of which the suffix says the format."""
-    return _with_suffix(text, FILMS)
+    return _with_suffix(text, VIDEO_SUFFIXES)
 
 
-FILMS = (".webp", ".gif", ".mp4")
+VIDEO_SUFFIXES = (".webp", ".gif", ".mp4")
 
 
 def _with_suffix(text: str, known: tuple[str, ...]) -> Path:

@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import Final
 
 from aeros.exit_codes import UsageError
-from aeros.files import replace_file
+from aeros.files import replace_durably
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import LATEST_RUN
 
 _FILE: Final = "latest-run.json"
 
 
-def note_run(state: Path, out: Path) -> None:
+def save_latest_run(state: Path, out: Path) -> None:
     """Say that a run of this process writes to `out`; no run fails for want of somebody who looks on."""
     said = {"schema": LATEST_RUN.schema, "out": str(out.resolve()), "pid": os.getpid()}
     with suppress(OSError):
-        replace_file(state / _FILE, json.dumps(said).encode())
+        replace_durably(state / _FILE, json.dumps(said).encode())
 
 
 def latest_run(state: Path) -> tuple[Path, bool] | None:
@@ -33,10 +33,10 @@ def latest_run(state: Path) -> tuple[Path, bool] | None:
         raise UsageError(str(error)) from error
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return out, _is_there(process)
+    return out, _is_running(process)
 
 
-def _is_there(process: int) -> bool:
+def _is_running(process: int) -> bool:
     if process <= 0:
         return False
     try:

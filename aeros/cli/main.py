@@ -15,7 +15,7 @@ from typing import Final
 import aeros
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
-from aeros.spec.diagnostics.render import render_all, safe
+from aeros.spec.diagnostics.render import escape_invisible, render_all
 
 _COMMANDS = {
     "verify": "prove modules safe under a site's policy",
@@ -55,13 +55,13 @@ _COMMANDS = {
 }
 """What each command does; the module of its name has the rest, and is imported only to run it."""
 
-_FAMILIES = {
+_SHARED_MODULES = {
     "modules": ("bundle", "install", "configure", "activate", "deactivate", "remove", "list"),
     "operator": ("policy", "block", "unblock", "pause", "resume", "stop", "release"),
 }
 """Modules that have the rest of several commands."""
 
-_NO_MORE: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
+_DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
 """What the system says of writing to a file that is open, without its name."""
 
 
@@ -90,8 +90,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get("AEROS_DEBUG"):
             traceback.print_exc()
-        if isinstance(error, OSError) and (error.filename is not None or error.errno in _NO_MORE):
-            place = "a file" if error.filename is None else f"`{safe(str(error.filename))}`"
+        if isinstance(error, OSError) and (error.filename is not None or error.errno in _DISK_ERRNOS):
+            place = "a file" if error.filename is None else f"`{escape_invisible(str(error.filename))}`"
             print(f"aeros: {place} cannot be used: {error.strerror}", file=sys.stderr)
             return Exit.REJECTED
         print(
@@ -99,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "Please report it with the output of the same command under AEROS_DEBUG=1.",
             file=sys.stderr,
         )
-        return Exit.OUR_BUG
+        return Exit.INTERNAL_ERROR
 
 
 def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
@@ -112,7 +112,7 @@ def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     wanted = next((word for word in given if word in _COMMANDS), None)
     for name, summary in _COMMANDS.items():
-        family = next((family for family, names in _FAMILIES.items() if name in names), None)
+        family = next((family for family, names in _SHARED_MODULES.items() if name in names), None)
         if name == wanted and family is not None:
             importlib.import_module(f"aeros.cli.{family}").add_to(commands, name)
         elif name == wanted:

@@ -12,8 +12,8 @@ constructed for each trial anew, with the options of the condition as keyword ar
 
 Steps, actions, and whether the goal is reached are measured by the harness and not told by it.  Its exact
 prediction needs nothing more, if all that it does follows from what it is given (`exact.py`): its own code
-is then run against the declared outcomes, all of them.  One that drives `Means.runtime` itself says what is
-to be expected of it (`Predicting`).
+is then run against the declared outcomes, all of them.  One that drives `TrialContext.runtime` itself says
+what is to be expected of it (`SelfPredicting`).
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, runtime_checkable
 
-from aeros.agent.execution.supervisor import Judgement
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step
-from aeros.agent.world.world import World
+from aeros.agent.execution.supervisor import StepAssessment
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime
 from aeros.spec.closed_loop.markov_chain import Prediction
 from aeros.spec.diagnostics.errors import MisuseError
@@ -34,7 +34,7 @@ from aeros.spec.model.model import Ecm, Site, Task
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ArchitectureReport:
     """What an architecture says of its own work; `reason`: why it gave up, empty where it did not.
 
     retries: further tries of a step; recoveries: runs of a skill that helps between two tries.
@@ -45,14 +45,14 @@ class Told:
     recoveries: int = 0
     replans: int = 0
     reason: str = ""
-    late: int = 0
+    planning_timeouts: int = 0
 
 
-class Means(Protocol):
+class TrialContext(Protocol):
     """What a trial gives to each architecture alike: skills, plant, seed, and what planners know."""
 
     @property
-    def routed(self) -> Routed:
+    def task(self) -> RoutedTask:
         """The task, with its goal and planning rules, and the module that provides it."""
 
     @property
@@ -63,28 +63,28 @@ class Means(Protocol):
     def runtime(self) -> Runtime:
         """The runtime's port, for architectures that run several skills at once, or an agent."""
 
-    def world(self) -> World:
+    def world(self) -> WorldModel:
         """What is measured now."""
 
-    def is_reached(self) -> bool:
+    def is_goal_reached(self) -> bool:
         """Whether the goal is measured as true now."""
 
-    def plan(self) -> tuple[Step, ...]:
+    def plan(self) -> tuple[PlanStep, ...]:
         """The plan that the task's planning rules make of what is measured now."""
 
-    def run(self, step: Step) -> Judgement:
+    def run(self, step: PlanStep) -> StepAssessment:
         """Run the step's skill once, if it may start now, every action decided by the gate."""
 
 
 class Architecture(Protocol):
     """Anything that can pursue a task."""
 
-    def pursue(self, means: Means) -> Told:
-        """Pursue the task of `means` once, to the end."""
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        """Pursue the task of `context` once, to the end."""
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class TrialModel:
     """What a trial's plant is declared to do: the manifest as it ran, and the task in it."""
 
     ecm: Ecm
@@ -92,26 +92,26 @@ class Model:
     site: Site
 
 
-MOST_ASKED: Final = 10_000
+MAX_CALLS: Final = 10_000
 """What an architecture may ask of its means in one trial; one that never gives up is ended by it."""
 
 
-class EndlessError(Exception):
+class CallLimitError(Exception):
     """An architecture has asked more than that."""
 
     def __init__(self) -> None:
-        super().__init__(f"it does not end: it has asked {MOST_ASKED} times for something")
+        super().__init__(f"it does not end: it has asked {MAX_CALLS} times for something")
 
 
 @runtime_checkable
-class Predicting(Protocol):
+class SelfPredicting(Protocol):
     """An architecture that says itself what is exactly to be expected of it."""
 
-    def predict(self, model: Model) -> Prediction:
-        """What `pursue` comes to; raises `NotExploredError`."""
+    def predict(self, model: TrialModel) -> Prediction:
+        """What `pursue` comes to; raises `StateSpaceError`."""
 
 
-SHIPPED: Final[Mapping[str, str]] = {
+BUILT_IN: Final[Mapping[str, str]] = {
     "aeros": "aeros.experiments.architectures.aeros_agent:ShippedAgent",
     "behaviour_tree": "aeros.experiments.architectures.behaviour_tree:BehaviourTree",
     "flat": "aeros.experiments.architectures.flat:FlatPipeline",
@@ -120,15 +120,15 @@ SHIPPED: Final[Mapping[str, str]] = {
 """Those that come with AEROS, by name."""
 
 
-def class_of(name: str) -> type[Architecture]:
+def load_class(name: str) -> type[Architecture]:
     """The class of a shipped name or of `package.module:Class`; raises `MisuseError` where there is none."""
-    module, _, attribute = SHIPPED.get(name, name).partition(":")
+    module, _, attribute = BUILT_IN.get(name, name).partition(":")
     try:
         found = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
-        if name in SHIPPED:
+        if name in BUILT_IN:
             raise MisuseError(f"`{name}` needs `pip install 'aeros[experiments]'` ({error})") from error
-        known = ", ".join(SHIPPED)
+        known = ", ".join(BUILT_IN)
         raise MisuseError(
             f"there is no architecture `{name}` ({error}); there are {known}, or name PACKAGE.MODULE:CLASS"
         ) from error
@@ -138,9 +138,9 @@ def class_of(name: str) -> type[Architecture]:
     return made
 
 
-def made(name: str, options: Mapping[str, Any]) -> Architecture:
+def build_architecture(name: str, options: Mapping[str, Any]) -> Architecture:
     """An architecture with these options; raises `MisuseError` where it does not take them."""
     try:
-        return class_of(name)(**options)
+        return load_class(name)(**options)
     except TypeError as error:
         raise MisuseError(f"`{name}` does not take the options {dict(options)}: {error}") from error

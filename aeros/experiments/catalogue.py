@@ -11,8 +11,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.experiments.architecture import SHIPPED, class_of
-from aeros.experiments.condition import Condition
+from aeros.experiments.architecture import BUILT_IN, load_class
+from aeros.experiments.condition import TrialCondition
 from aeros.experiments.inputs import digest_of_files
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
@@ -24,24 +24,24 @@ PLANTS: Final = ("physics", "symbolic")
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """What is looked at: a share (`of` the trials, or `hits` of what `of` counts), a mean, median or maximum.
+    """What is looked at: a share (`of` the trials, or `numerator` of what `of` counts), a mean, median or maximum.
 
     exact: the name of what is computed of it, if anything is.
     """
 
     name: str
     title: str
-    of: str = ""
-    hits: str = ""
+    denominator: str = ""
+    numerator: str = ""
     mean: str = ""
     median: str = ""
-    most: str = ""
+    maximum: str = ""
     exact: str = ""
 
     @property
     def is_share(self) -> bool:
         """Whether it is a share, with an interval."""
-        return self.of != ""
+        return self.denominator != ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +56,13 @@ class Row:
 
     id: str
     labels: tuple[str, ...]
-    condition: Condition
+    condition: TrialCondition
     variant: str = ""
     task: str = ""
     rate: str = ""
     architecture: str = ""
-    at: str = ""
-    along: str = ""
+    sweep_value: str = ""
+    sweep_axis: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +80,15 @@ class Experiment:
     metrics: tuple[Metric, ...]
     rows: tuple[Row, ...]
     variants: Mapping[str, str]
-    compared: tuple[tuple[str, str], ...] = ()
+    compared_pairs: tuple[tuple[str, str], ...] = ()
     overhead: bool = False
     figure: str = ""
-    drawn: tuple[str, ...] = ()
+    plotted_metrics: tuple[str, ...] = ()
     note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class EnteredArchitecture:
     """An architecture that somebody enters: `package.module:Class`, and its options."""
 
     architecture: str
@@ -100,7 +100,7 @@ class Entry:
         return self.architecture.rpartition(":")[2]
 
 
-def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment]:
+def catalogue(plant: str, entries: Sequence[EnteredArchitecture] = ()) -> dict[int, Experiment]:
     """Every experiment on `plant`, by number; those that take others' architectures with `entries`, too."""
     data = read_data("experiments.toml")
     for entry in entries:
@@ -133,7 +133,7 @@ def catalogue(plant: str, entries: Sequence[Entry] = ()) -> dict[int, Experiment
     return dict(sorted(found.items()))
 
 
-def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[Experiment]:
+def select_rows(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[Experiment]:
     """Those named: `all`, a number, or the beginning of a row's id; raises `MisuseError` for any other."""
     wanted: dict[int, dict[str, Row]] = {}
     for name in names:
@@ -148,7 +148,7 @@ def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[
             ids += [row.id for one in experiments.values() for row in one.rows]
             near = did_you_mean(name, ids)
             hint = f"did you mean `{near}`?" if near else "`aeros experiment list` shows all there are"
-            if plants := _other_plants(name):
+            if plants := _plants_of(name):
                 hint = f"it is tried with `--plant {plants[0]}`"
             raise MisuseError(f"there is no experiment `{name}`; {hint}")
         for number, row in rows:
@@ -160,7 +160,7 @@ def chosen(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[
     ]
 
 
-def _other_plants(name: str) -> Sequence[str]:
+def _plants_of(name: str) -> Sequence[str]:
     """On which plants alone the experiment of that name is tried."""
     number = name.partition("/")[0]
     experiments = read_data("experiments.toml")["experiment"]
@@ -176,7 +176,7 @@ def read_data(name: str) -> dict[str, Any]:
 
 
 def _task_rows(
-    one: Mapping[str, Any], data: Mapping[str, Any], plant: str, entered: Mapping[str, Entry]
+    one: Mapping[str, Any], data: Mapping[str, Any], plant: str, entered: Mapping[str, EnteredArchitecture]
 ) -> Iterator[Row]:
     variants = {name: data["variant"][name] for name in one.get("variants", ())}
     for name, entry in entered.items():
@@ -188,16 +188,16 @@ def _task_rows(
     for variant, settings in variants.items():
         for task in one["tasks"]:
             failure = data["task"][task]
-            for at, label, rate, changed in _varied(one, settings, failure):
+            for at, label, rate, changed in _variation(one, settings, failure):
                 id_ = [str(one["number"]), variant, task, *([at] if at else [])]
                 labels = [settings["title"], failure["title"], f"{float(100 * Fraction(rate)):g} %"]
                 labels += [label] if label else []
                 made = {**_task_settings(settings, task, failure, rate, plant), **changed}
                 named = (variant, task, rate, settings["architecture"], at, one.get("along", ""))
-                yield Row("/".join(id_), tuple(labels), Condition.of("task", plant, made), *named)
+                yield Row("/".join(id_), tuple(labels), TrialCondition.create("task", plant, made), *named)
 
 
-def _varied(
+def _variation(
     one: Mapping[str, Any], variant: Mapping[str, Any], failure: Mapping[str, Any]
 ) -> Iterator[tuple[str, str, str, Mapping[str, Any]]]:
     """What rows of a variant and a task differ in: a number, its label, the rate, what is set otherwise."""
@@ -228,7 +228,7 @@ def _task_settings(
         "outcome": failure["outcome"],
         "rate": str(Fraction(rate)),
     }
-    if variant["architecture"] not in SHIPPED:
+    if variant["architecture"] not in BUILT_IN:
         settings["source"] = _source_digest(variant["architecture"])
     if plant == "physics":
         settings["faults"] = (_DATA / "faults" / failure["faults"]).read_text(encoding="utf-8")
@@ -240,7 +240,7 @@ def _source_digest(architecture: str) -> str:
     """Of the file that an entered architecture is in: what else it imports is its author's to keep."""
     import inspect
 
-    file = Path(inspect.getfile(class_of(architecture)))
+    file = Path(inspect.getfile(load_class(architecture)))
     return digest_of_files({file.name: file})
 
 
@@ -249,7 +249,7 @@ def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) ->
     for row in one.get("row", ()):
         # What is in a file of its own decides the trials as well: all of its first list is in the condition.
         listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
-        texts = {name: _texts_in(folder) for name, folder in row.get("files", {}).items()}
+        texts = {name: _read_texts(folder) for name, folder in row.get("files", {}).items()}
         tasks = {
             name: _task_settings(data["variant"]["aeros"], task, failure, failure["rate"], plant)
             for name, task in row.get("tasks", {}).items()
@@ -262,13 +262,15 @@ def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) ->
             labels = [row["title"], *([across["title"]] if across else [])]
             labels += ["", "", f"{at} {sweep['unit']}"] if at else []
             settings = {**own, **across.get("settings", {}), **({sweep["setting"]: at} if at else {})}
-            condition = Condition.of(one["kind"], plant, settings)
+            condition = TrialCondition.create(one["kind"], plant, settings)
             id_ = "/".join([*names, *([at] if at else [])])
-            yield Row(id_, tuple(labels), condition, row["name"], at=at, along=sweep.get("along", ""))
+            yield Row(
+                id_, tuple(labels), condition, row["name"], sweep_value=at, sweep_axis=sweep.get("along", "")
+            )
 
 
 @cache
-def _texts_in(folder: str) -> dict[str, str]:
+def _read_texts(folder: str) -> dict[str, str]:
     """Each file of a folder of `data`, by name."""
     files = sorted(path for path in (_DATA / folder).iterdir() if path.is_file())
     return {path.name: path.read_text(encoding="utf-8") for path in files}

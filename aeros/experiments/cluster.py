@@ -13,13 +13,13 @@ from aeros.spec.diagnostics.errors import UserError
 
 
 @contextmanager
-def cluster(address: str, patience: str = "10s") -> Iterator[tuple[Executor, int]]:
+def dask_executor(address: str, timeout_s: str = "10s") -> Iterator[tuple[Executor, int]]:
     """Workers of the scheduler at `address`, and how many there are; they need the same AEROS and modules.
 
-    Raises `UserError` where nobody answers in `patience`, or there is no worker.
+    Raises `UserError` where nobody answers in `timeout_s`, or there is no worker.
     """
     try:
-        client = Client(address, timeout=patience)
+        client = Client(address, timeout=timeout_s)
     except (OSError, ValueError) as error:
         raise UserError([Diagnostic("AE002", f"no scheduler answers at `{address}`: {error}")]) from error
     with client:

@@ -10,7 +10,7 @@ from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class TrialCondition:
     """What is tried.
 
     kind: of trial, a key of `kinds.KINDS`.
@@ -20,20 +20,20 @@ class Condition:
 
     kind: str
     plant: str
-    text: str
+    canonical_json: str
 
     @classmethod
-    def of(cls, kind: str, plant: str, settings: Mapping[str, Any]) -> Condition:
+    def create(cls, kind: str, plant: str, settings: Mapping[str, Any]) -> TrialCondition:
         """The condition with these settings, JSON values."""
         return cls(kind, plant, json.dumps(settings, sort_keys=True, separators=(",", ":")))
 
     @property
     def settings(self) -> dict[str, Any]:
         """What it was made of."""
-        found: dict[str, Any] = json.loads(self.text)
+        found: dict[str, Any] = json.loads(self.canonical_json)
         return found
 
     def digest(self, premises: str) -> str:
         """Names it among all conditions tried on these `premises`, which are named by a digest."""
-        told = "\n".join((self.kind, self.plant, self.text, premises))
+        told = "\n".join((self.kind, self.plant, self.canonical_json, premises))
         return hashlib.sha256(told.encode()).hexdigest()[:32]

@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import aeros
 
-_DECIDING: Final = ("numpy", "py_trees", "pybullet", "z3-solver")
-_PACKAGES: Final = ("aeros", "distributed", *_DECIDING, "scipy")
+_RESULT_RELEVANT_PACKAGES: Final = ("numpy", "py_trees", "pybullet", "z3-solver")
+_PACKAGES: Final = ("aeros", "distributed", *_RESULT_RELEVANT_PACKAGES, "scipy")
 
 
 def environment() -> dict[str, Any]:
@@ -26,9 +26,11 @@ def environment() -> dict[str, Any]:
     }
 
 
-def releases() -> str:
+def package_versions() -> str:
     """Python's and those of packages, which decide what trials find besides code of AEROS."""
-    return f"python {platform.python_version()} " + " ".join(f"{one} {_release(one)}" for one in _DECIDING)
+    return f"python {platform.python_version()} " + " ".join(
+        f"{one} {_release(one)}" for one in _RESULT_RELEVANT_PACKAGES
+    )
 
 
 def _release(name: str) -> str | None:

@@ -17,68 +17,68 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, Final, NoReturn
 
-from aeros.agent.execution.supervisor import Judgement
+from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.planning.base import RulePlanner
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step
-from aeros.agent.world.world import World
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.agent.world.world import WorldModel
 from aeros.experiments.architecture import (
-    MOST_ASKED,
+    MAX_CALLS,
     Architecture,
-    EndlessError,
-    Model,
-    Predicting,
-    Told,
+    ArchitectureReport,
+    CallLimitError,
+    SelfPredicting,
+    TrialModel,
 )
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import Invocation
 from aeros.spec.closed_loop.markov_chain import Prediction
-from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
+from aeros.spec.expr.doubles import to_doubles
 
-MOST_SEQUENCES: Final = 20_000
+MAX_SEQUENCES: Final = 20_000
 """Sequences of outcomes that one prediction may take; a second or two."""
 
 
-def predicted(make: Callable[[], Architecture], model: Model) -> Prediction:
-    """The exact prediction of one trial; raises `NotExploredError` with the reason why there is none."""
+def predict(make: Callable[[], Architecture], model: TrialModel) -> Prediction:
+    """The exact prediction of one trial; raises `StateSpaceError` with the reason why there is none."""
     architecture = make()
-    if isinstance(architecture, Predicting):
+    if isinstance(architecture, SelfPredicting):
         return architecture.predict(model)
-    total = _Total()
+    total = _ExpectedCounts()
     pending: list[tuple[int, ...]] = [()]
-    told = _Tables(model)
-    for _ in range(MOST_SEQUENCES):
+    told = _ModelTables(model)
+    for _ in range(MAX_SEQUENCES):
         if not pending:
             return total.prediction()
         prefix = pending.pop()
-        means = _Modelled(told, prefix)
+        means = _ModelContext(told, prefix)
         try:
             said = make().pursue(means)
-        except NotExploredError:
+        except StateSpaceError:
             raise
-        except EndlessError as endless:
-            raise NotExploredError(str(endless)) from endless
+        except CallLimitError as endless:
+            raise StateSpaceError(str(endless)) from endless
         except Exception as error:
-            raise NotExploredError(f"it raises {type(error).__name__}: {error}") from error
+            raise StateSpaceError(f"it raises {type(error).__name__}: {error}") from error
         if len(means.widths) < len(prefix):
-            raise NotExploredError("it does not do the same where the same is measured")
+            raise StateSpaceError("it does not do the same where the same is measured")
         for place in range(len(prefix), len(means.widths)):
             taken = tuple(means.chosen[:place])
             pending += [(*taken, other) for other in range(1, means.widths[place])]
         total.add(means, said)
-    raise NotExploredError(f"it has more than {MOST_SEQUENCES} sequences of outcomes")
+    raise StateSpaceError(f"it has more than {MAX_SEQUENCES} sequences of outcomes")
 
 
-class _Total:
+class _ExpectedCounts:
     """Expected counts, summed over sequences."""
 
     def __init__(self) -> None:
         self._sums = {name: Fraction(0) for name in Prediction.__dataclass_fields__}
 
-    def add(self, means: _Modelled, told: Told) -> None:
+    def add(self, means: _ModelContext, told: ArchitectureReport) -> None:
         counts = {
-            "success": int(means.is_reached()),
+            "success": int(means.is_goal_reached()),
             "invocations": len(means.widths),
             "retries": told.retries,
             "recoveries": told.recoveries,
@@ -91,34 +91,34 @@ class _Total:
         return Prediction(**self._sums)
 
 
-class _Tables:
+class _ModelTables:
     """What all sequences of one model share."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: TrialModel) -> None:
         self.model = model
         self.system = TransitionSystem(model.ecm, model.task, model.site)
-        self.routed = Routed(model.ecm.id, model.task)
+        self.routed = RoutedTask(model.ecm.id, model.task)
         self.goal = self.system.condition(model.task.goal)
-        values = initial_values(model.site, as_doubles(model.task.initial))
+        values = initial_values(model.site, to_doubles(model.task.initial))
         self.start = tuple(values[name] for name in self.system.names)
         self._invocations: dict[tuple[str, str], list[Invocation]] = {}
 
-    def invocations(self, step: Step) -> list[Invocation]:
+    def invocations(self, step: PlanStep) -> list[Invocation]:
         """The skill of `step` with its inputs, or each that provides the capability."""
         key = step.skill, repr(sorted(step.inputs.items()))
         if key not in self._invocations:
-            providers = [self.model.ecm.skills[name] for name in self.model.ecm.providers_of(step.skill)]
+            providers = [self.model.ecm.skills[name] for name in self.model.ecm.providers(step.skill)]
             self._invocations[key] = [Invocation(one, step.inputs, self.system.names) for one in providers]
         return self._invocations[key]
 
 
-class _Modelled:
+class _ModelContext:
     """The means of a trial in which skills have the outcomes that `prefix` says, and the first ones after.
 
     widths: how many outcomes there were at each run; chosen: which was had.
     """
 
-    def __init__(self, tables: _Tables, prefix: Sequence[int]) -> None:
+    def __init__(self, tables: _ModelTables, prefix: Sequence[int]) -> None:
         self._tables = tables
         self._prefix = prefix
         self._state = tables.start
@@ -130,48 +130,46 @@ class _Modelled:
 
     @property
     def seed(self) -> NoReturn:
-        raise NotExploredError("it chooses by its seed, and says not what is to be expected (`predict`)")
+        raise StateSpaceError("it chooses by its seed, and says not what is to be expected (`predict`)")
 
     @property
-    def routed(self) -> Routed:
+    def task(self) -> RoutedTask:
         return self._tables.routed
 
     @property
     def runtime(self) -> NoReturn:
-        raise NotExploredError(
-            "it drives the runtime itself, and says not what is to be expected (`predict`)"
-        )
+        raise StateSpaceError("it drives the runtime itself, and says not what is to be expected (`predict`)")
 
-    def world(self) -> World:
+    def world(self) -> WorldModel:
         self._count()
         known: dict[str, Any] = dict(zip(self._tables.system.names, self._state, strict=True))
-        return World(0.0, known, {}, known)
+        return WorldModel(0.0, known, {}, known)
 
-    def is_reached(self) -> bool:
+    def is_goal_reached(self) -> bool:
         self._count()
         return self._tables.goal(self._state)
 
-    def plan(self) -> tuple[Step, ...]:
+    def plan(self) -> tuple[PlanStep, ...]:
         modules = {self._tables.model.ecm.id: self._tables.model.ecm}
-        return self._planner.plan(self.routed, self.world(), modules).steps
+        return self._planner.plan(self.task, self.world(), modules).steps
 
-    def run(self, step: Step) -> Judgement:
+    def run(self, step: PlanStep) -> StepAssessment:
         self._count()
         able = [one for one in self._tables.invocations(step) if one.can_start(self._state)]
         if not able:
-            return Judgement(None, True, False, f"the precondition of `{step.skill}` is not measured")
+            return StepAssessment(None, True, False, f"the precondition of `{step.skill}` is not measured")
         found = [one for one in able[0].after(self._state) if one[2]]
         place = len(self.widths)
         chosen = self._prefix[place] if place < len(self._prefix) else 0
         if chosen >= len(found):
-            raise NotExploredError("it does not do the same where the same is measured")
+            raise StateSpaceError("it does not do the same where the same is measured")
         self.widths.append(len(found))
         self.chosen.append(chosen)
         self._state, outcome, probability = found[chosen]
         self.probability *= probability
-        return Judgement(outcome.id, outcome.failure, False, f"outcome `{outcome.id}`" * outcome.failure)
+        return StepAssessment(outcome.id, outcome.failure, False, f"outcome `{outcome.id}`" * outcome.failure)
 
     def _count(self) -> None:
         self._asked += 1
-        if self._asked > MOST_ASKED:
-            raise EndlessError
+        if self._asked > MAX_CALLS:
+            raise CallLimitError

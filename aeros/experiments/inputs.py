@@ -11,21 +11,21 @@ from pathlib import Path
 from typing import Final
 
 import aeros
-from aeros.agent.planning.routing import Routed
-from aeros.experiments.environment import releases
+from aeros.agent.planning.routing import RoutedTask
+from aeros.experiments.environment import package_versions
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.gate.port import Gate
-from aeros.runtime.proving import prove
-from aeros.runtime.skills.in_process_run import RunsOfKeptCode
+from aeros.runtime.proving import prove_configuration
+from aeros.runtime.skills.in_process_run import CachedRunFactory
 from aeros.spec.diagnostics.codes import Diagnostic, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
-_NOT_IN_TRIALS: Final = ("api.py", "cli", "docs", "experiments")
+_EXCLUDED_FOLDERS: Final = ("api.py", "cli", "docs", "experiments")
 """Parts of AEROS that decide nothing of what a trial finds, but for …"""
 
-_IN_TRIALS: Final = (
+_INCLUDED_FILES: Final = (
     "architecture.py",
     "architectures",
     "failures.py",
@@ -40,18 +40,18 @@ _IN_TRIALS: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class InputPaths:
     """Where the premises are read from, as a worker elsewhere has them too.
 
     site: None for the reference site.
     """
 
-    ecms: str
+    modules_folder: str
     site: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Premises:
+class TrialInputs:
     """What is proved and compiled.
 
     where: it was read from.
@@ -60,16 +60,16 @@ class Premises:
     runs: opens skills in this process.
     """
 
-    where: Where
+    paths: InputPaths
     configuration: Configuration
     gate: Gate
-    runs: RunsOfKeptCode
+    skill_runs: CachedRunFactory
     digest: str
 
-    def routed(self, task: str) -> Routed:
+    def routed(self, task: str) -> RoutedTask:
         """The task of that name; raises `UserError` where no module has it."""
         tasks = {
-            one.id: Routed(name, one)
+            one.id: RoutedTask(name, one)
             for name, ecm in self.configuration.modules.items()
             for one in ecm.tasks.values()
         }
@@ -81,22 +81,24 @@ class Premises:
 
 
 @cache
-def premises_of(where: Where) -> Premises:
+def load_inputs(where: InputPaths) -> TrialInputs:
     """Everything proved and compiled; raises `UserError` where anything of it is refused."""
-    site = reference_site() if where.site is None else Path(where.site)
-    configuration, _ = prove([Path(where.ecms)], site, certified=True)
-    digest = hashlib.sha256(f"{configuration.digest} {code_digest()} {releases()}".encode()).hexdigest()
-    return Premises(where, configuration, CompiledGate(configuration), RunsOfKeptCode(), digest)
+    site = reference_site_path() if where.site is None else Path(where.site)
+    configuration, _ = prove_configuration([Path(where.modules_folder)], site, certified=True)
+    digest = hashlib.sha256(
+        f"{configuration.digest} {code_digest()} {package_versions()}".encode()
+    ).hexdigest()
+    return TrialInputs(where, configuration, CompiledGate(configuration), CachedRunFactory(), digest)
 
 
 @cache
 def code_digest() -> str:
     """SHA-256 over every file of AEROS that decides what trials of any kind find."""
     root = Path(aeros.__file__).parent
-    deciding = (one for one in root.iterdir() if one.name not in _NOT_IN_TRIALS)
-    also = (root / "experiments" / name for name in _IN_TRIALS)
+    deciding = (one for one in root.iterdir() if one.name not in _EXCLUDED_FOLDERS)
+    also = (root / "experiments" / name for name in _INCLUDED_FILES)
     return digest_of_files(
-        {str(path.relative_to(root)): path for one in (*deciding, *also) for path in _files(one)}
+        {str(path.relative_to(root)): path for one in (*deciding, *also) for path in _source_files(one)}
     )
 
 
@@ -109,7 +111,7 @@ def digest_of_files(files: Mapping[str, Path]) -> str:
     return digest.hexdigest()
 
 
-def _files(path: Path) -> Iterator[Path]:
+def _source_files(path: Path) -> Iterator[Path]:
     """The files at `path` and below that are somebody's, and no cache."""
     if path.is_file():
         yield path

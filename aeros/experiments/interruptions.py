@@ -7,7 +7,7 @@ from types import FrameType
 from typing import Self
 
 
-class Interruptions:
+class InterruptCounter:
     """How often SIGINT came as long as this is entered, by the main thread; where it is ignored, it still is.
 
     An exception in its place may come between any two instructions, as where a lock that is shared with the
@@ -21,11 +21,11 @@ class Interruptions:
     def __enter__(self) -> Self:
         self._former = signal.getsignal(signal.SIGINT)
         if self._former is not signal.SIG_IGN:
-            signal.signal(signal.SIGINT, self._note)
+            signal.signal(signal.SIGINT, self._on_sigint)
         return self
 
     def __exit__(self, *_: object) -> None:
         signal.signal(signal.SIGINT, self._former)
 
-    def _note(self, _number: int, _frame: FrameType | None) -> None:
+    def _on_sigint(self, _number: int, _frame: FrameType | None) -> None:
         self.count += 1

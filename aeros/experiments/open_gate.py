@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.compiled.rules import MonitorRules
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Decision, Verdict
-from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
+from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
@@ -26,11 +26,11 @@ class OpenGate(Gate):
         self._site = configuration.site
 
     @cached_property
-    def watched(self) -> Watched:
+    def monitor_rules(self) -> MonitorRules:
         """See `Gate`."""
-        return Watched(self._site)
+        return MonitorRules(self._site)
 
-    def under(self, configuration: Configuration) -> OpenGate:
+    def with_configuration(self, configuration: Configuration) -> OpenGate:
         """See `Gate`."""
         return OpenGate(configuration)
 
@@ -38,10 +38,10 @@ class OpenGate(Gate):
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Decision:
         """Allow the action as it is."""
-        return Decision(Verdict.ALLOW, action, ())
+        return Decision(DecisionKind.ALLOW, action, ())
 
-    def decide_beside(
-        self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
+    def decide_jointly(
+        self, decision: Decision, readings: Readings, now: float, others: Sequence[ActiveAction]
     ) -> Decision:
         """Return `decision` as it is."""
         return decision
@@ -49,5 +49,7 @@ class OpenGate(Gate):
 
 def without_policy(configuration: Configuration) -> Configuration:
     """The same modules at a site that has no rule to decide, to monitor or to plan motions by."""
-    site = replace(configuration.site, rules=(), joint=(), blocks=(), quotas=(), histories=(), motion=None)
+    site = replace(
+        configuration.site, rules=(), joint_rules=(), blocks=(), quotas=(), histories=(), motion=None
+    )
     return replace(configuration, site=site)

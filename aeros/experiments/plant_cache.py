@@ -15,16 +15,16 @@ from math import inf
 from time import process_time
 from typing import Any, NamedTuple, Self
 
-from aeros.experiments.random_stream import Luck
-from aeros.experiments.trial_plants import Opened
+from aeros.experiments.random_stream import RandomStream
+from aeros.experiments.trial_plants import OpenPlant
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import (
-    BEGINNING,
-    Ended,
-    Head,
+    EMPTY_LOG_HEAD,
+    AuditEvent,
+    EndedStep,
+    LogHead,
     Readings,
     Runtime,
-    Said,
     StepHandle,
     StepRequest,
     StepResult,
@@ -34,84 +34,86 @@ from aeros.spec.model.model import Ecm, Site
 from aeros.spec.verification.certificate import Certificate
 
 
-class State(NamedTuple):
+class PlantState(NamedTuple):
     """What can be told of a plant without asking anything of it.
 
-    counts: see `plants.Opened`.
-    chance: what chance has done to it, see `luck.Luck.seen`.
+    counts: see `plants.OpenPlant`.
+    chance: what chance has done to it, see `luck.RandomStream.observed_draws`.
     """
 
     now: float
     readings: Readings
     counts: Mapping[str, int]
-    chance: Any
+    draws: Any
 
 
-class Exchange(NamedTuple):
+class RuntimeCall(NamedTuple):
     """What was asked, what came of it, how the plant was left, and what it took, seconds of processor."""
 
-    asked: tuple[str, tuple[Any, ...]]
+    request: tuple[str, tuple[Any, ...]]
     answer: Any
-    after: State
+    state_after: PlantState
     took_s: float
 
 
 @dataclass
-class Take:
+class PlantTrace:
     """What one plant has done.
 
     open_s: seconds of processor that opening the plant and closing it took.
     """
 
-    before: State
-    exchanges: list[Exchange] = field(default_factory=list)
+    initial_state: PlantState
+    calls: list[RuntimeCall] = field(default_factory=list)
     open_s: float = 0.0
 
 
-class Takes:
+class PlantTraceCache:
     """Of plants that may be compared, the takes: those of the plants that were asked for last."""
 
     def __init__(self) -> None:
         self._whose = ""
-        self._takes: list[Take] = []
+        self._takes: list[PlantTrace] = []
 
-    def of(self, plants: str) -> list[Take]:
+    def traces(self, plants: str) -> list[PlantTrace]:
         """Those there are, to be followed and added to."""
         if plants != self._whose:
             self._whose, self._takes = plants, []
         return self._takes
 
 
-class Live(NamedTuple):
+class LivePlant(NamedTuple):
     """A plant that is open, and a runtime on it."""
 
     runtime: Runtime
-    opened: Opened
+    opened: OpenPlant
 
 
-class _Recorder:
+class _TraceRecorder:
     """A plant that is open, and the take that is made of it."""
 
-    def __init__(self, live: Live, luck: Luck) -> None:
+    def __init__(self, live: LivePlant, luck: RandomStream) -> None:
         self._live = live
         self._luck = luck
-        self.take = Take(self._state())
+        self.take = PlantTrace(self._state())
 
-    def ask(self, asked: tuple[str, tuple[Any, ...]]) -> Exchange:
+    def call(self, asked: tuple[str, tuple[Any, ...]]) -> RuntimeCall:
         """Ask it, and add what comes of it to the take."""
         name, arguments = asked
         began = process_time()
         answer = getattr(self._live.runtime, name)(*arguments)
-        exchange = Exchange(asked, answer, self._state(), process_time() - began)
-        self.take.exchanges.append(exchange)
+        exchange = RuntimeCall(asked, answer, self._state(), process_time() - began)
+        self.take.calls.append(exchange)
         return exchange
 
-    def _state(self) -> State:
+    def _state(self) -> PlantState:
         runtime, opened = self._live
-        return State(runtime.now(), runtime.observe(), dict(opened.counts), self._luck.seen(opened))
+        return PlantState(
+            runtime.now(), runtime.observe(), dict(opened.counts), self._luck.observed_draws(opened)
+        )
 
 
-class FollowingRuntime:
+class ReplayingRuntime:
     """A runtime (`ports.Runtime`) that follows takes as far as it can, and then makes another.
 
     takes: of plants that may be compared.
@@ -124,22 +126,22 @@ class FollowingRuntime:
     def __init__(
         self,
         configuration: Configuration,
-        takes: list[Take],
-        luck: Luck,
-        opened: Callable[[], AbstractContextManager[Live]],
+        takes: list[PlantTrace],
+        luck: RandomStream,
+        opened: Callable[[], AbstractContextManager[LivePlant]],
     ) -> None:
         self._configuration = configuration
         self._takes = takes
         self._luck = luck
         self._opened = opened
-        self._done: list[Exchange] = []
+        self._done: list[RuntimeCall] = []
         self._spent_s = 0.0
         self._stack = ExitStack()
-        self._live: _Recorder | None = None
-        self._followed = [one for one in takes if luck.would_do(one.before.chance)]
+        self._live: _TraceRecorder | None = None
+        self._followed = [one for one in takes if luck.reproduces(one.initial_state.draws)]
         if not self._followed:
-            self._live = self._opened_anew()
-        self._state = self._live.take.before if self._live else self._followed[0].before
+            self._live = self._open_and_replay()
+        self._state = self._live.take.initial_state if self._live else self._followed[0].initial_state
 
     def __enter__(self) -> Self:
         return self
@@ -153,17 +155,17 @@ class FollowingRuntime:
             self._spent_s += closing_s
 
     @property
-    def state(self) -> State:
+    def state(self) -> PlantState:
         """How the plant is left."""
         return self._state
 
     @property
-    def spent_s(self) -> float:
+    def cpu_time_s(self) -> float:
         """Seconds of processor that a plant of its own has taken so far, with whatever was asked again."""
         return self._spent_s
 
     @property
-    def alone_s(self) -> float:
+    def unshared_cpu_time_s(self) -> float:
         """Seconds of processor that it would have taken, if nothing had been shared or asked again."""
         take = self._live.take if self._live else self._followed[0]
         return take.open_s + sum(one.took_s for one in self._done)
@@ -201,63 +203,63 @@ class FollowingRuntime:
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
         """See `ports.Runtime`."""
-        started: StepHandle | StepResult = self._ask("start", request)
+        started: StepHandle | StepResult = self._call("start", request)
         return started
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         """See `ports.Runtime`."""
-        ended: Ended | None = self._ask("wait", until)
+        ended: EndedStep | None = self._call("wait", until)
         return ended
 
     def cancel(self, step: StepHandle, reason: str) -> None:
         """See `ports.Runtime`."""
-        self._ask("cancel", step, reason)
+        self._call("cancel", step, reason)
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         """Nobody reads it."""
 
-    def head(self) -> Head:
+    def log_head(self) -> LogHead:
         """Where nothing is recorded yet."""
-        return BEGINNING
+        return EMPTY_LOG_HEAD
 
-    def said_since(self, head: Head) -> tuple[Said, ...]:
+    def events_since(self, head: LogHead) -> tuple[AuditEvent, ...]:
         """Nothing is recorded."""
         return ()
 
     # Inside.
 
-    def _ask(self, name: str, *arguments: Any) -> Any:
+    def _call(self, name: str, *arguments: Any) -> Any:
         asked, place = (name, arguments), len(self._done)
         if self._live is None:
             self._followed = [
                 one
                 for one in self._followed
-                if len(one.exchanges) > place
-                and one.exchanges[place].asked == asked
-                and self._luck.would_do(one.exchanges[place].after.chance)
+                if len(one.calls) > place
+                and one.calls[place].request == asked
+                and self._luck.reproduces(one.calls[place].state_after.draws)
             ]
             if not self._followed:
-                self._live = self._opened_anew()
+                self._live = self._open_and_replay()
         if self._live is None:
-            found = self._followed[0].exchanges[place]
+            found = self._followed[0].calls[place]
         else:
-            found = self._live.ask(asked)
+            found = self._live.call(asked)
             self._spent_s += found.took_s
         self._done.append(found)
-        self._state = found.after
+        self._state = found.state_after
         return found.answer
 
-    def _opened_anew(self) -> _Recorder:
+    def _open_and_replay(self) -> _TraceRecorder:
         """A plant of its own, asked everything that was asked so far."""
         began = process_time()
         opening = self._opened()
         open_from = process_time()
-        recorder = _Recorder(self._stack.enter_context(opening), self._luck)
+        recorder = _TraceRecorder(self._stack.enter_context(opening), self._luck)
         recorder.take.open_s = process_time() - open_from
         for old in self._done:
-            new = recorder.ask(old.asked)
-            is_same = (new.answer, new.after.now) == (old.answer, old.after.now)
-            if not is_same or not self._luck.would_do(new.after.chance):
+            new = recorder.call(old.request)
+            is_same = (new.answer, new.state_after.now) == (old.answer, old.state_after.now)
+            if not is_same or not self._luck.reproduces(new.state_after.draws):
                 raise InternalError(f"asked the same, a plant did something else: {old.answer}, {new.answer}")
         self._takes.append(recorder.take)
         self._spent_s += process_time() - began

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Mapping
 
 from aeros.agent.planning.base import RulePlanner
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step, TaskGraph
-from aeros.agent.world.world import World
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.world.world import WorldModel
 from aeros.spec.model.model import Ecm
 
 
@@ -21,13 +21,18 @@ class SlowPlanner:
 
     name = "rules"
 
-    def __init__(self, first: float, again: float, taken: Callable[[Step], Step] = lambda step: step) -> None:
-        self._first = first
-        self._again = again
-        self._taken = taken
+    def __init__(
+        self,
+        first_delay_s: float,
+        replan_delay_s: float,
+        transform_step: Callable[[PlanStep], PlanStep] = lambda step: step,
+    ) -> None:
+        self._first = first_delay_s
+        self._again = replan_delay_s
+        self._taken = transform_step
         self._rules = RulePlanner()
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         """See `Planner`."""
         time.sleep(self._again if world.failures else self._first)
         graph = self._rules.plan(routed, world, modules)

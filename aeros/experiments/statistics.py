@@ -8,20 +8,20 @@ from typing import NamedTuple
 from scipy.stats import binom, binomtest, fisher_exact
 
 
-class Interval(NamedTuple):
+class ConfidenceInterval(NamedTuple):
     """From low to high."""
 
     low: float
     high: float
 
 
-def wilson(hits: int, trials: int) -> Interval:
+def wilson(hits: int, trials: int) -> ConfidenceInterval:
     """Wilson's 95 % interval of the chance that was met with `hits` times in `trials`."""
     found = binomtest(hits, trials).proportion_ci(0.95, method="wilson")
-    return Interval(float(found.low), float(found.high))
+    return ConfidenceInterval(float(found.low), float(found.high))
 
 
-def of_median(values: Sequence[float]) -> Interval | None:
+def median_interval(values: Sequence[float]) -> ConfidenceInterval | None:
     """A 95 % interval of the median, whatever the distribution is; fewer than six values have none.
 
     Between the k-th smallest and the k-th largest, where fewer than k of n fair coins fall on one side with a
@@ -31,10 +31,10 @@ def of_median(values: Sequence[float]) -> Interval | None:
     if k < 1:
         return None
     ordered = sorted(values)
-    return Interval(ordered[k - 1], ordered[-k])
+    return ConfidenceInterval(ordered[k - 1], ordered[-k])
 
 
-def fisher(one: tuple[int, int], other: tuple[int, int], *, one_sided: bool = False) -> float:
+def fisher_exact_test(one: tuple[int, int], other: tuple[int, int], *, one_sided: bool = False) -> float:
     """Fisher's exact test of hits in trials: p where both have one chance.
 
     one_sided: against that of `one` being higher; else against any other.

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from math import inf
 from typing import Any, cast
 
-from aeros.agent.execution.supervisor import Judgement, judge, start_problem
+from aeros.agent.execution.supervisor import StepAssessment, assess_step, start_obstacle
 from aeros.agent.planning.base import RulePlanner
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step
-from aeros.agent.world.values import Kept, exact
-from aeros.agent.world.world import World, measured_world
-from aeros.experiments.architecture import MOST_ASKED, EndlessError
-from aeros.runtime.ports import Ended, Readings, Runtime, StepHandle, StepRequest, StepResult
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.agent.world.values import CachingConverter, to_exact
+from aeros.agent.world.world import WorldModel, world_from_readings
+from aeros.experiments.architecture import MAX_CALLS, CallLimitError
+from aeros.runtime.ports import EndedStep, Readings, Runtime, StepHandle, StepRequest, StepResult
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.model import Ecm, Skill
@@ -29,11 +29,15 @@ class CountingRuntime:
     """
 
     def __init__(
-        self, runtime: Runtime, watched: tuple[str, str] | None = None, *, judged: bool = False
+        self,
+        runtime: Runtime,
+        counted_skill: tuple[str, str] | None = None,
+        *,
+        judge_by_measurement: bool = False,
     ) -> None:
         self._runtime = runtime
-        self._watched = watched
-        self.judged = judged
+        self._watched = counted_skill
+        self.judged = judge_by_measurement
         self._under_way: set[StepHandle] = set()
         self.steps = 0
         self.actions = 0
@@ -51,7 +55,7 @@ class CountingRuntime:
                 self._under_way.add(started)
         return started
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         """See `ports.Runtime`."""
         ended = self._runtime.wait(until)
         if ended is not None:
@@ -70,94 +74,94 @@ class CountingRuntime:
         """By what is measured now."""
         assert self._watched is not None  # noqa: S101  only what is watched is under way
         runtime, (module, name) = self._runtime, self._watched
-        world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
-        return judge(module, runtime.active_modules()[module].skills[name], result, world).failed
+        world = world_from_readings(runtime.site.state, runtime.observe(), runtime.now())
+        return assess_step(module, runtime.active_modules()[module].skills[name], result, world).failed
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._runtime, name)
 
 
-class TrialMeans:
-    """See `architecture.Means`."""
+class TrialContextImpl:
+    """See `architecture.TrialContext`."""
 
-    def __init__(self, runtime: CountingRuntime, routed: Routed, seed: int) -> None:
+    def __init__(self, runtime: CountingRuntime, routed: RoutedTask, seed: int) -> None:
         self._runtime = cast(Runtime, runtime)
         self._routed = routed
         self._seed = seed
-        self._exactly = Kept()
+        self._exactly = CachingConverter()
         self._planner = RulePlanner()
         self._asked = 0
         self._readings: Readings | None = None
-        self._world: World | None = None
+        self._world: WorldModel | None = None
 
     @property
-    def routed(self) -> Routed:
-        """See `Means`."""
+    def task(self) -> RoutedTask:
+        """See `TrialContext`."""
         return self._routed
 
     @property
     def seed(self) -> int:
-        """See `Means`."""
+        """See `TrialContext`."""
         return self._seed
 
     @property
     def runtime(self) -> Runtime:
-        """See `Means`."""
+        """See `TrialContext`."""
         return self._runtime
 
-    def world(self) -> World:
-        """See `Means`."""
+    def world(self) -> WorldModel:
+        """See `TrialContext`."""
         self._asked += 1
-        if self._asked > MOST_ASKED:
-            raise EndlessError
+        if self._asked > MAX_CALLS:
+            raise CallLimitError
         runtime = self._runtime
         readings, now = runtime.observe(), runtime.now()
         # Where the very same readings come again, as long as nothing happens, so does the world.
         if self._world is None or readings is not self._readings or now != self._world.time:
             self._readings = readings
-            self._world = measured_world(runtime.site.state, readings, now, self._exactly)
+            self._world = world_from_readings(runtime.site.state, readings, now, self._exactly)
         return self._world
 
-    def is_reached(self) -> bool:
-        """See `Means`."""
+    def is_goal_reached(self) -> bool:
+        """See `TrialContext`."""
         return self.world().evaluate(self._routed.task.goal) is True
 
-    def measures_the_goal(self) -> bool:
+    def is_goal_measured(self) -> bool:
         """The same for the harness, whatever the architecture has asked for."""
         self._asked = 0
-        return self.is_reached()
+        return self.is_goal_reached()
 
-    def plan(self) -> tuple[Step, ...]:
-        """See `Means`."""
+    def plan(self) -> tuple[PlanStep, ...]:
+        """See `TrialContext`."""
         return self._planner.plan(self._routed, self.world(), self._runtime.active_modules()).steps
 
-    def run(self, step: Step) -> Judgement:
-        """See `Means`; of a capability the first provider is run that may start."""
+    def run(self, step: PlanStep) -> StepAssessment:
+        """See `TrialContext`; of a capability the first provider is run that may start."""
         world, module = self.world(), self._runtime.active_modules()[step.module]
-        providers = [module.skills[name] for name in module.providers_of(step.skill)]
+        providers = [module.skills[name] for name in module.providers(step.skill)]
         if not providers:
             raise MisuseError(f"`{step.module}` has no skill `{step.skill}`")
-        problems = [start_problem(step.module, one, world, _environment(one, step)) for one in providers]
+        problems = [start_obstacle(step.module, one, world, _environment(one, step)) for one in providers]
         able = [one for one, problem in zip(providers, problems, strict=True) if problem is None]
         if not able:
-            return Judgement(None, True, False, "; ".join(str(problem) for problem in problems))
+            return StepAssessment(None, True, False, "; ".join(str(problem) for problem in problems))
         return self._run(module, able[0], step.inputs)
 
-    def _run(self, module: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Judgement:
-        result = self._runtime.start(StepRequest(module.id, skill.id, _filled(skill, inputs)))
+    def _run(self, module: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> StepAssessment:
+        result = self._runtime.start(StepRequest(module.id, skill.id, _with_defaults(skill, inputs)))
         if not isinstance(result, StepResult):
             ended = self._runtime.wait()
             if ended is None:
                 raise MisuseError("nothing ended, without a time to wait until")
             result = ended.result
-        return judge(module.id, skill, result, self.world())
+        return assess_step(module.id, skill, result, self.world())
 
 
-def _filled(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: inputs.get(name, declared.default) for name, declared in skill.inputs.items()}
+def _with_defaults(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: inputs.get(name, declared.default_value) for name, declared in skill.inputs.items()}
 
 
-def _environment(skill: Skill, step: Step) -> Environment:
+def _environment(skill: Skill, step: PlanStep) -> Environment:
     """The skill's inputs, exact, as its conditions name them."""
-    filled = _filled(skill, step.inputs)
-    return {declared.name: exact(declared, filled[name]) for name, declared in skill.inputs.items()}
+    filled = _with_defaults(skill, step.inputs)
+    return {declared.name: to_exact(declared, filled[name]) for name, declared in skill.inputs.items()}

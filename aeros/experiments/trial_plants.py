@@ -9,27 +9,27 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.routing import RoutedTask
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.merged import moves_joints
-from aeros.runtime.ports import Plan, Plant, Trajectory
+from aeros.runtime.ports import PlannedMotion, Plant, Trajectory
 from aeros.session.plant_factory import surroundings_of
-from aeros.sim.gilbert_elliott import Process
-from aeros.sim.symbolic.outcomes import Bursts
+from aeros.sim.gilbert_elliott import GilbertElliottProcess
+from aeros.sim.symbolic.outcomes import BurstOutcomes
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.model import Ecm, Site, Task
 
 if TYPE_CHECKING:
-    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
 
 
 @dataclass
-class Opened:
+class OpenPlant:
     """A plant, and what is counted of it.
 
     chance: as `luck.py` reads it, on the symbolic plant the outcomes that were drawn so far, on physics
@@ -38,51 +38,54 @@ class Opened:
 
     plant: Plant
     counts: dict[str, int] = field(default_factory=dict)
-    chance: Callable[[], Any] | None = None
+    equivalent_interval: Callable[[], Any] | None = None
 
 
-Plants = Callable[[int], AbstractContextManager[Opened]]
+PlantFactory = Callable[[int], AbstractContextManager[OpenPlant]]
 """Opens the plant of a seed."""
 
 
 def symbolic_plants(
-    site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, Bursts] | None = None
-) -> Plants:
+    site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, BurstOutcomes] | None = None
+) -> PlantFactory:
     """Plants on which `modules` do as they declare, some skills in bursts."""
-    rested = SymbolicPlant(site, modules, 0, as_doubles(task.initial), bursts)
+    rested = SymbolicPlant(site, modules, 0, to_doubles(task.initial), bursts)
 
     @contextmanager
-    def opened(seed: int) -> Iterator[Opened]:
-        plant = rested.anew(seed)
-        yield Opened(plant, chance=plant.drawn)
+    def opened(seed: int) -> Iterator[OpenPlant]:
+        plant = rested.reset(seed)
+        yield OpenPlant(plant, equivalent_interval=plant.drawn_outcomes)
 
     return opened
 
 
 def physics_plants(
-    configuration: Configuration, routed: Routed, faults: str, process: Process | Mapping[str, Process]
-) -> Plants:
+    configuration: Configuration,
+    routed: RoutedTask,
+    faults: str,
+    process: GilbertElliottProcess | Mapping[str, GilbertElliottProcess],
+) -> PlantFactory:
     """Plants in which every fault of the text `faults` happens as `process`, or that of its name, has it.
 
     Raises `UserError` where there is no physics, no such scene, or the text declares no faults.
     """
     try:
-        from aeros.sim.faults.injector import Injector
+        from aeros.sim.faults.injector import FaultInjector
         from aeros.sim.physics import make_plant
     except ImportError as error:
-        raise no_physics(error) from error
+        raise missing_physics_error(error) from error
     scene = routed.task.scene or ""
     happening = _faults(faults, process, configuration, scene)
 
     @contextmanager
-    def opened(seed: int) -> Iterator[Opened]:
-        found = Opened(cast(Plant, None), {"faults": 0, "ik_solutions": 0})
+    def opened(seed: int) -> Iterator[OpenPlant]:
+        found = OpenPlant(cast(Plant, None), {"faults": 0, "ik_solutions": 0})
 
-        def told(one: Happening) -> None:
+        def told(one: FaultEvent) -> None:
             found.counts["faults"] += one.event == "fault"
 
-        injector = Injector(happening, seed, told)
-        found.chance = lambda: injector.alike
+        injector = FaultInjector(happening, seed, told)
+        found.equivalent_interval = lambda: injector.equivalent_rates
         plant = make_plant(scene, seed, disturbance=injector)
         try:
             found.plant = cast(Plant, _CountingPlant(plant, found.counts))
@@ -93,14 +96,17 @@ def physics_plants(
     return opened
 
 
-def no_physics(error: ImportError) -> UserError:
+def missing_physics_error(error: ImportError) -> UserError:
     """What is missing for it, and what to do."""
     headline = f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing)"
     return UserError([Diagnostic("AE002", headline, help=("or use `--plant symbolic`",))])
 
 
 def _faults(
-    text: str, process: Process | Mapping[str, Process], configuration: Configuration, scene: str
+    text: str,
+    process: GilbertElliottProcess | Mapping[str, GilbertElliottProcess],
+    configuration: Configuration,
+    scene: str,
 ) -> tuple[Fault, ...]:
     from aeros.sim.faults.faults_file import read_faults
     from aeros.sim.scenes import SCENES
@@ -111,7 +117,7 @@ def _faults(
         path.write_text(text, encoding="utf-8")
         declared = read_faults(str(path), around)
     each = {one.name: process[one.name] if isinstance(process, Mapping) else process for one in declared}
-    return tuple(replace(one, process=each[one.name], at_most=None) for one in declared)
+    return tuple(replace(one, process=each[one.name], max_count=None) for one in declared)
 
 
 class _CountingPlant:
@@ -121,11 +127,11 @@ class _CountingPlant:
         self._plant = plant
         self._counts = counts
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """See `Plant`."""
         plan = self._plant.plan(action)
         if isinstance(plan, Trajectory) and moves_joints(plan):
-            self._counts["ik_solutions"] += sum(len(path) + 1 for path in plan.paths)
+            self._counts["ik_solutions"] += sum(len(path) + 1 for path in plan.joint_paths)
         return plan
 
     def __getattr__(self, name: str) -> Any:

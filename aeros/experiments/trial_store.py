@@ -19,30 +19,30 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, NamedTuple, Self
 
-from aeros.experiments.trial_kinds import Found
+from aeros.experiments.trial_kinds import Findings
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import TRIALS
 
-FILE: Final = "trials.jsonl"
+TRIALS_FILE: Final = "trials.jsonl"
 
-_ASIDE: Final = "finished-"
+_SPILL_PREFIX: Final = "finished-"
 
 _APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
 
 _SYNC_EVERY: Final = 1.0  # s
 
 
-class Kept(NamedTuple):
+class StoredTrial(NamedTuple):
     """A finished trial: its condition's digest, its seed, and what it found."""
 
     condition: str
     seed: int
-    found: Found
+    findings: Findings
 
 
-class Aside:
+class SpillFile:
     """Trials that a worker has finished and that are not kept yet, in a file whose path it was given.
 
     Where there is no such folder, as on another machine, nothing is kept.
@@ -60,20 +60,20 @@ class Aside:
         if self._file is not None:
             os.close(self._file)
 
-    def keep(self, one: Kept) -> None:
+    def append(self, one: StoredTrial) -> None:
         """Append it; raises `OSError`."""
         if self._file is not None:
             _write(self._file, _line(one))
 
 
-class Store:
+class TrialStore:
     """The trials of one folder; one process at a time writes them.
 
     Raises `MisuseError` where another does, or none can; `UserError` where a line is none of ours.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._path = folder / FILE
+        self._path = folder / TRIALS_FILE
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._file = os.open(self._path, _APPEND, 0o644)
@@ -86,9 +86,9 @@ class Store:
             raise MisuseError(f"`{self._path}` is being written by another run") from error
         self._synced = time.monotonic()
         try:
-            self.trials: dict[tuple[str, int], Found] = dict(self._read())
-            for path in sorted(folder.glob(f"{_ASIDE}*.jsonl")):
-                self.take_in(path)
+            self.trials: dict[tuple[str, int], Findings] = dict(self._read())
+            for path in sorted(folder.glob(f"{_SPILL_PREFIX}*.jsonl")):
+                self.merge_spill(path)
         except BaseException:
             os.close(self._file)
             raise
@@ -102,24 +102,24 @@ class Store:
         os.fsync(self._file)
         os.close(self._file)
 
-    def aside(self, number: int) -> Path:
+    def spill_path(self, number: int) -> Path:
         """The file for what a worker finishes of the chunk with that number."""
-        return self._path.parent.resolve() / f"{_ASIDE}{number}.jsonl"
+        return self._path.parent.resolve() / f"{_SPILL_PREFIX}{number}.jsonl"
 
-    def take_in(self, aside: Path) -> int:
+    def merge_spill(self, aside: Path) -> int:
         """Append what a worker has kept there, of which nothing is needed there any more; how much it was.
 
         Raises `OSError`; `UserError` where a line is none of ours.
         """
-        found = list(_kept_in(aside, _whole(aside.read_bytes())))
-        self.keep([one for one in found if (one.condition, one.seed) not in self.trials], aside)
+        found = list(_read_trials(aside, _complete_lines(aside.read_bytes())))
+        self.append([one for one in found if (one.condition, one.seed) not in self.trials], aside)
         return len(found)
 
-    def keep(self, trials: Iterable[Kept], aside: Path | None = None) -> None:
+    def append(self, trials: Iterable[StoredTrial], aside: Path | None = None) -> None:
         """Append these, of which none is needed `aside` any more; raises `OSError`."""
         made = list(trials)
         _write(self._file, "".join(map(_line, made)))
-        self.trials.update({(one.condition, one.seed): one.found for one in made})
+        self.trials.update({(one.condition, one.seed): one.findings for one in made})
         if aside is not None:
             aside.unlink(missing_ok=True)
         if time.monotonic() - self._synced > _SYNC_EVERY:
@@ -130,14 +130,14 @@ class Store:
 
     def _read(self) -> Iterable[tuple[tuple[str, int], Mapping[str, Any]]]:
         content = self._path.read_bytes()
-        whole = _whole(content)
+        whole = _complete_lines(content)
         if len(whole) < len(content):
             os.ftruncate(self._file, len(whole))
-        for one in _kept_in(self._path, whole):
-            yield (one.condition, one.seed), one.found
+        for one in _read_trials(self._path, whole):
+            yield (one.condition, one.seed), one.findings
 
 
-def _line(one: Kept) -> str:
+def _line(one: StoredTrial) -> str:
     return (
         json.dumps({"schema": TRIALS.schema, **one._asdict()}, sort_keys=True, separators=(",", ":")) + "\n"
     )
@@ -149,17 +149,17 @@ def _write(file: int, text: str) -> None:
         content = content[os.write(file, content) :]
 
 
-def _whole(content: bytes) -> bytes:
+def _complete_lines(content: bytes) -> bytes:
     """The lines that are not torn."""
     return content[: content.rfind(b"\n") + 1]
 
 
-def _kept_in(path: Path, whole: bytes) -> Iterator[Kept]:
+def _read_trials(path: Path, whole: bytes) -> Iterator[StoredTrial]:
     for number, line in enumerate(whole.splitlines(), 1):
         try:
             kept = json.loads(line)
             TRIALS.require_current(kept, path)
-            yield Kept(**{key: value for key, value in kept.items() if key != "schema"})
+            yield StoredTrial(**{key: value for key, value in kept.items() if key != "schema"})
         except FormatVersionError as error:
             raise UserError([Diagnostic("AE114", f"line {number}: {error}")]) from error
         except (AttributeError, ValueError, TypeError) as error:

@@ -35,7 +35,7 @@ Readings = Mapping[str, Reading]
 """Readings by vocabulary name.  A name that is absent is unknown."""
 
 
-class Names:
+class ColumnNames:
     """Names of what is measured together, in their order, and the place of each."""
 
     __slots__ = ("names", "places")
@@ -47,7 +47,7 @@ class Names:
         self.places = {name: place for place, name in enumerate(self.names)}
 
 
-class Moment(Mapping[str, Reading]):
+class Snapshot(Mapping[str, Reading]):
     """Readings that were all taken at one time, their values in a column.  Nothing of it ever changes.
 
     Where a column is the one of the moment before, or most values in it are the same objects, whoever has
@@ -56,8 +56,8 @@ class Moment(Mapping[str, Reading]):
 
     __slots__ = ("column", "order", "time")
 
-    def __init__(self, order: Names, column: tuple[Any, ...], time: float) -> None:
-        if type(order) is not Names or type(column) is not tuple or len(column) != len(order.names):
+    def __init__(self, order: ColumnNames, column: tuple[Any, ...], time: float) -> None:
+        if type(order) is not ColumnNames or type(column) is not tuple or len(column) != len(order.names):
             raise MisuseError(f"a column of {len(order.names)} values is not what was given")
         self.order = order
         self.column = column
@@ -80,7 +80,7 @@ upon which the plant makes a protective stop within that tick."""
 
 
 @dataclass(frozen=True, slots=True)
-class Completion:
+class MotionCompletion:
     """How one action ended on the plant.
 
     completed: the plant did all of it.
@@ -92,7 +92,7 @@ class Completion:
     reason: str | None = None
 
 
-Triple = tuple[float, float, float]
+Vec3 = tuple[float, float, float]
 
 
 class Ball(NamedTuple):
@@ -105,32 +105,32 @@ class Ball(NamedTuple):
 
     link: str
     joint: int
-    centre: Triple
+    centre: Vec3
     radius: float
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class RobotBody:
     """A robot's chain of revolute joints and the balls that enclose its links.
 
     rows: a, alpha and d of each joint, m and rad: modified (Craig) Denavit–Hartenberg parameters.
     tool: the tool point in the frame of the last joint, m.
     """
 
-    rows: tuple[tuple[float, float, float], ...]
-    tool: Triple
+    dh_rows: tuple[tuple[float, float, float], ...]
+    tool_offset: Vec3
     balls: tuple[Ball, ...]
 
 
-Joints = tuple[float, ...]
+JointVector = tuple[float, ...]
 """A value for each joint, rad for positions."""
 
-Path = tuple[tuple[Joints, Joints, Joints, Joints], ...]
+JointPath = tuple[tuple[JointVector, JointVector, JointVector, JointVector], ...]
 """Pieces of equal length in s from 0 to 1, each a cubic by its four Bézier control points."""
 
 
 @dataclass(frozen=True, slots=True)
-class Servo:
+class ServoBounds:
     """How far and how fast a motion under feedback may leave its paths; the plant holds itself to it.
 
     slack: distance of each joint from the nearest path, rad.
@@ -138,10 +138,10 @@ class Servo:
     tool_speed, tool_acceleration, tool_jerk: of the set point that is followed, SI.
     """
 
-    slack: Joints
-    speed: Joints
-    acceleration: Joints
-    jerk: Joints
+    joint_tolerance: JointVector
+    speed: JointVector
+    acceleration: JointVector
+    jerk: JointVector
     tool_speed: float
     tool_acceleration: float
     tool_jerk: float
@@ -156,33 +156,33 @@ class Trajectory:
     duration: s; under feedback an estimate.
     """
 
-    body: Body
-    paths: tuple[Path, ...]
-    base: Triple
-    way: Triple
+    body: RobotBody
+    joint_paths: tuple[JointPath, ...]
+    base: Vec3
+    base_path: Vec3
     duration: float
-    servo: Servo | None = None
+    servo: ServoBounds | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Motionless:
+class NoMotion:
     """The plant's statement that an action moves no joint and no base, and why."""
 
-    why: str
+    reason: str
 
 
-Plan = Trajectory | Motionless | Completion
-"""What the plant would do for an action; a `Completion` says why it cannot do it."""
+PlannedMotion = Trajectory | NoMotion | MotionCompletion
+"""What the plant would do for an action; a `MotionCompletion` says why it cannot do it."""
 
 
-Motion = NewType("Motion", int)
+MotionHandle = NewType("MotionHandle", int)
 """One action under way on a plant, by the number that the plant gave it."""
 
 
 class Plant(Protocol):
     """What executes allowed actions: a simulator, an in-memory fake, a robot.
 
-    A plant never decides.  It refuses what it cannot do (`Completion` with a reason, before any
+    A plant never decides.  It refuses what it cannot do (`MotionCompletion` with a reason, before any
     motion), never raises for it, and stops when `monitor` names a rule.  Several actions may be under
     way; that they do not share an actuator is for others to see to.
 
@@ -205,16 +205,16 @@ class Plant(Protocol):
         The monitor may call it, from inside `advance`.
         """
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """The motion that `action` is, from where the robot is now; moves nothing."""
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Begin `action`, beside what is under way; nothing moves before `advance`.
 
         decided: what `plan` said of this action, decided since: that motion and no other is made.
         """
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Go on with everything under way until some of it ends; which, and how.
 
         monitor: called before the first control tick and after every one.  Where it names a rule,
@@ -223,7 +223,7 @@ class Plant(Protocol):
             nothing is under way, too.
         """
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         """Let `motion` come to rest within limits while others go on; `advance` says when it has.
 
         The monitor may call it, from inside `advance`.
@@ -261,7 +261,7 @@ class StepStatus(Enum):
     TIMED_OUT = "timed_out"  # the skill was halted at its time-out
     RAISED = "raised"  # the skill's code failed; it was halted
     HALTED = "halted"  # the operator stopped everything: nothing begins any more
-    UNHELD = "unheld"  # what must be measured as long as the skill runs was not; it was halted
+    HOLD_LOST = "unheld"  # what must be measured as long as the skill runs was not; it was halted
     CANCELLED = "cancelled"  # whoever had asked for it took it back; it was halted, or never began
 
 
@@ -279,7 +279,7 @@ class StepResult:
     attenuated: int = 0
     denied: int = 0
     outputs: Mapping[str, Any] = field(default_factory=dict)
-    may_pass: bool = False
+    is_transient: bool = False
     causes: tuple[Cause, ...] = ()
 
 
@@ -287,25 +287,25 @@ StepHandle = NewType("StepHandle", int)
 """A step that was started, by the number that the runtime gave it."""
 
 
-class Ended(NamedTuple):
+class EndedStep(NamedTuple):
     """A step that has ended, and what became of it."""
 
     step: StepHandle
     result: StepResult
 
 
-class Head(NamedTuple):
+class LogHead(NamedTuple):
     """Where the audit record ends: how many records it has, and the hash of the last."""
 
     records: int
     hash: str
 
 
-BEGINNING: Final = Head(0, "")
+EMPTY_LOG_HEAD: Final = LogHead(0, "")
 """Before the first record."""
 
 
-class Said(NamedTuple):
+class AuditEvent(NamedTuple):
     """A record of the runtime's own, and its number."""
 
     sequence: int
@@ -342,7 +342,7 @@ class Runtime(Protocol):
         It waits its turn where others hold what it needs.  Goes on only inside `wait`.
         """
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         """Let every step go on, every action decided by the gate, until one has ended; which.
 
         until: plant seconds; None where they come first, as they do where nothing was started; without
@@ -355,8 +355,8 @@ class Runtime(Protocol):
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         """Put an event of the agent's (a plan, an outcome, a transition) into the audit record."""
 
-    def head(self) -> Head:
+    def log_head(self) -> LogHead:
         """Where the audit record ends now."""
 
-    def said_since(self, head: Head) -> Sequence[Said] | None:
+    def events_since(self, head: LogHead) -> Sequence[AuditEvent] | None:
         """What the runtime itself has recorded since, without notes; None where it never ended so."""

@@ -7,20 +7,20 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Protocol
 
-from aeros.runtime.gate.configuration import Configuration, configure
+from aeros.runtime.gate.configuration import Configuration, make_configuration
 from aeros.spec.backends.answer_store import default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Block, Ecm, Site
+from aeros.spec.model.model import Ecm, OperatorOverride, Site
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.certificate import Certificate, certificate_for, check_lock
 from aeros.spec.verification.reports import Report, SubjectReport
 from aeros.spec.verification.verify import Detail, verify
 
 
-class Prove(Protocol):
-    """What `prove` is, for who may be given another."""
+class ProveConfiguration(Protocol):
+    """What `prove_configuration` is, for who may be given another."""
 
     def __call__(
         self,
@@ -28,18 +28,18 @@ class Prove(Protocol):
         site: Path,
         *,
         certified: bool,
-        blocks: Sequence[Block] = (),
+        blocks: Sequence[OperatorOverride] = (),
         active: Callable[[str], bool] = ...,
     ) -> tuple[Configuration, Report]:
-        """See `prove`."""
+        """See `prove_configuration`."""
 
 
-def prove(
+def prove_configuration(
     paths: Iterable[Path],
     site: Path,
     *,
     certified: bool,
-    blocks: Sequence[Block] = (),
+    blocks: Sequence[OperatorOverride] = (),
     active: Callable[[str], bool] = lambda _: True,
 ) -> tuple[Configuration, Report]:
     """The configuration of the modules at `paths`, all of them proved: here and now, or in an earlier run.
@@ -67,16 +67,16 @@ def prove(
 def configuration_of(
     report: Report,
     site: Path,
-    blocks: Sequence[Block] = (),
+    blocks: Sequence[OperatorOverride] = (),
     active: Callable[[str], bool] = lambda _: True,
 ) -> Configuration:
-    """The models of what `report` says is proved, as `prove` makes them a configuration.
+    """The models of what `report` says is proved, as `prove_configuration` makes them a configuration.
 
     Raises `UserError` where a file is not any more what was proved.
     """
     policy = _policy(site, blocks)
     proved = [one for one in report.modules if active(one.name)]
-    return configure(policy, {one.name: _certified(one, policy) for one in proved})
+    return make_configuration(policy, {one.name: _certified(one, policy) for one in proved})
 
 
 def _require_locks(report: Report) -> None:
@@ -84,18 +84,18 @@ def _require_locks(report: Report) -> None:
     problems = [
         problem
         for one in report.modules
-        if one.lock is not None and not one.lock.is_in(one.path)
+        if one.lock is not None and not one.lock.matches_folder(one.path)
         if (problem := check_lock(one.path, one.lock.certificate)) is not None
     ]
     if problems:
         raise UserError(problems)
 
 
-def _policy(path: Path, blocks: Sequence[Block]) -> Site:
+def _policy(path: Path, blocks: Sequence[OperatorOverride]) -> Site:
     site = load_site(path, Diagnostics())
     if site is None:
-        raise _changed(path)
-    return site.with_blocks(blocks)
+        raise _file_changed_error(path)
+    return site.with_overrides(blocks)
 
 
 def _certified(report: SubjectReport, policy: Site) -> tuple[Ecm, Certificate]:
@@ -103,11 +103,11 @@ def _certified(report: SubjectReport, policy: Site) -> tuple[Ecm, Certificate]:
     found = load_ecm(report.path, policy, Diagnostics())
     certificate = report.certificate
     if found is None or certificate is None:
-        raise _changed(report.path)
+        raise _file_changed_error(report.path)
     if certificate_for(found.ecm, policy, certificate.obligations) != certificate:
-        raise _changed(report.path)
+        raise _file_changed_error(report.path)
     return found.ecm, certificate
 
 
-def _changed(path: Path) -> UserError:
+def _file_changed_error(path: Path) -> UserError:
     return UserError([Diagnostic("AE961", f"`{path}` changed while it was being proved")])

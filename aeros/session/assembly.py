@@ -18,21 +18,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple, TextIO
 
-from aeros.agent.agent import Agent, awake, awake_once
-from aeros.agent.execution.journal import Event, Observer
+from aeros.agent.agent import Agent, open_temporary_agent, start_agent
+from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.planning.base import Planner
-from aeros.runtime.audit.checkpoints import Signing
+from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.bus.feed import Feed
-from aeros.runtime.bus.listened_plant import Listener, WatchedPlant
+from aeros.runtime.bus.feed import BusFeed
+from aeros.runtime.bus.listened_plant import ListenedPlant, MeasurementListener
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
-from aeros.runtime.bus.sample_file import Samples
+from aeros.runtime.bus.sample_file import SampleWriter
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.execution.governor import Governor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate
-from aeros.runtime.isolation.run_factory import SkillRuns
+from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.ports import Plant
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.session.bag import open_bag
@@ -78,10 +78,10 @@ class SessionSetup:
     stream: TextIO | None = None
     on_event: Observer | None = None
     gate_mode: GateMode = GateMode.COMPILED
-    signing: Signing | None = None
+    signing: SigningConfiguration | None = None
     bag: Path | None = None
     mcap: Path | None = None
-    listeners: Sequence[Listener] = ()
+    listeners: Sequence[MeasurementListener] = ()
     planner: Planner | None = None
     planning_timeout: float | None = None
     seed: int = 0
@@ -100,10 +100,10 @@ class RecordedPlant(NamedTuple):
 
     plant: Plant
     audit: AuditLog
-    skills: SkillRuns
+    skills: SkillRunFactory
     observe: Observer
-    feed: Feed | None
-    listeners: tuple[Listener, ...]
+    feed: BusFeed | None
+    listeners: tuple[MeasurementListener, ...]
 
 
 class AgentSession(NamedTuple):
@@ -121,7 +121,7 @@ def build_executor(
     *,
     gate: Gate | None = None,
     governor: Governor | None = None,
-    listeners: Sequence[Listener] = (),
+    listeners: Sequence[MeasurementListener] = (),
     is_resumed: bool = False,
 ) -> Executor:
     """Join configuration, gate, plant, audit log and skills.
@@ -145,7 +145,7 @@ def build_executor(
     return Executor(
         configuration,
         CompiledGate(configuration) if gate is None else gate,
-        WatchedPlant(plant, *listeners) if listeners else plant,
+        ListenedPlant(plant, *listeners) if listeners else plant,
         audit,
         open_run,
         governor,
@@ -171,10 +171,10 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
             setup.out / AUDIT,
             durability=site.durability,
             signing=setup.signing,
-            listener=None if feed is None else feed.record,
+            listener=None if feed is None else feed.on_record,
         ) as audit,
         TraceWriter(setup.out / TRACE, setup.stream) as trace,
-        Samples(setup.out / SAMPLES, site) as samples,
+        SampleWriter(setup.out / SAMPLES, site) as samples,
         setup.open_plant(observe := _observer(setup, trace)) as plant,
     ):
         recorders = (samples,) if feed is None else (samples, feed)
@@ -200,12 +200,12 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         listeners=recorded.listeners,
         is_resumed=setup.is_resumed,
     ) as executor:
-        recorded.audit.append("isolation", recorded.skills.details())
+        recorded.audit.append("isolation", recorded.skills.audit_details())
         name, within, planner = configuration.site.id, setup.planning_timeout, setup.planner
         opened = (
-            awake_once(name, executor, planner, observe, setup.seed, within)
+            open_temporary_agent(name, executor, planner, observe, setup.seed, within)
             if setup.state is None
-            else awake(setup.state, name, executor, planner, observe, setup.seed, within, setup.purpose)
+            else start_agent(setup.state, name, executor, planner, observe, setup.seed, within, setup.purpose)
         )
         with opened as agent:
             yield AgentSession(executor, agent)
@@ -216,7 +216,7 @@ def _observer(setup: SessionSetup, trace: TraceWriter) -> Observer:
     if heard is None:
         return trace.write
 
-    def observe(event: Event) -> None:
+    def observe(event: AgentEvent) -> None:
         trace.write(event)
         heard(event)
 

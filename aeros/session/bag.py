@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from aeros.runtime.bus.feed import Feed
+from aeros.runtime.bus.feed import BusFeed
 from aeros.spec.model.model import Site
 
 _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
@@ -18,7 +18,7 @@ class BagOutputError(Exception):
 
 
 @contextmanager
-def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[Feed | None]:
+def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[BusFeed | None]:
     """Open a feed into a bag or an MCAP file, which is complete when the block ends.
 
     Args:
@@ -47,7 +47,7 @@ def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[Fee
     except BagError as refusal:
         raise BagOutputError(f"{refusal}; give a new {_NOUN[option]} with {option}") from refusal
     try:
-        with bag, Feed(bag, site, is_whole=True) as feed:
+        with bag, BusFeed(bag, site, is_whole=True) as feed:
             yield feed
     except BagError as failure:
         raise BagOutputError(str(failure)) from failure

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.sim.hosting.remote import RemotePlant
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.model import Task
 
 if TYPE_CHECKING:
-    from aeros.sim.bullet.bodies import Body
+    from aeros.sim.bullet.bodies import SceneBody
     from aeros.sim.bullet.people import Person
-    from aeros.sim.faults.faults_file import Surroundings
-    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.faults_file import FaultContext
+    from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
-    from aeros.sim.physics import Spectator
+    from aeros.sim.physics import Viewer
     from aeros.sim.scenes.scene import Scene
 
 _START_TIMEOUT_S: Final = 60.0
@@ -87,15 +87,15 @@ def load_faults(
     return read_faults(name_or_path, surroundings_of(configuration, scene))
 
 
-def surroundings_of(configuration: Configuration, scene: Scene) -> Surroundings:
+def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
     """Collect what a faults file may name: state variables, skills as `MODULE.SKILL`, things and cameras."""
-    from aeros.sim.faults.faults_file import Surroundings
+    from aeros.sim.faults.faults_file import FaultContext
 
     skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
-    return Surroundings(configuration.site.state, skills, scene.things, scene.cameras)
+    return FaultContext(configuration.site.state, skills, scene.pushable_objects, scene.cameras)
 
 
-def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> Sequence[Body]:
+def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> Sequence[SceneBody]:
     """Read the scene file of a run: bodies that stand and lie about besides the task's own things.
 
     Args:
@@ -123,7 +123,7 @@ def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> 
     return bodies
 
 
-def open_video(plant: str, path: Path) -> Spectator:
+def open_video(plant: str, path: Path) -> Viewer:
     """Open a film of `plant`, written to `path` when it is closed.
 
     Raises:
@@ -131,14 +131,14 @@ def open_video(plant: str, path: Path) -> Spectator:
     """
     _require_physics("--record", plant)
     with _physics_import_errors():
-        from aeros.sim.bullet.video import FilmError, Recorder
+        from aeros.sim.bullet.video import VideoError, VideoRecorder
     try:
-        return Recorder(path)
-    except FilmError as refusal:
+        return VideoRecorder(path)
+    except VideoError as refusal:
         raise PlantSetupError(f"{refusal}; give another file with --record") from refusal
 
 
-def open_viewer(plant: str) -> Spectator:
+def open_viewer(plant: str) -> Viewer:
     """Open a window that shows `plant`.
 
     Raises:
@@ -146,9 +146,9 @@ def open_viewer(plant: str) -> Spectator:
     """
     _require_physics("--view", plant)
     with _physics_import_errors():
-        from aeros.sim.bullet.window import Window, WindowError
+        from aeros.sim.bullet.window import ViewerWindow, WindowError
     try:
-        return Window()
+        return ViewerWindow()
     except WindowError as refusal:
         raise PlantSetupError(f"--view: {refusal}; or use --record, which needs no display") from refusal
 
@@ -167,11 +167,11 @@ def open_plant(
     configuration: Configuration,
     task: Task,
     seed: int,
-    spectators: Sequence[Spectator] = (),
+    spectators: Sequence[Viewer] = (),
     people: Sequence[Person] = (),
     faults: Sequence[Fault] = (),
-    tell: Callable[[Happening], None] | None = None,
-    bodies: Sequence[Body] = (),
+    tell: Callable[[FaultEvent], None] | None = None,
+    bodies: Sequence[SceneBody] = (),
 ) -> Iterator[Plant]:
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
@@ -229,7 +229,7 @@ def connect_plant(path: Path) -> RemotePlant:
 def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
     from aeros.sim.symbolic.plant import SymbolicPlant
 
-    return SymbolicPlant(configuration.site, configuration.modules, seed, as_doubles(task.initial))
+    return SymbolicPlant(configuration.site, configuration.modules, seed, to_doubles(task.initial))
 
 
 def _build_kinematic(scene: str | None, seed: int) -> Plant:
@@ -247,17 +247,17 @@ def _build_kinematic(scene: str | None, seed: int) -> Plant:
 def _build_physics(
     scene: str | None,
     seed: int,
-    spectators: Sequence[Spectator],
+    spectators: Sequence[Viewer],
     people: Sequence[Person],
     faults: Sequence[Fault],
-    tell: Callable[[Happening], None] | None,
-    bodies: Sequence[Body],
+    tell: Callable[[FaultEvent], None] | None,
+    bodies: Sequence[SceneBody],
 ) -> Plant:
     known_scene, _ = _unbuilt_scene(scene)
-    from aeros.sim.faults.injector import Injector
+    from aeros.sim.faults.injector import FaultInjector
     from aeros.sim.physics import make_plant
 
-    disturbance = None if tell is None else Injector(faults, seed, tell)
+    disturbance = None if tell is None else FaultInjector(faults, seed, tell)
     return make_plant(
         known_scene, seed, spectators=spectators, people=people, disturbance=disturbance, bodies=bodies
     )

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from types import FrameType
 from typing import Final, Self
 
-from aeros.runtime.execution.governor import Command, Governor
+from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
 from aeros.session.sd_notify import Notifier
 
@@ -39,8 +39,8 @@ class RunGovernor:
     def __init__(self, governor: Governor, notifier: Notifier | None = None) -> None:
         self._governor = governor
         self._notifier = notifier
-        self._last = Command.RUN
-        self.on_command: Callable[[Command], None] = lambda _: None
+        self._last = OperatorCommand.RUN
+        self.on_command: Callable[[OperatorCommand], None] = lambda _: None
         self.is_interrupted = False
 
     def __enter__(self) -> Self:
@@ -62,13 +62,13 @@ class RunGovernor:
         self.is_interrupted = True
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         """See `Governor`."""
         is_alone = False
         if self._notifier is not None:
             self._notifier.send_heartbeat()
             is_alone = self._notifier.is_alone
-        command = Command.STOP if is_alone or self.is_interrupted else self._governor.command
+        command = OperatorCommand.STOP if is_alone or self.is_interrupted else self._governor.command
         if command is not self._last:
             self._last = command
             self.on_command(command)
@@ -83,10 +83,10 @@ class RunGovernor:
         """See `Governor`."""
         return self._governor.configuration()
 
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
+    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
         """See `Governor`."""
-        return self._governor.acting(generation)
+        return self._governor.hold_generation(generation)
 
-    def objection(self, module: str, skill: str, kind: str) -> str | None:
+    def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
         """See `Governor`."""
-        return self._governor.objection(module, skill, kind)
+        return self._governor.revocation_reason(module, skill, kind)

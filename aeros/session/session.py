@@ -12,14 +12,14 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import get_args
 
-from aeros.agent.execution.journal import Event, Observer
+from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import route
-from aeros.runtime.execution.governor import Fixed, Governor
+from aeros.runtime.execution.governor import FixedGovernor, Governor
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import Plant
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
 from aeros.session.plant_factory import PLANTS, PlantName, open_plant
 from aeros.session.rendered_errors import rendered_errors
@@ -30,7 +30,7 @@ from aeros.session.skill_gate import GateModeName
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.model import Task
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 
 
@@ -70,7 +70,7 @@ class Session:
         self._is_bound_to_scene = is_bound_to_scene
         self._thread: RobotThread[AgentSession] | None = None
         self._scene: str | None = None
-        self._events: SimpleQueue[Event | None] = SimpleQueue()
+        self._events: SimpleQueue[AgentEvent | None] = SimpleQueue()
         self._run: Future[RunReport] | None = None
 
     def run(self, instruction: str, *, timeout: float | None = None) -> RunReport:
@@ -104,7 +104,7 @@ class Session:
             raise AssertionError("a run has ended without a report")
         return self.report
 
-    def events(self, instruction: str, *, timeout: float | None = None) -> Iterator[Event]:
+    def events(self, instruction: str, *, timeout: float | None = None) -> Iterator[AgentEvent]:
         """Pursue an instruction as `run` does, and yield what the agent does and finds as it happens.
 
         The run begins when the first event is asked for, and goes on while the caller looks at events.
@@ -233,11 +233,11 @@ def open_session(
     _require_one_of("gate mode", gate, get_args(GateModeName))
     with ExitStack() as stack:
         with rendered_errors():
-            path, ecms = reference_site() if site is None else Path(site), Path(modules)
+            path, ecms = reference_site_path() if site is None else Path(site), Path(modules)
             governor: Governor
             if state is None:
-                configuration, proof = prove([ecms], path, certified=True)
-                governor = Fixed(configuration)
+                configuration, proof = prove_configuration([ecms], path, certified=True)
+                governor = FixedGovernor(configuration)
             else:
                 steered, configuration, proof = open_governor(Path(state), ecms, path)
                 stack.enter_context(steered)

@@ -8,36 +8,36 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.planning.routing import Routed, route
-from aeros.runtime.audit.checkpoints import AnchorError, Signing
-from aeros.runtime.audit.keys import KeyRefusedError, read_signing_key
+from aeros.agent.errors import AgentError
+from aeros.agent.planning.routing import RoutedTask, route
+from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
+from aeros.runtime.audit.keys import InvalidKeyError, read_signing_key
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.isolation.run_factory import SkillRuns
-from aeros.runtime.proving import prove
+from aeros.runtime.isolation.run_factory import SkillRunFactory
+from aeros.runtime.proving import prove_configuration
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import Governing, Steered
+from aeros.runtime.registry.registry_governor import CommandableGovernor, RegistryGovernor
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.spec.model.model import Ecm
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 
 SETUP_ERRORS: Final = (
-    RefusedError,
+    AgentError,
     PlantSetupError,
     SkillRefusedError,
     AuditError,
     AnchorError,
     BagOutputError,
-    KeyRefusedError,
+    InvalidKeyError,
 )
 """Exceptions whose message tells a user why a session cannot be set up or go on."""
 
 
-def build_signing(key_file: Path | None, anchor: Path | None) -> Signing | None:
+def build_signing(key_file: Path | None, anchor: Path | None) -> SigningConfiguration | None:
     """Read the key that signs the audit log.
 
     Args:
@@ -47,12 +47,12 @@ def build_signing(key_file: Path | None, anchor: Path | None) -> Signing | None:
     Raises:
         KeyRefusedError: The key cannot be read or used.
     """
-    return None if key_file is None else Signing(read_signing_key(key_file), anchor)
+    return None if key_file is None else SigningConfiguration(read_signing_key(key_file), anchor)
 
 
 def open_governor(
     state: Path, modules: Path | None, site: Path | None, *, resumed: bool = False
-) -> tuple[Governing | Steered, Configuration, Report]:
+) -> tuple[RegistryGovernor | CommandableGovernor, Configuration, Report]:
     """Prove the configuration that is to govern, and open the governor that watches over its changes.
 
     Args:
@@ -69,26 +69,33 @@ def open_governor(
     """
     registry = Registry(state)
     if modules is None and site is None and registry.exists:
-        governing = Governing(registry, resumed=resumed)
+        governing = RegistryGovernor(registry, resumed=resumed)
         return governing, governing.configuration()[1], governing.report
-    configuration, report = prove([modules or Path("ecms")], site or reference_site(), certified=True)
-    return Steered(configuration, registry, resumed=resumed), configuration, report
+    configuration, report = prove_configuration(
+        [modules or Path("ecms")], site or reference_site_path(), certified=True
+    )
+    return CommandableGovernor(configuration, registry, resumed=resumed), configuration, report
 
 
 def select_task(
-    instruction: str, configuration: Configuration, governor: Governing | Steered, state: Path
-) -> Routed:
+    instruction: str,
+    configuration: Configuration,
+    governor: RegistryGovernor | CommandableGovernor,
+    state: Path,
+) -> RoutedTask:
     """Select the task that `instruction` names, among those of the active modules.
 
     Raises:
         RoutingError: It names none or several; says so, too, where only an inactive module has the task.
     """
-    others = Registry(state).inactive if isinstance(governor, Governing) else dict[str, Ecm]
+    others = Registry(state).inactive_modules if isinstance(governor, RegistryGovernor) else dict[str, Ecm]
     return route(instruction, configuration.modules, others)
 
 
 @contextmanager
-def open_isolated_skills(configuration: Configuration, warn: Callable[[str], None]) -> Iterator[SkillRuns]:
+def open_isolated_skills(
+    configuration: Configuration, warn: Callable[[str], None]
+) -> Iterator[SkillRunFactory]:
     """Start the processes in which skill code runs, isolated as the site says; they end with the block.
 
     Args:
@@ -98,11 +105,11 @@ def open_isolated_skills(configuration: Configuration, warn: Callable[[str], Non
     Raises:
         SkillRefusedError: This host isolates less than the site requires.
     """
-    with SkillRuns(configuration.site, configuration.modules.values()) as skills:
-        if skills.refusal is not None:
-            raise SkillRefusedError(skills.refusal)
-        if skills.warning is not None:
-            warn(skills.warning)
+    with SkillRunFactory(configuration.site, configuration.modules.values()) as skills:
+        if skills.unavailable_reason is not None:
+            raise SkillRefusedError(skills.unavailable_reason)
+        if skills.weakness_warning is not None:
+            warn(skills.weakness_warning)
         yield skills
 
 

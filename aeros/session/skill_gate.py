@@ -12,12 +12,12 @@ from aeros.runtime.gate.decision import Caller, Decision
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Reading
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.session.rendered_errors import rendered_errors
 from aeros.skill import Action, Observation
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 GateModeName = Literal["compiled", "z3", "shadow"]
 
@@ -147,6 +147,6 @@ def load_gate(
     if mode not in modes:
         raise MisuseError(f"there is no mode `{mode}`; there are {', '.join(modes)}")
     with rendered_errors():
-        path = reference_site() if site is None else Path(site)
-        configuration, _ = prove([Path(modules)], path, certified=False)
+        path = reference_site_path() if site is None else Path(site)
+        configuration, _ = prove_configuration([Path(modules)], path, certified=False)
     return SkillGate(configuration, CompiledGate(configuration, modes[mode]), skill)

@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Final, Self, TextIO
 
-from aeros.agent.execution.journal import Event
-from aeros.spec.diagnostics.render import safe
+from aeros.agent.execution.journal import AgentEvent
+from aeros.spec.diagnostics.render import escape_invisible
 
 TRACE: Final = "trace.jsonl"
 """Its name in the folder of a run."""
@@ -25,7 +25,7 @@ class TraceWriter:
         self._file = path.open("a", encoding="utf-8")
         self._stream = stream
 
-    def write(self, event: Event) -> None:
+    def write(self, event: AgentEvent) -> None:
         """Write and print one event.
 
         Raises:
@@ -36,7 +36,7 @@ class TraceWriter:
         self._file.flush()
         if self._stream is not None and event.text:
             try:
-                print(f"{event.time:7.2f} s  {safe(event.text)}", file=self._stream, flush=True)
+                print(f"{event.time:7.2f} s  {escape_invisible(event.text)}", file=self._stream, flush=True)
             except OSError:
                 self._stream = None
 

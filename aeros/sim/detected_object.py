@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from aeros.sim.geometry import Triple
+from aeros.sim.geometry import Vector3
 
 
 class Push(NamedTuple):
@@ -14,11 +14,11 @@ class Push(NamedTuple):
     way: how far it is pushed along its axis to where a hand has room, m.
     """
 
-    start: Triple
-    way: Triple
+    start: Vector3
+    displacement: Vector3
 
 
-class Sight(NamedTuple):
+class DetectedObject(NamedTuple):
     """What a picture shows of an upright or lying cylinder, in W.
 
     place: its middle, m.
@@ -27,7 +27,7 @@ class Sight(NamedTuple):
     push: how room for a hand is made where it lies and has none; None where it is not needed or not found.
     """
 
-    place: Triple
+    position: Vector3
     axis: float | None = None
-    grip: float | None = 0.0
+    grip_yaw: float | None = 0.0
     push: Push | None = None

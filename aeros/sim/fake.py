@@ -6,7 +6,15 @@ from collections.abc import Iterable, Mapping
 from math import inf
 from typing import Any
 
-from aeros.runtime.ports import Completion, Monitor, Motion, Motionless, Plan, Reading, Readings
+from aeros.runtime.ports import (
+    Monitor,
+    MotionCompletion,
+    MotionHandle,
+    NoMotion,
+    PlannedMotion,
+    Reading,
+    Readings,
+)
 from aeros.skill import Action
 
 
@@ -29,19 +37,19 @@ class FakePlant:
     def __init__(self, values: Mapping[str, Any] | None = None) -> None:
         self.values: dict[str, Any] = dict(values or {})
         self.time = 0.0
-        self.planned: Plan = Motionless("this plant has no body")
-        self.decided: list[Plan | None] = []
-        self.completions: list[Completion] = []
+        self.planned: PlannedMotion = NoMotion("this plant has no body")
+        self.decided: list[PlannedMotion | None] = []
+        self.completions: list[MotionCompletion] = []
         self.during: list[Mapping[str, Any]] = []
         self.duration = 0.1
         self.durations: list[float] = []
-        self.stale = 0.0
+        self.reading_age = 0.0
         self.failing: dict[str, BaseException] = {}
         self.calls: list[tuple[Any, ...]] = []
-        self._ends: dict[Motion, float] = {}
-        self._halted: list[Motion] = []
+        self._ends: dict[MotionHandle, float] = {}
+        self._halted: list[MotionHandle] = []
 
-    def script(self, completions: Iterable[Completion]) -> None:
+    def script(self, completions: Iterable[MotionCompletion]) -> None:
         """Let the next actions end like this."""
         self.completions.extend(completions)
 
@@ -50,7 +58,7 @@ class FakePlant:
         """The actions that were begun, in order."""
         return [call[1] for call in self.calls if call[0] == "begin"]
 
-    def count(self, method: str) -> int:
+    def call_count(self, method: str) -> int:
         """How often `method` was called."""
         return sum(call[0] == method for call in self.calls)
 
@@ -60,41 +68,43 @@ class FakePlant:
         return self.time
 
     def observe(self) -> Readings:
-        """`values`, measured `stale` seconds ago."""
+        """`values`, measured `reading_age` seconds ago."""
         self._fail("observe")
-        return {name: Reading(value, self.time - self.stale) for name, value in self.values.items()}
+        return {name: Reading(value, self.time - self.reading_age) for name, value in self.values.items()}
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """`planned`."""
         self._call("plan", action)
         return self.planned
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle:
         """Remember the beginning."""
         self._call("begin", action)
         self.decided.append(decided)
-        motion = Motion(len(self.executed))
+        motion = MotionHandle(len(self.executed))
         self._ends[motion] = self.time + (self.durations.pop(0) if self.durations else self.duration)
         return motion
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Show the monitor what is scripted, then let end what ends next, as is scripted."""
         self._call("advance", until)
         for tick in self.during or [{}]:
             rule = monitor(self.now(), {**self.values, **tick})
             if rule is not None:
-                return self._ended(list(self._ends), Completion(False, f"monitor:{rule}"))
+                return self._end_motions(list(self._ends), MotionCompletion(False, f"monitor:{rule}"))
         if self._halted:
-            return self._ended(self._halted, Completion(False, "halted"))
+            return self._end_motions(self._halted, MotionCompletion(False, "halted"))
         ends = min(self._ends.values(), default=inf)
         if ends > until:
             self.time = max(self.time, until)
             return {}
         self.time = max(self.time, ends)
         first = next(motion for motion, at in self._ends.items() if at == ends)
-        return self._ended([first], self.completions.pop(0) if self.completions else Completion(True))
+        return self._end_motions(
+            [first], self.completions.pop(0) if self.completions else MotionCompletion(True)
+        )
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         """Remember the halt."""
         self._call("halt", motion)
         self._halted.append(motion)
@@ -117,7 +127,9 @@ class FakePlant:
         """Remember the close."""
         self._call("close")
 
-    def _ended(self, motions: list[Motion], how: Completion) -> Mapping[Motion, Completion]:
+    def _end_motions(
+        self, motions: list[MotionHandle], how: MotionCompletion
+    ) -> Mapping[MotionHandle, MotionCompletion]:
         over = dict.fromkeys(motions, how)
         self._ends = {motion: at for motion, at in self._ends.items() if motion not in over}
         self._halted = [motion for motion in self._halted if motion not in over]

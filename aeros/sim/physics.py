@@ -11,37 +11,37 @@ from contextlib import ExitStack
 from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
 from aeros.runtime.ports import Readings
-from aeros.sim.bullet.bodies import Body, place, refuse_overlaps
+from aeros.sim.bullet.bodies import SceneBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
-from aeros.sim.bullet.world import World
-from aeros.sim.geometry import Camera, Triple
-from aeros.sim.randomness import Chance
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.geometry import Camera, Vector3
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.motions import BlockedError
 from aeros.sim.scenes import SCENES
-from aeros.sim.scenes.scene import Scene, Through, as_it_is
-from aeros.sim.sensors import SCANNER_RANGE, SensorModel, Sensors, Truth
-from aeros.sim.ticked_plant import LOOK_TICKS, TickingPlant
+from aeros.sim.scenes.scene import DetectionFilter, Scene, unfiltered
+from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
+from aeros.sim.ticked_plant import CAMERA_TICKS, TickingPlant
 from aeros.spec.diagnostics.errors import UserError
 
-_BLOCKED: Final = 0.05
+_BLOCKED_JOINT_ERROR: Final = 0.05
 """Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
 
-_BASE_BLOCKED: Final = 0.02
+_BLOCKED_BASE_ERROR: Final = 0.02
 """The same of the carriage (0.0018 seen at most), m."""
 
 _SETTLE_TICKS: Final = 120
 """Ticks a new world gets to come to rest before its clock starts."""
 
 
-Referee = Callable[[Truth], None]
+TruthListener = Callable[[GroundTruth], None]
 """Whoever judges an experiment: told what is true after every tick, and nothing that acts hears of it."""
 
 
-class Spectator(Protocol):
+class Viewer(Protocol):
     """Whoever looks on for people, by a film or a window, and changes nothing."""
 
-    def tick(self, world: World, view: Camera) -> None:
+    def tick(self, world: PhysicsWorld, view: Camera) -> None:
         """Look at `world` after a tick; `view` is from where its scene is seen well."""
 
     def close(self) -> None:
@@ -51,7 +51,7 @@ class Spectator(Protocol):
 class PlantParts(NamedTuple):
     """The parts of a physics plant, which a disturbance acts on."""
 
-    world: World
+    world: PhysicsWorld
     robot: Panda
     scene: Scene
     sensors: Sensors
@@ -67,9 +67,9 @@ class NoDisturbance:
     def before_tick(self) -> None:
         """Act on the world after the motors are set and before it steps."""
 
-    def detection_filter(self, camera: str) -> Through:
+    def detection_filter(self, camera: str) -> DetectionFilter:
         """Return what becomes of everything in the picture that `camera` takes now."""
-        return as_it_is
+        return unfiltered
 
     def skill_began(self, skill: str) -> None:
         """Hear that `MODULE.SKILL` begins."""
@@ -89,12 +89,12 @@ class PlantOptions(TypedDict, total=False):
     bodies: bodies that stand or lie in the scene besides its own; none by default.
     """
 
-    spectators: Sequence[Spectator]
+    spectators: Sequence[Viewer]
     people: Sequence[Person]
     sensors: Mapping[str, SensorModel] | None
-    referee: Referee | None
+    referee: TruthListener | None
     disturbance: NoDisturbance | None
-    bodies: Sequence[Body]
+    bodies: Sequence[SceneBody]
 
 
 class PhysicsPlant(TickingPlant):
@@ -109,28 +109,28 @@ class PhysicsPlant(TickingPlant):
         self._spectators = options.get("spectators", ())
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
-        self._world = World()
+        self._world = PhysicsWorld()
         robot = Panda(self._world, scene.robot)
-        scene.build(self._world, robot, Chance(seed))
-        placed = {place(self._world, body): body for body in bodies}
-        names = {scene.thing(name): f"the scene's `{name}`" for name in scene.things}
+        scene.build(self._world, robot, RandomSource(seed))
+        placed = {add_body(self._world, body): body for body in bodies}
+        names = {scene.body(name): f"the scene's `{name}`" for name in scene.pushable_objects}
         try:
-            refuse_overlaps(self._world, placed, {**names, robot.body: "the robot"})
+            check_overlaps(self._world, placed, {**names, robot.body: "the robot"})
         except UserError:
             self._world.close()
             raise
         for _ in range(_SETTLE_TICKS):
             self._world.step()
         self._world.ticks = 0
-        self._people = People(self._world, robot.body, people, Chance(seed))
+        self._people = People(self._world, robot.body, people, RandomSource(seed))
         self._disturbance = options.get("disturbance") or NoDisturbance()
         self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people))
         super().__init__(robot, scene.cameras)
-        self._truth = Truth(0, self._fast_values())
+        self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
-        for camera in scene.watching:
+        for camera in scene.initial_cameras:
             # Of before the clock started, and so before anything goes wrong.
-            self._show(self.sensors.read_once(Truth(0, self._scene.look(camera))))
+            self._publish_detection(self.sensors.read_camera(GroundTruth(0, self._scene.detect(camera))))
 
     def now(self) -> float:
         """Simulated seconds since the scene came to rest."""
@@ -138,7 +138,7 @@ class PhysicsPlant(TickingPlant):
 
     def observe(self) -> Readings:
         """Robot sensors and scene now; what cameras saw, with the time they saw it."""
-        return {**self._seen, **self.sensors.read(self._whole_truth())}
+        return {**self._seen, **self.sensors.read(self._ground_truth())}
 
     def skill_began(self, skill: str) -> None:
         """Physics does not care who asked; a disturbance may."""
@@ -157,38 +157,38 @@ class PhysicsPlant(TickingPlant):
 
     # Inside.
 
-    def _see(self, camera: str) -> Mapping[str, Any]:
-        return self._scene.look(camera, self._disturbance.detection_filter(camera))
+    def _detect(self, camera: str) -> Mapping[str, Any]:
+        return self._scene.detect(camera, self._disturbance.detection_filter(camera))
 
-    def _look(self, camera: str) -> Iterator[None]:
-        picture = Truth(self._world.ticks, self._see(camera))
-        for _ in range(LOOK_TICKS + self.sensors.delay(picture.values)):
+    def _detect_raw(self, camera: str) -> Iterator[None]:
+        picture = GroundTruth(self._world.ticks, self._detect(camera))
+        for _ in range(CAMERA_TICKS + self.sensors.delay(picture.values)):
             yield
-        self._show(self.sensors.read_once(picture))
+        self._publish_detection(self.sensors.read_camera(picture))
 
-    def _pass_tick(self) -> None:
+    def _step_world(self) -> None:
         self._disturbance.before_tick()
         self._world.step()
         self._scene.tick()
-        self._people.walk(self._world.time)
+        self._people.update(self._world.time)
         for one in self._spectators:
             one.tick(self._world, self._scene.view)
 
     def _measure(self) -> None:
-        self._truth = Truth(self._world.ticks, self._fast_values())
+        self._truth = GroundTruth(self._world.ticks, self._fast_values())
         self.sensors.sample(
-            self._whole_truth() if self.sensors.look_back(self._truth.values) else self._truth
+            self._ground_truth() if self.sensors.needs_sampling(self._truth.values) else self._truth
         )
         if self._referee is not None:
             self._referee(self._truth)
 
-    def _monitored(self) -> Mapping[str, Any]:
-        return self.sensors.values(self._truth)
+    def _monitor_values(self) -> Mapping[str, Any]:
+        return self.sensors.monitor_values(self._truth)
 
-    def _whole_truth(self) -> Truth:
+    def _ground_truth(self) -> GroundTruth:
         """What is true now, of the scene too."""
         values = {**self._truth.values, "holding": self._robot.is_holding(), **self._scene.measure()}
-        return Truth(self._truth.tick, values)
+        return GroundTruth(self._truth.tick, values)
 
     def _fast_values(self) -> dict[str, Any]:
         values = super()._fast_values()
@@ -196,13 +196,15 @@ class PhysicsPlant(TickingPlant):
         return values
 
     def _check_tracking(self) -> None:
-        if self._robot.tracking_error(self._state) > _BLOCKED:
-            raise BlockedError(f"blocked: the arm is held back at {_spell(self._state.tool_position)}")
-        if self._robot.has_carriage and self._robot.base_tracking_error(self._state) > _BASE_BLOCKED:
-            raise BlockedError(f"blocked: the carriage is held back at {_spell(self._state.base_position)}")
+        if self._robot.tracking_error(self._state) > _BLOCKED_JOINT_ERROR:
+            raise BlockedError(f"blocked: the arm is held back at {_format_point(self._state.tool_position)}")
+        if self._robot.has_carriage and self._robot.base_tracking_error(self._state) > _BLOCKED_BASE_ERROR:
+            raise BlockedError(
+                f"blocked: the carriage is held back at {_format_point(self._state.base_position)}"
+            )
 
 
-def _spell(place: Triple) -> str:
+def _format_point(place: Vector3) -> str:
     x, y, z = place
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 

@@ -9,10 +9,15 @@ from typing import Any, Final
 
 from aeros.runtime.audit.check import AuditReport, DecisionCounts
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.theorems.module_copies import Code, Mutant, put_in_place
-from aeros.spec.theorems.smtlib import application, conjunction, literal
-from aeros.spec.theorems.symbolic_execution import Ask, Diagram, Symbol, explore
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
+from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_literal
+from aeros.spec.theorems.symbolic_execution import (
+    DecideBranch,
+    DecisionDiagram,
+    SymbolicValue,
+    execute_symbolically,
+)
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 
 CHECK: Final = "aeros.runtime.audit.check"
 CHECKPOINTS: Final = "aeros.runtime.audit.checkpoints"
@@ -22,21 +27,21 @@ def _constants(sort: str, names: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"(declare-const {name} {sort})" for name in names)
 
 
-class _Text(Symbol):
+class _SymbolicText(SymbolicValue):
     """Bytes or text of which only a formula speaks, of the sort String."""
 
     __slots__ = ()
 
-    def __getitem__(self, part: slice) -> _Text:
+    def __getitem__(self, part: slice) -> _SymbolicText:
         if part.start is not None or part.step is not None or part.stop >= 0:
             raise InternalError(f"the code takes {part} of a line, of which nothing here speaks")
-        return _Text(f"(str.substr {self.term} 0 (- (str.len {self.term}) {-part.stop}))", self.ask)
+        return _SymbolicText(f"(str.substr {self.term} 0 (- (str.len {self.term}) {-part.stop}))", self.ask)
 
-    def __add__(self, other: Any) -> _Text:
-        more = other.term if isinstance(other, Symbol) else _quoted(other)
-        return _Text(application("str.++", self.term, more), self.ask)
+    def __add__(self, other: Any) -> _SymbolicText:
+        more = other.term if isinstance(other, SymbolicValue) else _quoted(other)
+        return _SymbolicText(smt_apply("str.++", self.term, more), self.ask)
 
-    def encode(self, _: str) -> _Text:
+    def encode(self, _: str) -> _SymbolicText:
         """As `str.encode`: hexadecimal digits are ASCII."""
         return self
 
@@ -63,80 +68,84 @@ _CHECKED: Final = (
 """What a line comes to in two logs, `a` and `b`; what is read from a record depends on its text alone."""
 
 
-def _explore_check(code: Code, log: str) -> Diagram:
+def _execute_check(code: ModuleSource, log: str) -> DecisionDiagram:
     """What `_check` makes of `line` in this log, after `place` records up to the hash `head`."""
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         check = code.module(
             CHECK,
             hashlib=SimpleNamespace(
-                sha256=lambda body: SimpleNamespace(hexdigest=lambda: _Text(f"(hash {body.term})", ask))
+                sha256=lambda body: SimpleNamespace(
+                    hexdigest=lambda: _SymbolicText(f"(hash {body.term})", ask)
+                )
             ),
             len=lambda _: 0,
             _parse=lambda body: _record(body.term, ask),
         )
-        head = _Text(f"{log}.head", ask)
-        before = check.Scan(Symbol(f"{log}.place", ask), head, head, 0, _Counts())
+        head = _SymbolicText(f"{log}.head", ask)
+        before = check.LogPrefix(SymbolicValue(f"{log}.place", ask), head, head, 0, _UnusedCounts())
 
         def watch(*_: Any) -> str | None:
             return "wrong" if ask(f"{log}.watch-objects") else None
 
-        found = check._check(_Text(f"{log}.line", ask), before, watch if ask(f"{log}.watched") else None)
+        found = check._check(
+            _SymbolicText(f"{log}.line", ask), before, watch if ask(f"{log}.watched") else None
+        )
         if found.problem is not None:
             return "refused"
-        return application("sound", found.head.term, found.records.term)
+        return smt_apply("sound", found.head.term, found.records.term)
 
-    return explore(run)
+    return execute_symbolically(run)
 
 
-class _Counts:
+class _UnusedCounts:
     """How many decisions there were, which nothing here is about."""
 
-    def plus(self, _: Any) -> _Counts:
+    def plus(self, _: Any) -> _UnusedCounts:
         """These and one more."""
         return self
 
 
-def _record(body: str, ask: Ask) -> dict[str, Any] | None:
+def _record(body: str, ask: DecideBranch) -> dict[str, Any] | None:
     if not ask(f"(is-record {body})"):
         return None
     return {
-        "sequence": Symbol(f"(sequence {body})", ask),
-        "previous": _Text(f"(previous {body})", ask),
+        "sequence": SymbolicValue(f"(sequence {body})", ask),
+        "previous": _SymbolicText(f"(previous {body})", ask),
         "event": "decision" if ask(f"(is-decision {body})") else "other",
         "details": {"verdict": "DENY"},
     }
 
 
-def _both(code: Code) -> tuple[Table, ...]:
-    return tuple(Table(f"in-{log}", "Checked", _explore_check(code, log)) for log in "ab")
+def _two_log_tables(code: ModuleSource) -> tuple[SymbolicFunction, ...]:
+    return tuple(SymbolicFunction(f"in-{log}", "Checked", _execute_check(code, log)) for log in "ab")
 
 
-_BOTH_ACCEPT: Final = "(and ((_ is sound) in-a) ((_ is sound) in-b))"
+_BOTH_ACCEPTED: Final = "(and ((_ is sound) in-a) ((_ is sound) in-b))"
 
 
-def _same_line(code: Code) -> Obligation:
-    return Obligation(
+def _same_line(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Base of the induction, from a record backwards: a line that `_check` accepts in two logs stands in\n"
         "both at one place and after one hash, and leaves one.",
         _CHECKED,
-        f"(=> (and {_BOTH_ACCEPT} (= a.line b.line))"
+        f"(=> (and {_BOTH_ACCEPTED} (= a.line b.line))"
         " (and (= a.place b.place) (= a.head b.head) (= in-a in-b)))",
-        tables=_both(code),
+        tables=_two_log_tables(code),
     )
 
 
-def _same_hash(code: Code) -> Obligation:
+def _same_hash(code: ModuleSource) -> TheoremObligation:
     # No two bodies have one hash, as there is a function that gives back the body.
     body = "(str.++ (str.substr {0}.line 0 (- (str.len {0}.line) {1})) {2})"
     ending, close = code.module(CHECK)._ENDING, _quoted(b"}")
-    return Obligation(
+    return TheoremObligation(
         "Step of the induction: two lines that `_check` accepts and that leave one hash are one line, at\n"
         "one place, after one hash; and a hash is that of a record at the place before.",
         _CHECKED,
-        f"(=> {_BOTH_ACCEPT} (and (= (records in-a) (+ a.place 1)) (=> (= (head in-a) (head in-b))"
+        f"(=> {_BOTH_ACCEPTED} (and (= (records in-a) (+ a.place 1)) (=> (= (head in-a) (head in-b))"
         " (and (= a.line b.line) (= a.place b.place) (= a.head b.head)))))",
-        tables=_both(code),
+        tables=_two_log_tables(code),
         assumptions={
             f"no-collision.{log}": f"(= (hashed (hash {one})) {one})"
             for log in "ab"
@@ -148,8 +157,8 @@ def _same_hash(code: Code) -> Obligation:
 # What follows of the induction.
 
 
-def _tampering(_: Code) -> Obligation:
-    return Obligation(
+def _tampering_detected(_: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Of the induction: a log in which a record was edited, deleted, inserted or moved, and any record\n"
         "of the old log stands after that, is not accepted.  The old log is `b`.",
         (
@@ -174,7 +183,7 @@ def _tampering(_: Code) -> Obligation:
 # `scan` and `verify_log`: all lines in turn.
 
 _LINES: Final = 3
-_SCANNED: Final = (
+_SCAN_DECLARATIONS: Final = (
     *_constants("Bool", (f"there.{n}" for n in range(_LINES))),
     *_constants("Bool", (f"whole.{n}" for n in range(_LINES))),
     *_constants("Bool", (f"half-written.{n}" for n in range(_LINES))),
@@ -182,10 +191,10 @@ _SCANNED: Final = (
 )
 
 
-class _Line:
+class _SymbolicLine:
     """A line of a file: `_check` accepts it after the one before, where `follows.N`."""
 
-    def __init__(self, ask: Ask, place: int) -> None:
+    def __init__(self, ask: DecideBranch, place: int) -> None:
         self._ask, self.place = ask, place
 
     def endswith(self, _: bytes) -> bool:
@@ -198,42 +207,42 @@ class _Line:
         return 1
 
 
-def _scan(code: Code) -> Obligation:
-    def run(ask: Ask) -> str:
+def _scan(code: ModuleSource) -> TheoremObligation:
+    def run(ask: DecideBranch) -> str:
         there = 0
         while there < _LINES and ask(f"there.{there}"):
             there += 1
 
-        def check(line: _Line, before: Any, watch: Any) -> Any:
+        def check(line: _SymbolicLine, before: Any, watch: Any) -> Any:
             if before.records != line.place or before.head != f"hash {line.place}" or watch != "watch":
                 raise InternalError("a line is not held against what is before it")
             problem = None if ask(f"follows.{line.place}") else "bad"
             records = line.place + (problem is None)
-            return module.Scan(records, "first", f"hash {records}", records, None, problem)
+            return module.LogPrefix(records, "first", f"hash {records}", records, None, problem)
 
-        module = code.module(CHECK, _check=check, os=_Size(there), GENESIS="hash 0")
-        path = SimpleNamespace(open=lambda _: nullcontext(_File(ask, there)))
+        module = code.module(CHECK, _check=check, os=_FakeOs(there), GENESIS="hash 0")
+        path = SimpleNamespace(open=lambda _: nullcontext(_SymbolicFile(ask, there)))
         report = module.verify_log(path, "watch")
-        return application("scanned", literal(bool(report.sound)), literal(report.records))
+        return smt_apply("scanned", smt_literal(bool(report.sound)), smt_literal(report.records))
 
     each = [f"(=> there.{n} (and whole.{n} follows.{n}))" for n in range(_LINES)]
-    before = [conjunction(f"there.{m}" for m in range(n)) for n in range(_LINES)]
-    fine = conjunction(f"(=> {there} {one})" for there, one in zip(before, each, strict=True))
-    return Obligation(
+    before = [smt_and(f"there.{m}" for m in range(n)) for n in range(_LINES)]
+    fine = smt_and(f"(=> {there} {one})" for there, one in zip(before, each, strict=True))
+    return TheoremObligation(
         "`verify_log` calls a log sound only where each line is whole and follows those before it, from\n"
         "`GENESIS` on, and has counted them all.  Three lines stand for any number.",
-        ("(declare-datatypes ((Scanned 0)) (((scanned (is-sound Bool) (count Int)))))", *_SCANNED),
+        ("(declare-datatypes ((Scanned 0)) (((scanned (is-sound Bool) (count Int)))))", *_SCAN_DECLARATIONS),
         f"(=> (is-sound verified) (and {fine}"
         " (= (count verified) (ite there.0 (ite there.1 (ite there.2 3 2) 1) 0))))",
-        tables=(Table("verified", "Scanned", explore(run)),),
+        tables=(SymbolicFunction("verified", "Scanned", execute_symbolically(run)),),
     )
 
 
-class _File:
+class _SymbolicFile:
     """A file of that many lines."""
 
-    def __init__(self, ask: Ask, lines: int) -> None:
-        self._lines = [_Line(ask, place) for place in range(lines)]
+    def __init__(self, ask: DecideBranch, lines: int) -> None:
+        self._lines = [_SymbolicLine(ask, place) for place in range(lines)]
 
     def __iter__(self) -> Any:
         return iter(self._lines)
@@ -245,7 +254,7 @@ class _File:
         return 0
 
 
-class _Size:
+class _FakeOs:
     """Stands for `os`: how long the file is."""
 
     def __init__(self, size: int) -> None:
@@ -255,16 +264,16 @@ class _Size:
         return SimpleNamespace(st_size=self._size)
 
 
-# `CheckpointWatch`: what signatures and the anchor add.
+# `CheckpointVerifier`: what signatures and the anchor add.
 
-_SAID: Final = ("log", "sequence", "head", "time", "closing", "key", "signature")
+_STATEMENT_FIELDS: Final = ("log", "sequence", "head", "time", "closing", "key", "signature")
 _SORTS: Final = {"sequence": "Int", "closing": "Bool", "time": "Real"}
-_WATCHED: Final = (
+_VERIFIER_SORTS: Final = (
     "(declare-datatypes ((Watched 0)) (((watched (log-after String)) (objects))))",
     *(
         f"(declare-const {whose}.{name} {_SORTS.get(name, 'String')})"
         for whose in ("found", "anchor")
-        for name in _SAID
+        for name in _STATEMENT_FIELDS
     ),
     *_constants("Bool", ("anchored", "is-checkpoint", "is-mended", "well-formed", "signed", "many-bare")),
     *_constants("String", ("own", "previous", "log", "key-id")),
@@ -277,62 +286,66 @@ _WATCHED: Final = (
 """A record that is watched, and the log so far: `log` is the hash of its first record."""
 
 
-def _statement(module: Any, whose: str, ask: Ask) -> Any:
-    return module.Checkpoint(*(Symbol(f"{whose}.{name}", ask) for name in _SAID))
+def _checkpoint_terms(module: Any, whose: str, ask: DecideBranch) -> Any:
+    return module.Checkpoint(*(SymbolicValue(f"{whose}.{name}", ask) for name in _STATEMENT_FIELDS))
 
 
-def _explore_watch(code: Code) -> Diagram:
-    def run(ask: Ask) -> str:
-        def canonical(details: dict[str, Any]) -> Symbol:
-            return Symbol(application("message", *(details[name].term for name in _SAID[:-1])), ask)
+def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
+    def run(ask: DecideBranch) -> str:
+        def canonical(details: dict[str, Any]) -> SymbolicValue:
+            return SymbolicValue(
+                smt_apply("message", *(details[name].term for name in _STATEMENT_FIELDS[:-1])), ask
+            )
 
         def checkpoint_of(_: Any) -> Any:
-            return _statement(module, "found", ask) if ask("well-formed") else None
+            return _checkpoint_terms(module, "found", ask) if ask("well-formed") else None
 
         module = code.module(
             CHECKPOINTS,
-            canonical=canonical,
-            checkpoint_of=checkpoint_of,
-            repr=lambda value: Symbol(f"(spelt {value.term})", ask),
+            to_canonical_json=canonical,
+            parse_checkpoint=checkpoint_of,
+            repr=lambda value: SymbolicValue(f"(spelt {value.term})", ask),
         )
         key = SimpleNamespace(
-            id=Symbol("key-id", ask),
-            has_signed=lambda signature, said: ask(f"(has-signed {signature.term} {said.term})"),
+            id=SymbolicValue("key-id", ask),
+            verify=lambda signature, said: ask(f"(has-signed {signature.term} {said.term})"),
         )
-        watch = module.CheckpointWatch(key, _statement(module, "anchor", ask) if ask("anchored") else None)
-        watch.log = Symbol("log", ask)
+        watch = module.CheckpointVerifier(
+            key, _checkpoint_terms(module, "anchor", ask) if ask("anchored") else None
+        )
+        watch.log = SymbolicValue("log", ask)
         watch.signed = int(ask("signed"))
-        watch._bare = module.EVERY if ask("many-bare") else 0
+        watch._bare = module.CHECKPOINT_INTERVAL if ask("many-bare") else 0
         event = module.CHECKPOINT if ask("is-checkpoint") else "other"
         if event == "other" and ask("is-mended"):
-            event = module.TAIL_MENDED
+            event = module.TAIL_REPAIRED
         record: dict[str, Any] = {
-            "sequence": Symbol("place", ask),
-            "previous": Symbol("previous", ask),
-            "written": Symbol("written", ask),
+            "sequence": SymbolicValue("place", ask),
+            "previous": SymbolicValue("previous", ask),
+            "written": SymbolicValue("written", ask),
             "event": event,
             "details": {},
         }
-        if watch(record, Symbol("own", ask)) is not None:
+        if watch(record, SymbolicValue("own", ask)) is not None:
             return "objects"
-        return application("watched", watch.log.term)
+        return smt_apply("watched", watch.log.term)
 
-    return explore(run)
+    return execute_symbolically(run)
 
 
-def _signature(code: Code) -> Obligation:
-    said = application("message", *(f"found.{name}" for name in _SAID[:-1]))
-    return Obligation(
-        "A checkpoint that `CheckpointWatch` lets pass stands where the writer's chain had the hash that it\n"
+def _signature(code: ModuleSource) -> TheoremObligation:
+    said = smt_apply("message", *(f"found.{name}" for name in _STATEMENT_FIELDS[:-1]))
+    return TheoremObligation(
+        "A checkpoint that `CheckpointVerifier` lets pass stands where the writer's chain had the hash that it\n"
         "has before it: `hash-at` is that of the writer's log, which has the id `log-id`.",
         (
-            *_WATCHED,
+            *_VERIFIER_SORTS,
             "(declare-fun hash-at (Int) String)",
             "(declare-const log-id String)",
             "(define-fun known () String (ite (= place 0) own log))",
         ),
         "(=> (and ((_ is watched) after) is-checkpoint (= known log-id)) (= previous (hash-at place)))",
-        tables=(Table("after", "Watched", _explore_watch(code)),),
+        tables=(SymbolicFunction("after", "Watched", _execute_checkpoint_verifier(code)),),
         assumptions={
             "no-forgery": f"(=> (and (has-signed found.signature {said}) (= found.log log-id))"
             " (= found.head (hash-at found.sequence)))",
@@ -340,22 +353,22 @@ def _signature(code: Code) -> Obligation:
     )
 
 
-def _anchor(code: Code) -> Obligation:
-    return Obligation(
-        "With an anchor, `CheckpointWatch` lets pass at its place only a record that comes after the hash\n"
+def _anchor(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
+        "With an anchor, `CheckpointVerifier` lets pass at its place only a record that comes after the hash\n"
         "that the anchor has, in a log with the anchor's first record; and the first record stays known.",
-        _WATCHED,
+        _VERIFIER_SORTS,
         "(=> (and ((_ is watched) after) anchored) (and"
         " (=> (= place 0) (= own anchor.log))"
         " (= (log-after after) (ite (= place 0) own log))"
         " (=> (= place anchor.sequence) (= previous anchor.head))))",
-        tables=(Table("after", "Watched", _explore_watch(code)),),
+        tables=(SymbolicFunction("after", "Watched", _execute_checkpoint_verifier(code)),),
     )
 
 
-def _verify_signed(code: Code) -> Obligation:
-    def run(ask: Ask) -> str:
-        anchor = SimpleNamespace(sequence=Symbol("anchor.sequence", ask))
+def _verify_signed(code: ModuleSource) -> TheoremObligation:
+    def run(ask: DecideBranch) -> str:
+        anchor = SimpleNamespace(sequence=SymbolicValue("anchor.sequence", ask))
 
         class Watch(shipped):  # type: ignore[misc]
             """The real one, of a log that was read: `signed` is what it found."""
@@ -367,7 +380,7 @@ def _verify_signed(code: Code) -> Obligation:
         def verify_log(_: Any, watch: Any) -> AuditReport:
             if not isinstance(watch, Watch) or watch._anchor not in (None, anchor):
                 raise InternalError("the log is not watched")
-            records: Any = Symbol("records", ask)
+            records: Any = SymbolicValue("records", ask)
             return AuditReport(records, "head", None if ask("chain-sound") else 0, "", DecisionCounts())
 
         stubs = {
@@ -375,16 +388,16 @@ def _verify_signed(code: Code) -> Obligation:
             "verify_log": verify_log,
             "read_anchor": lambda *_: anchor if ask("anchor-found") else None,
         }
-        put_in_place(module, stubs)
+        install_stubs(module, stubs)
         try:
             report = module.verify_signed("log", "key", "anchor" if ask("anchored") else None)
         except module.AnchorError:
             return "false"
-        return literal(bool(report.chain.sound))
+        return smt_literal(bool(report.chain.sound))
 
     module = code.module(CHECKPOINTS)
-    shipped: Any = module.CheckpointWatch
-    return Obligation(
+    shipped: Any = module.CheckpointVerifier
+    return TheoremObligation(
         "`verify_signed` calls a log sound only where the chain is, something is signed, and the log\n"
         "reaches beyond the place of the anchor.",
         (
@@ -392,7 +405,7 @@ def _verify_signed(code: Code) -> Obligation:
             *_constants("Int", ("records", "anchor.sequence")),
         ),
         "(=> verified (and chain-sound signed (=> anchored (< anchor.sequence records))))",
-        tables=(Table("verified", "Bool", explore(run)),),
+        tables=(SymbolicFunction("verified", "Bool", execute_symbolically(run)),),
     )
 
 
@@ -401,7 +414,7 @@ THEOREM = Theorem(
     {
         "same-line": _same_line,
         "same-hash": _same_hash,
-        "tampering": _tampering,
+        "tampering": _tampering_detected,
         "scan": _scan,
         "signature": _signature,
         "anchor": _anchor,
@@ -454,7 +467,7 @@ THEOREM = Theorem(
             "overlooks-that-a-tail-was-cut",
             "verify-signed",
             CHECKPOINTS,
-            "why = watch.missing(chain.records) or unsigned",
+            "why = watch.missing_tail(chain.records) or unsigned",
             "why = unsigned",
         ),
     ),

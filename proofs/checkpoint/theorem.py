@@ -7,23 +7,31 @@ from math import inf
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.agent.planning.task_graph import Step
-from aeros.runtime.ports import Ended, Head, Said, StepRequest, StepResult, StepStatus
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import conjunction, disjunction
-from aeros.spec.theorems.theorem import Obligation, Theorem
-from proofs.lib.process_model import Do, Program, Way, changed, later, program, variables
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.runtime.ports import AuditEvent, EndedStep, LogHead, StepRequest, StepResult, StepStatus
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_and, smt_or
+from aeros.spec.theorems.theorem import Theorem, TheoremObligation
+from proofs.lib.process_model import (
+    PerformStep,
+    ProcessGraph,
+    StepPath,
+    declare_state,
+    execute_process,
+    primed,
+    transition,
+)
 
 ATTEMPT: Final = "aeros.agent.execution.step_attempt"
-BARS: Final = "aeros.agent.execution.uncertain_steps"
+UNCERTAIN_STEPS: Final = "aeros.agent.execution.uncertain_steps"
 CHECKPOINT: Final = "aeros.agent.recovery.checkpoint"
-ENGINE: Final = "aeros.agent.execution.plan_executor"
+PLAN_EXECUTOR: Final = "aeros.agent.execution.plan_executor"
 PROGRESS: Final = "aeros.agent.execution.progress"
-PURSUIT: Final = "aeros.agent.task_loop"
+TASK_LOOP: Final = "aeros.agent.task_loop"
 RECOVERY: Final = "aeros.agent.recovery.recover"
 
-_TRIED: Final = {"fresh": 0, "begun": 1, "done": 2, "failed": 3}
-_TOLD: Final = {"nothing": 0, "began": 1, "ended": 2}
+_ATTEMPT_CODES: Final = {"fresh": 0, "begun": 1, "done": 2, "failed": 3}
+_EVENT_CODES: Final = {"nothing": 0, "began": 1, "ended": 2}
 _STATE: Final[Mapping[str, str]] = {
     "pc": "Int",
     "kept": "Int",
@@ -44,53 +52,53 @@ left: a crash left a try that the record says began, the skill has succeeded, an
 acknowledged: a checkpoint has the place as done, in the plan that is followed; repeated: it was begun again.
 """
 
-_HEAD: Final = Head(10, "hash")
-_STEP: Final = Step("m", "k")
+_HEAD: Final = LogHead(10, "hash")
+_STEP: Final = PlanStep("m", "k")
 _GRAPH: Final[Any] = SimpleNamespace(body=_STEP, parts=(), remark="")
 
 
-def _session(code: Code) -> Program:
+def _session(code: ModuleSource) -> ProcessGraph:
     """An agent that wakes, takes its run up again, follows its plan and plans anew once."""
     progress = code.module(PROGRESS)
-    bars = code.module(BARS)
+    bars = code.module(UNCERTAIN_STEPS)
     checkpoint = code.module(CHECKPOINT, using=(progress,))
     recovery = code.module(RECOVERY, using=(progress, bars))
     attempt = code.module(ATTEMPT, using=(bars,))
-    engine = code.module(ENGINE, using=(progress, attempt))
+    engine = code.module(PLAN_EXECUTOR, using=(progress, attempt))
     pursuit = code.module(
-        PURSUIT, using=(progress, checkpoint, recovery, engine, attempt), verify_plan=lambda *_: []
+        TASK_LOOP, using=(progress, checkpoint, recovery, engine, attempt), verify_plan=lambda *_: []
     )
     modules = SimpleNamespace(
         **{one.__name__.rpartition(".")[2]: one for one in (progress, bars, checkpoint, attempt, engine)}
     )
 
-    def run(do: Do) -> str:
-        kept = _read(do, modules)
-        told = do("read-record", *_TOLD)
+    def run(do: PerformStep) -> str:
+        kept = _newest_checkpoint(do, modules)
+        told = do("read-record", *_EVENT_CODES)
         world = _world(do("measure", "unknown", "yes", "no"))
-        attempts = _attempts(do, modules, world)
-        one = pursuit.Pursuit.__new__(pursuit.Pursuit)
+        attempts = _stubbed_attempts(do, modules, world)
+        one = pursuit.TaskLoop.__new__(pursuit.TaskLoop)
         one._runtime, one._attempts, one._journal = attempts._runtime, attempts, attempts._journal
-        one._checkpoints = SimpleNamespace(write=lambda made: do(f"save {_said_of(made)}"))
-        one._routed, one._agent, one._instruction = _ROUTED, "agent", "instruction"
+        one._checkpoints = SimpleNamespace(write=lambda made: do(f"save {_checkpoint_facts(made)}"))
+        one._routed, one._agent, one._instruction = _ROUTE, "agent", "instruction"
         one._timeout, one._waited, one._replans = None, 0.0, 0
         one._engine = engine.Engine(attempts, attempts._journal, lambda: False)
-        one._goal_is_measured = lambda: False
-        one._verified_plan = lambda: _GRAPH
+        one._is_goal_reached = lambda: False
+        one._make_verified_plan = lambda: _GRAPH
         one._rest = lambda: None
         one.resume(kept, _record(told))
         one._pursue()
         return "over"
 
-    return program(run).merged(_facts)
+    return execute_process(run).merge_places(_path_facts)
 
 
-_ROUTED: Final = SimpleNamespace(task=SimpleNamespace(goal_text="goal"))
+_ROUTE: Final = SimpleNamespace(task=SimpleNamespace(goal_text="goal"))
 
 
-def _read(do: Do, modules: Any) -> Any:
+def _newest_checkpoint(do: PerformStep, modules: Any) -> Any:
     """The newest checkpoint."""
-    state = do("read-checkpoint", *_TRIED)
+    state = do("read-checkpoint", *_ATTEMPT_CODES)
     plan = _GRAPH if do("read-plan", "yes", "no") == "yes" else None
     key = modules.bars._key("m", "k", {})
     barred = (key,) if do("read-bars", "no", "yes") == "yes" else ()
@@ -99,7 +107,7 @@ def _read(do: Do, modules: Any) -> Any:
         before = {"d": False} if do("before", "unknown", "no") == "no" else {}
         made.begin((), modules.progress.Begun("m", "k", {}, before, _HEAD))
     if state in ("done", "failed"):
-        made.conclude((), modules.attempt.Attempt(failed=state == "failed", reason=""))
+        made.conclude((), modules.attempt.AttemptResult(failed=state == "failed", reason=""))
     return modules.checkpoint.Checkpoint(
         agent="agent",
         instruction="instruction",
@@ -114,7 +122,7 @@ def _read(do: Do, modules: Any) -> Any:
         denied=(),
         avoided=(),
         barred=barred,
-        rejected=(),
+        last_plan_problems=(),
         planned_in=(),
         steps=(),
         plan=plan,
@@ -124,7 +132,7 @@ def _read(do: Do, modules: Any) -> Any:
     )
 
 
-def _said_of(made: Any) -> str:
+def _checkpoint_facts(made: Any) -> str:
     """What a checkpoint says of the place, of its plan, and of what is barred."""
     tried = made.progress().tried.get(())
     state = "fresh"  # also of a try that was withdrawn
@@ -135,10 +143,10 @@ def _said_of(made: Any) -> str:
     return f"{state} {'planned' if made.plan else 'planless'} {'barred' if made.barred else 'free'}"
 
 
-def _record(told: str) -> list[Said]:
+def _record(told: str) -> list[AuditEvent]:
     details = {"module": "m", "skill": "k", "inputs": {}}
-    began = Said(_HEAD.records, "step-began", details)
-    ended = Said(_HEAD.records + 1, "step-ended", {**details, "status": "finished", "reason": ""})
+    began = AuditEvent(_HEAD.records, "step-began", details)
+    ended = AuditEvent(_HEAD.records + 1, "step-ended", {**details, "status": "finished", "reason": ""})
     return {"nothing": [], "began": [began], "ended": [began, ended]}[told]
 
 
@@ -155,12 +163,12 @@ _OUTCOMES: Final = {
 _SKILL: Final = SimpleNamespace(
     id="k", idempotent=False, outcomes=_OUTCOMES, success_outcomes=(_OUTCOMES["done"],)
 )
-_ECM: Final = SimpleNamespace(skills={"k": _SKILL}, providers_of=lambda name: (name,))
+_ECM: Final = SimpleNamespace(skills={"k": _SKILL}, providers=lambda name: (name,))
 
 
-def _attempts(do: Do, modules: Any, world: Any) -> Any:
-    """The shipped `Attempts`, of which `begin` is as it is; what a try comes to is arbitrary."""
-    one = modules.attempt.Attempts.__new__(modules.attempt.Attempts)
+def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
+    """The shipped `StepRunner`, of which `begin` is as it is; what a try comes to is arbitrary."""
+    one = modules.attempt.StepRunner.__new__(modules.attempt.StepRunner)
     world.at = lambda _: world
     site = SimpleNamespace(limits=SimpleNamespace(replans=1))
     dispatch = SimpleNamespace(
@@ -176,14 +184,14 @@ def _attempts(do: Do, modules: Any, world: Any) -> Any:
         do("begin")
         return 1
 
-    def wait(_: float = inf) -> Ended:
+    def wait(_: float = inf) -> EndedStep:
         do("act")
         do("end")
-        return Ended(1, StepResult(StepStatus.FINISHED, ""))  # type: ignore[arg-type]
+        return EndedStep(1, StepResult(StepStatus.FINISHED, ""))  # type: ignore[arg-type]
 
     def conclude(*_: Any) -> Any:
         failed = do("judge", "done", "failed") == "failed"
-        return modules.attempt.Attempt(failed=failed, reason="failed" if failed else "")
+        return modules.attempt.AttemptResult(failed=failed, reason="failed" if failed else "")
 
     one._runtime = SimpleNamespace(
         now=lambda: 0.0,
@@ -193,11 +201,11 @@ def _attempts(do: Do, modules: Any, world: Any) -> Any:
         active_modules=lambda: {"m": _ECM},
         site=site,
     )
-    one._journal = SimpleNamespace(tell=lambda *_, **__: None, tell_step=lambda *_, **__: None)
+    one._journal = SimpleNamespace(tell=lambda *_, **__: None, record_step=lambda *_, **__: None)
     one._memory = SimpleNamespace(begin=lambda _: 1)
     one._world, one._task, one._failures = world, "task", []
     one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
-    one.records, one.planned_in, one.bars = [], [], modules.bars.Bars()
+    one.records, one.planned_in, one.bars = [], [], modules.bars.UncertainSteps()
     one.conclude = conclude
     return one
 
@@ -205,22 +213,22 @@ def _attempts(do: Do, modules: Any, world: Any) -> Any:
 # What is true at each place, and what each step does.
 
 
-def _facts(way: Way) -> Iterator[str]:
-    done = [what for what, _ in way]
-    answers = dict(way)
+def _path_facts(path: StepPath) -> Iterator[str]:
+    done = [what for what, _ in path]
+    answers = dict(path)
     saved = [what.split() for what in done if what.startswith("save ")]
     if not saved:
         if "read-checkpoint" in answers:
-            yield f"(= kept {_TRIED[answers['read-checkpoint']]})"
+            yield f"(= kept {_ATTEMPT_CODES[answers['read-checkpoint']]})"
         if "read-plan" in answers:
             yield f"(= kept.plan {str(answers['read-plan'] == 'yes').lower()})"
         if "read-bars" in answers:
             yield f"(= kept.barred {str(answers['read-bars'] == 'yes').lower()})"
         if "read-record" in answers:
-            yield f"(= told {_TOLD[answers['read-record']]})"
+            yield f"(= told {_EVENT_CODES[answers['read-record']]})"
     else:
         _, state, plan, bars = saved[-1]
-        yield f"(= kept {_TRIED[state]})"
+        yield f"(= kept {_ATTEMPT_CODES[state]})"
         yield f"(= kept.plan {str(plan == 'planned').lower()})"
         yield f"(= kept.barred {str(bars == 'barred').lower()})"
         last = max(place for place, what in enumerate(done) if what.startswith("save "))
@@ -233,7 +241,7 @@ def _facts(way: Way) -> Iterator[str]:
         yield "(not left)"
 
 
-_EVERYWHERE: Final = (
+_INVARIANT_FACTS: Final = (
     "(<= 0 kept 3)",
     "(<= 0 told 2)",
     "(=> left happened)",
@@ -249,19 +257,21 @@ def _effect(what: str, answer: str, _: int) -> str:
     state = [one for one in _STATE if one != "pc"]
     match what.split():
         case ["read-checkpoint"]:
-            return changed(state, {}, f"(= kept {_TRIED[answer]})")
+            return transition(state, {}, f"(= kept {_ATTEMPT_CODES[answer]})")
         case ["read-plan"]:
-            return changed(state, {}, "kept.plan" if answer == "yes" else "(not kept.plan)")
+            return transition(state, {}, "kept.plan" if answer == "yes" else "(not kept.plan)")
         case ["read-bars"]:
-            return changed(state, {}, "kept.barred" if answer == "yes" else "(not kept.barred)")
+            return transition(state, {}, "kept.barred" if answer == "yes" else "(not kept.barred)")
         case ["read-record"]:
-            return changed(state, {}, f"(= told {_TOLD[answer]})")
+            return transition(state, {}, f"(= told {_EVENT_CODES[answer]})")
         case ["measure"]:
-            return changed(state, {}, {"yes": "happened", "no": "(not happened)", "unknown": "true"}[answer])
+            return transition(
+                state, {}, {"yes": "happened", "no": "(not happened)", "unknown": "true"}[answer]
+            )
         case ["save", tried, plan, bars]:
             planned = plan == "planned"
             after = {
-                "kept": str(_TRIED[tried]),
+                "kept": str(_ATTEMPT_CODES[tried]),
                 "kept.plan": str(planned).lower(),
                 "kept.barred": str(bars == "barred").lower(),
                 "told": "0",
@@ -269,59 +279,61 @@ def _effect(what: str, answer: str, _: int) -> str:
                 "acknowledged": str(tried == "done" and planned).lower(),
                 "repeated": "(or repeated acknowledged)" if tried == "begun" else "repeated",
             }
-            return changed(state, after)
+            return transition(state, after)
         case ["begin"]:
-            return changed(state, {"told": "1"})
+            return transition(state, {"told": "1"})
         case ["act"]:
-            succeeds = changed(state, {"happened": "true"})
-            return disjunction([succeeds, changed(state, {})])
+            succeeds = transition(state, {"happened": "true"})
+            return smt_or([succeeds, transition(state, {})])
         case ["end"]:
-            return changed(state, {"told": "2"})
-    return changed(state, {})
+            return transition(state, {"told": "2"})
+    return transition(state, {})
 
 
-_CRASH: Final = changed(tuple(_STATE), {"pc": "0", "left": "(or left (and happened (= kept 1) (< 0 told)))"})
+_CRASH: Final = transition(
+    tuple(_STATE), {"pc": "0", "left": "(or left (and happened (= kept 1) (< 0 told)))"}
+)
 
 
-def _definitions(session: Program) -> tuple[str, ...]:
-    invariant = conjunction([*_EVERYWHERE, session.everywhere("pc", _facts)])
+def _definitions(session: ProcessGraph) -> tuple[str, ...]:
+    invariant = smt_and([*_INVARIANT_FACTS, session.invariant_formula("pc", _path_facts)])
     return (
-        *variables(_STATE),
+        *declare_state(_STATE),
         f"(define-fun invariant () Bool {invariant})",
-        f"(define-fun invariant-after () Bool {later(invariant, _STATE)})",
+        f"(define-fun invariant-after () Bool {primed(invariant, _STATE)})",
     )
 
 
-def _base(code: Code) -> Obligation:
+def _base(code: ModuleSource) -> TheoremObligation:
     first = "(and (= pc 0) (= kept 0) (= told 0) (not happened) (not left) (not acknowledged) (not repeated))"
-    return Obligation(
+    return TheoremObligation(
         "Base: of a run in which nothing was tried yet the invariant holds, whatever its checkpoint bars.",
         _definitions(_session(code)),
         f"(=> {first} invariant)",
     )
 
 
-def _step(code: Code) -> Obligation:
+def _step(code: ModuleSource) -> TheoremObligation:
     session = _session(code)
-    return Obligation(
+    return TheoremObligation(
         "Step: the invariant survives every step of a session that takes a run up.",
-        (*_definitions(session), f"(define-fun step () Bool {session.moves('pc', _effect)})"),
+        (*_definitions(session), f"(define-fun step () Bool {session.step_formula('pc', _effect)})"),
         "(=> (and invariant step) invariant-after)",
     )
 
 
-def _crash(code: Code) -> Obligation:
-    return Obligation(
+def _crash(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Step: it survives a crash at any place, the wake-up included.",
         (*_definitions(_session(code)), f"(define-fun step () Bool {_CRASH})"),
         "(=> (and invariant step) invariant-after)",
     )
 
 
-def _claim(code: Code) -> Obligation:
+def _claim(code: ModuleSource) -> TheoremObligation:
     session = _session(code)
-    begins = disjunction(f"(= pc {at})" for at, what, _, _ in session.steps if what == "begin")
-    return Obligation(
+    begins = smt_or(f"(= pc {at})" for at, what, _, _ in session.steps if what == "begin")
+    return TheoremObligation(
         "Where the invariant holds, a skill begins only after a checkpoint that says so, and never\n"
         "where a crash left a try of it that has succeeded; no place acknowledged as done is begun again.",
         _definitions(session),
@@ -336,17 +348,19 @@ THEOREM = Theorem(
         Mutant(
             "begins-before-it-keeps-that",
             "claim",
-            ENGINE,
-            "        self._progress.begin(at, Begun(step.module, step.skill, inputs, before, head))\n"
-            "        begun = self._attempts.begin(role, step.module, step.skill, inputs)\n",
-            "        begun = self._attempts.begin(role, step.module, step.skill, inputs)\n"
-            "        self._progress.begin(at, Begun(step.module, step.skill, inputs, before, head))\n",
+            PLAN_EXECUTOR,
+            (
+                "        self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n"
+                "        begun = self._attempts.start(role, step.module, step.skill, inputs)\n"
+            ),
+            "        begun = self._attempts.start(role, step.module, step.skill, inputs)\n"
+            "        self._progress.start(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n",
         ),
         Mutant(
             "forgets-how-a-try-ended",
             "step",
             PROGRESS,
-            "return self.tried[at].last if at in self.tried else None",
+            "return self.attempts[at].last_result if at in self.attempts else None",
             "return None",
         ),
         Mutant(
@@ -359,14 +373,14 @@ THEOREM = Theorem(
         Mutant(
             "forgets-in-a-second-crash-what-it-barred",
             "step",
-            PURSUIT,
-            "barred=attempts.bars.kept,",
-            "barred=(),",
+            TASK_LOOP,
+            "uncertain_steps=attempts.bars.to_checkpoint,",
+            "uncertain_steps=(),",
         ),
         Mutant(
             "takes-unknown-for-excluded",
             "step",
-            BARS,
+            UNCERTAIN_STEPS,
             "if all(world.known.get(name, value) == value for name, value in outcome.effects.items()):",
             "if all(world.known.get(name) == value for name, value in outcome.effects.items()):",
         ),

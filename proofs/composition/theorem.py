@@ -7,21 +7,21 @@ from itertools import product
 from types import SimpleNamespace
 from typing import Any, Final, cast
 
-from aeros.runtime.gate.decision import Decision, Reason, Verdict
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.composition import Step
 from aeros.spec.model.model import Declared
 from aeros.spec.model.step_graph import If, Par, Seq
-from aeros.spec.theorems.module_copies import Code, Mutant, put_in_place
-from aeros.spec.theorems.smtlib import application, conjunction, implication, literal
-from aeros.spec.theorems.symbolic_execution import Ask, explore
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs.lib.executor_motions import CLEAN_UP, SCHEDULER, STEP, tells_all
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
+from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_implies, smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
+from proofs.lib.executor_motions import CLEAN_UP, SCHEDULER, STEP, motions_match_plant
 
-BESIDE: Final = "aeros.runtime.gate.joint_rules"
-DECIDING: Final = "aeros.runtime.execution.decision_pipeline"
+JOINT_RULES: Final = "aeros.runtime.gate.joint_rules"
+DECISION_PIPELINE: Final = "aeros.runtime.execution.decision_pipeline"
 GATE: Final = "aeros.runtime.gate.gate"
 JOINT: Final = "aeros.spec.obligations.joint"
 PARALLEL: Final = "aeros.spec.obligations.parallel"
@@ -32,11 +32,11 @@ _OTHERS: Final = ("first", "second")
 _JOINT_RULES: Final = {"rule.ab": ("a", "b"), "rule.aa": ("a", "a")}
 
 
-def _beside(code: Code) -> Obligation:
+def _joint_rule_obligation(code: ModuleSource) -> TheoremObligation:
     """With what one rule says of one pair put aside."""
-    beside = code.module(BESIDE)
+    beside = code.module(JOINT_RULES)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         def begun(name: str) -> Any:
             return SimpleNamespace(
                 name=name, action=SimpleNamespace(kind="a" if ask(f"{name}.is-a") else "b")
@@ -44,7 +44,7 @@ def _beside(code: Code) -> Obligation:
 
         def rule(name: str, kinds: tuple[str, str]) -> Any:
             def objections(roles: Any, _: Any, __: Any) -> Iterator[Reason]:
-                if not ask(application(name, *(one.name for one in roles))):
+                if not ask(smt_apply(name, *(one.name for one in roles))):
                     yield Reason("AE751", name, "")
 
             return SimpleNamespace(kinds=kinds, objections=objections)
@@ -54,19 +54,20 @@ def _beside(code: Code) -> Obligation:
         rules._shared_actuators = lambda one, other: iter(
             (Reason("AE752", "", ""),) if ask(f"(share-actuators {one.name} {other.name})") else ()
         )
-        return literal(not list(rules.objections(begun("one"), [begun(name) for name in _OTHERS])))
+        return smt_literal(not list(rules.objections(begun("one"), [begun(name) for name in _OTHERS])))
 
     def obeyed(other: str) -> Iterator[str]:
         yield f"(not (share-actuators one {other}))"
         for name, kinds in _JOINT_RULES.items():
             for roles in (("one", other), (other, "one")):
                 fits = [
-                    f"(= {role}.is-a {literal(kind == 'a')})" for role, kind in zip(roles, kinds, strict=True)
+                    f"(= {role}.is-a {smt_literal(kind == 'a')})"
+                    for role, kind in zip(roles, kinds, strict=True)
                 ]
-                yield implication(conjunction(fits), application(name, *roles))
+                yield smt_implies(smt_and(fits), smt_apply(name, *roles))
 
     claims = [claim for other in _OTHERS for claim in obeyed(other)]
-    return Obligation(
+    return TheoremObligation(
         "`JointRules.objections` yields nothing exactly where an action shares no actuator with any under\n"
         "way, and every joint rule holds of it and each of them, in either order of the roles.",
         (
@@ -75,26 +76,26 @@ def _beside(code: Code) -> Obligation:
             *(f"(declare-const {name}.is-a Bool)" for name in ("one", *_OTHERS)),
             *(f"(declare-fun {name} (Begun Begun) Bool)" for name in ("share-actuators", *_JOINT_RULES)),
         ),
-        f"(= nothing {conjunction(claims)})",
-        tables=(Table("nothing", "Bool", explore(run)),),
+        f"(= nothing {smt_and(claims)})",
+        tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),
     )
 
 
-def _decided(code: Code) -> Obligation:
+def _joint_decision_obligation(code: ModuleSource) -> TheoremObligation:
     gate = code.module(GATE)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         decider = object.__new__(gate._Decider)
         found = [] if ask("nothing-objects") else [Reason("AE751", "rule", "")]
         decider._joint = SimpleNamespace(objections=lambda *_: iter(found))
         action = Action("a", {}) if ask("forwarded") else None
-        given = Decision(Verdict.ALLOW if action else Verdict.DENY, action, ())
+        given = Decision(DecisionKind.ALLOW if action else DecisionKind.DENY, action, ())
         decided = decider.decide_beside(given, {}, 0.0, [])
         if decided.action is None:
-            return "deny" if decided.verdict is Verdict.DENY else "wrong"
+            return "deny" if decided.verdict is DecisionKind.DENY else "wrong"
         return "same" if decided == given else "wrong"
 
-    return Obligation(
+    return TheoremObligation(
         "`_Decider.decide_beside` forwards what was to be forwarded where nothing objects, and else nothing.",
         (
             "(declare-datatypes ((Beside 0)) (((same) (deny) (wrong))))",
@@ -102,17 +103,17 @@ def _decided(code: Code) -> Obligation:
             "(declare-const forwarded Bool)",
         ),
         "(= decided (ite (and forwarded nothing-objects) same deny))",
-        tables=(Table("decided", "Beside", explore(run)),),
+        tables=(SymbolicFunction("decided", "Beside", execute_symbolically(run)),),
     )
 
 
-def _under_way(code: Code) -> Obligation:
+def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
     """With the gate, the motions and what is measured put aside; each is explored elsewhere."""
-    deciding = code.module(DECIDING, companions_of=lambda *_: (), causes_of_denial=lambda *_: ())
-    allowed = Decision(Verdict.ALLOW, Action("a", {}), ())
-    denied = Decision(Verdict.DENY, None, (Reason("AE751", "rule", ""),))
+    deciding = code.module(DECISION_PIPELINE, concurrent_motions=lambda *_: (), denial_causes=lambda *_: ())
+    allowed = Decision(DecisionKind.ALLOW, Action("a", {}), ())
+    denied = Decision(DecisionKind.DENY, None, (Reason("AE751", "rule", ""),))
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         recorded: list[Any] = []
 
         def decide_beside(given: Decision, _: Any, __: Any, others: Sequence[str]) -> Decision:
@@ -126,7 +127,7 @@ def _under_way(code: Code) -> Obligation:
             recorded.append(made)
             return 1
 
-        one = object.__new__(deciding.Deciding)
+        one = object.__new__(deciding.DecisionPipeline)
         one._plant = SimpleNamespace(observe=dict, now=lambda: 0.0)
         one._histories = SimpleNamespace(look=lambda measured, _: measured)
         one._configuration = SimpleNamespace(digest="")
@@ -151,10 +152,10 @@ def _under_way(code: Code) -> Obligation:
             return "nothing"
         return "ends-others" if found.ends_others else "begins"
 
-    obeyed = conjunction(("obeys-alone", "motion-obeys", *(f"obeys.{name}" for name in _OTHERS)))
+    obeyed = smt_and(("obeys-alone", "motion-obeys", *(f"obeys.{name}" for name in _OTHERS)))
     names = ("obeys-alone", "motion-obeys", "is-protective", *(f"obeys.{name}" for name in _OTHERS))
-    return Obligation(
-        "`Deciding.decide` begins an action only if it obeys by itself, beside all that is under way, those\n"
+    return TheoremObligation(
+        "`DecisionPipeline.decide` begins an action only if it obeys by itself, beside all that is under way, those\n"
         "that come to rest included, and in its motion; or it is a protective stop, which ends the others.",
         (
             "(declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))",
@@ -163,17 +164,17 @@ def _under_way(code: Code) -> Obligation:
         ),
         "(= found (ite (and is-protective obeys-alone motion-obeys) ends-others"
         f" (ite (and (not is-protective) {obeyed}) begins nothing)))",
-        tables=(Table("found", "Begins", explore(run)),),
+        tables=(SymbolicFunction("found", "Begins", execute_symbolically(run)),),
     )
 
 
 # At install: what is proved of parallel branches.
 
 
-def _applied(name: str, *variables: str) -> t.Term:
+def _apply_uninterpreted(name: str, *variables: str) -> t.Term:
     """An uninterpreted condition on variables, which survives that they are renamed."""
-    parameters = tuple(t.Variable(one, BOOL, t.Role.STATE) for one in variables)
-    return t.Implies(t.Variable(f"{name}!", BOOL, t.Role.STATE), t.And(parameters))
+    parameters = tuple(t.Variable(one, BOOL, t.VariableRole.STATE) for one in variables)
+    return t.Implies(t.Variable(f"{name}!", BOOL, t.VariableRole.STATE), t.And(parameters))
 
 
 _VALUES: Final = {"s": "now", "x.pa": "of-a", "x.s": "a-began", "y.pb": "of-b", "y.s": "b-began"}
@@ -184,45 +185,47 @@ def _formula(term: t.Term) -> str:
     match term:
         case t.Implies(premise=t.Variable(name=name), conclusion=t.And(operands=operands)):
             arguments = [_VALUES[part.name] for part in operands if isinstance(part, t.Variable)]
-            return application(name.removesuffix("!"), *arguments)
+            return smt_apply(name.removesuffix("!"), *arguments)
         case t.And(operands=operands):
-            return conjunction(map(_formula, operands))
+            return smt_and(map(_formula, operands))
         case _:
             raise AssertionError(f"nothing here makes such a term: {term}")
 
 
-def _declared(name: str, role: t.Role) -> Declared:
+def _declared(name: str, role: t.VariableRole) -> Declared:
     return Declared(t.Variable(name, BOOL, role), cast("Any", None))
 
 
-def _proved(code: Code) -> Obligation:
+def _proved_obligations(code: ModuleSource) -> TheoremObligation:
     """Made of the obligations, each taken as what its proof says: that it holds of all values."""
     joint = code.module(JOINT)
     kinds = {
-        kind: SimpleNamespace(parameters={f"p{kind}": _declared(f"p{kind}", t.Role.PARAMETER)})
+        kind: SimpleNamespace(parameters={f"p{kind}": _declared(f"p{kind}", t.VariableRole.PARAMETER)})
         for kind in "ab"
     }
     rule = SimpleNamespace(
         id="rule",
         roles=(("x", "a"), ("y", "b")),
-        term=_applied("joint", "s", "x.pa", "y.pb"),
+        term=_apply_uninterpreted("joint", "s", "x.pa", "y.pb"),
         require_span=None,
         text="",
         rationale="",
         conjuncts=(),
     )
-    state = {"s": _declared("s", t.Role.STATE)}
+    state = {"s": _declared("s", t.VariableRole.STATE)}
     site = SimpleNamespace(
         state=state,
         observed=state,
         kinds=kinds,
         joint=(rule,),
-        rules_on=lambda kind: (SimpleNamespace(terms={kind: _applied(f"phi.{kind}", "s", f"p{kind}")}),),
+        rules_for_kind=lambda kind: (
+            SimpleNamespace(terms={kind: _apply_uninterpreted(f"phi.{kind}", "s", f"p{kind}")}),
+        ),
     )
 
     def running(name: str) -> Any:
         envelope = {
-            kind: SimpleNamespace(term=_applied(f"{name}.may-{kind}", "s", f"p{kind}"), span=None)
+            kind: SimpleNamespace(term=_apply_uninterpreted(f"{name}.may-{kind}", "s", f"p{kind}"), span=None)
             for kind in "ab"
         }
         skill = SimpleNamespace(envelope=envelope)
@@ -233,14 +236,14 @@ def _proved(code: Code) -> Obligation:
             arguments=SimpleNamespace(declared=(), terms={}),
         )
 
-    put_in_place(joint, {"Label": lambda *_: None})
+    install_stubs(joint, {"Label": lambda *_: None})
     made = list(joint.joint_obligations("c", 1, site, running("one"), running("other")))
     proved = {}
     for number, obligation in enumerate(made):
-        premise = conjunction(map(_formula, obligation.space.assumptions))
-        proved[f"obligation.{number}"] = implication(premise, _formula(obligation.conclusion))
+        premise = smt_and(map(_formula, obligation.space.assumptions))
+        proved[f"obligation.{number}"] = smt_implies(premise, _formula(obligation.conclusion))
     pairs = (("one", "other"), ("other", "one"))
-    return Obligation(
+    return TheoremObligation(
         "Where `joint_obligations` are proved of two steps, every action of kind a of either and of kind b\n"
         "of the other obey the joint rule: each in its envelope when it began, both obeying Φ now.",
         (
@@ -254,7 +257,7 @@ def _proved(code: Code) -> Obligation:
                 for kind in "ab"
             ),
         ),
-        conjunction(
+        smt_and(
             f"(=> (and ({x}.may-a a-began of-a) ({y}.may-b b-began of-b) (phi.a now of-a) (phi.b now of-b))"
             " (joint now of-a of-b))"
             for x, y in pairs
@@ -266,7 +269,7 @@ def _proved(code: Code) -> Obligation:
 _STEPS: Final = ("s1", "s2", "s3", "s4")
 
 
-def _pairs(code: Code) -> Obligation:
+def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
     """Of all shapes of two branches, each of two steps, one with a handler."""
     parallel = code.module(PARALLEL)
 
@@ -277,9 +280,9 @@ def _pairs(code: Code) -> Obligation:
         """What takes no solver, and is put aside."""
         return iter(())
 
-    parallel._Beside.resources = parallel._Beside.sharing = settled
+    parallel._BranchPairClaims.resources = parallel._BranchPairClaims.sharing = settled
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         handlers = {"h": step("h")}
 
         def branch(which: str, one: Any, two: Any) -> Any:
@@ -298,7 +301,7 @@ def _pairs(code: Code) -> Obligation:
             met.add(frozenset((a.step.id, b.step.id)))
             return ()
 
-        put_in_place(
+        install_stubs(
             parallel,
             {"joint_obligations": joint_obligations, "arguments_of": lambda *_: None},
         )
@@ -306,9 +309,9 @@ def _pairs(code: Code) -> Obligation:
         skills = dict.fromkeys((*_STEPS, "h"))
         ecm = SimpleNamespace(skills=skills)
         list(parallel.parallel_obligations(composition, ecm, SimpleNamespace()))
-        return literal(_together(inner, handled=s1.handler is not None) <= met)
+        return smt_literal(_concurrent_steps(inner, handled=s1.handler is not None) <= met)
 
-    return Obligation(
+    return TheoremObligation(
         "`parallel_obligations` puts every two steps that may be under way together to `joint_obligations`,\n"
         "handlers among them, whatever is nested in the branches.",
         (
@@ -320,11 +323,11 @@ def _pairs(code: Code) -> Obligation:
             "(declare-const handled Bool)",
         ),
         "every-pair-is-met",
-        tables=(Table("every-pair-is-met", "Bool", explore(run)),),
+        tables=(SymbolicFunction("every-pair-is-met", "Bool", execute_symbolically(run)),),
     )
 
 
-def _together(branches: tuple[Any, Any], *, handled: bool) -> set[frozenset[str]]:
+def _concurrent_steps(branches: tuple[Any, Any], *, handled: bool) -> set[frozenset[str]]:
     """Steps that may be under way together: of both branches, and of one that is parallel itself."""
     left, right = {"s1", "s2"}, {"s3", "s4"}
     if handled:
@@ -340,27 +343,27 @@ def _together(branches: tuple[Any, Any], *, handled: bool) -> set[frozenset[str]
 THEOREM = Theorem(
     "what runs in parallel obeys Φ each by itself, and the joint rules together; seq and cond add nothing",
     {
-        "beside": _beside,
-        "decided-beside": _decided,
-        "under-way": _under_way,
-        "tells-all": tells_all,
-        "proved-joint": _proved,
-        "pairs": _pairs,
+        "beside": _joint_rule_obligation,
+        "decided-beside": _joint_decision_obligation,
+        "under-way": _active_motion_obligation,
+        "tells-all": motions_match_plant,
+        "proved-joint": _proved_obligations,
+        "pairs": _branch_pair_obligations,
     },
     (
         Mutant(
             "looks-at-the-latest-motion-alone",
             "beside",
-            BESIDE,
-            "        for other in others:\n",
-            "        for other in [*others][-1:]:\n",
+            JOINT_RULES,
+            "        for other in active_actions:\n",
+            "        for other in [*active_actions][-1:]:\n",
         ),
         Mutant(
             "looks-at-roles-in-one-order",
             "beside",
-            BESIDE,
-            "for roles in ((one, other), (other, one)):",
-            "for roles in ((one, other),):",
+            JOINT_RULES,
+            "for roles in ((action, active_action), (active_action, action)):",
+            "for roles in ((action, active_action),):",
         ),
         Mutant(
             "forwards-what-was-allowed-by-itself",
@@ -372,23 +375,23 @@ THEOREM = Theorem(
         Mutant(
             "overlooks-what-comes-to-rest",
             "under-way",
-            DECIDING,
-            "[other.begun for other in others])",
-            "[other.begun for other in others if not other.is_halting])",
+            DECISION_PIPELINE,
+            "[other.active_action for other in others])",
+            "[other.active_action for other in others if not other.is_halting])",
         ),
         Mutant(
             "tells-nothing-of-what-comes-to-rest",
             "tells-all",
             STEP,
-            "[step.under_way for step in self.steps.values() if step.under_way is not None]",
-            "[one for step in self.steps.values() if (one := step.under_way) and not one.is_halting]",
+            "[step.active_motion for step in self.steps.values() if step.active_motion is not None]",
+            "[one for step in self.steps.values() if (one := step.active_motion) and not one.is_halting]",
         ),
         Mutant(
             "forgets-a-step-that-still-moves",
             "tells-all",
             CLEAN_UP,
-            "        if step.under_way is None:\n            step.ending = ending\n",
-            "        if step.under_way is None or step.ending is None:\n            step.ending = ending\n",
+            ("        if step.active_motion is None:\n            step.result = ending\n"),
+            "        if step.active_motion is None or step.result is None:\n            step.result = result\n",
         ),
         Mutant(
             "takes-all-to-have-ended",

@@ -9,19 +9,19 @@ from functools import partial
 from typing import Any, Final, cast
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import literal
-from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 
 CLOSURE: Final = "aeros.spec.backends.compiled"
 
-_U: Final = literal(Fraction(1, 2**53))
-_ETA: Final = literal(Fraction(1, 2**1075))
-_A, _B = (t.Variable(name, RealType(NUMBER), t.Role.STATE) for name in "ab")
+_UNIT_ROUNDOFF: Final = smt_literal(Fraction(1, 2**53))
+_UNDERFLOW_ERROR: Final = smt_literal(Fraction(1, 2**1075))
+_A, _B = (t.Variable(name, RealType(NUMBER), t.VariableRole.STATE) for name in "ab")
 
 _OPERANDS: Final = (
     "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))",
@@ -42,67 +42,67 @@ _BOUNDED: Final = {
 """An induction over the term: what holds of the operands, is to hold of what is made of them."""
 
 
-class _Double(Symbol):
+class _SymbolicDouble(SymbolicValue):
     """A double; each operation on it is rounded once, as CPython performs each on its own."""
 
     __slots__ = ()
 
-    def _rounded(self, exact: Symbol) -> _Double:
-        return _Double(f"(rounded {exact.term})", self.ask)
+    def _rounded(self, exact: SymbolicValue) -> _SymbolicDouble:
+        return _SymbolicDouble(f"(rounded {exact.term})", self.ask)
 
-    def __add__(self, other: Any) -> _Double:
-        return self._rounded(Symbol.__add__(self, other))
+    def __add__(self, other: Any) -> _SymbolicDouble:
+        return self._rounded(SymbolicValue.__add__(self, other))
 
-    def __sub__(self, other: Any) -> _Double:
-        return self._rounded(Symbol.__sub__(self, other))
+    def __sub__(self, other: Any) -> _SymbolicDouble:
+        return self._rounded(SymbolicValue.__sub__(self, other))
 
-    def __mul__(self, other: Any) -> _Double:
-        return self._rounded(Symbol.__mul__(self, other))
+    def __mul__(self, other: Any) -> _SymbolicDouble:
+        return self._rounded(SymbolicValue.__mul__(self, other))
 
-    def __abs__(self) -> _Double:
-        return _Double(Symbol.__abs__(self).term, self.ask)
+    def __abs__(self) -> _SymbolicDouble:
+        return _SymbolicDouble(SymbolicValue.__abs__(self).term, self.ask)
 
 
-def _largest(*values: Any) -> Any:
+def _max_stub(*values: Any) -> Any:
     """Stands for `max`, of bounds and of doubles."""
     first, *others = values
     for other in others:
-        either = Symbol("", first.ask)._with("ite", other <= first, first, other)
+        either = SymbolicValue("", first.ask)._apply("ite", other <= first, first, other)
         first = type(first)(either.term, first.ask)
     return first
 
 
-def _smallest(first: Any, other: Any) -> Any:
+def _min_stub(first: Any, other: Any) -> Any:
     """Stands for `min`."""
-    either = Symbol("", first.ask)._with("ite", first <= other, first, other)
+    either = SymbolicValue("", first.ask)._apply("ite", first <= other, first, other)
     return type(first)(either.term, first.ask)
 
 
-def _generator(code: Code, ask: Ask) -> tuple[Any, Mapping[str, Any]]:
+def _generator(code: ModuleSource, ask: DecideBranch) -> tuple[Any, Mapping[str, Any]]:
     """The compiler, with operands of which only bounds are known; and what their code then stands for."""
-    closure = code.module(CLOSURE, max=_largest)
-    generator = closure._Generator({}, {"a": "a", "b": "b"})
+    closure = code.module(CLOSURE, max=_max_stub)
+    generator = closure._CodeGenerator({}, {"a": "a", "b": "b"})
 
     def real(term: Any) -> Any:
-        bounds = (Symbol(f"{term.name}.{what}", ask) for what in ("magnitude", "error", "magnitude"))
-        return closure._Real(term.name, *bounds)
+        bounds = (SymbolicValue(f"{term.name}.{what}", ask) for what in ("magnitude", "error", "magnitude"))
+        return closure._RealCode(term.name, *bounds)
 
     generator._real = real
-    computed: dict[str, Any] = {one: _Double(f"{one}.computed", ask) for one in "ab"}
-    return generator, {**computed, "abs": abs, "max": _largest, "min": _smallest}
+    computed: dict[str, Any] = {one: _SymbolicDouble(f"{one}.computed", ask) for one in "ab"}
+    return generator, {**computed, "abs": abs, "max": _max_stub, "min": _min_stub}
 
 
 @dataclass(frozen=True)
-class _Operation:
+class _RoundedOperation:
     """One operation of the language: its term, what it means, and what IEEE 754 says of its rounding."""
 
     term: t.Term
     exact: str
-    assumed: Mapping[str, str]
+    assumptions: Mapping[str, str]
 
 
 def _rounding(of: str, underflow: str = "") -> dict[str, str]:
-    room = f"(* {_U} (size {of}))"
+    room = f"(* {_UNIT_ROUNDOFF} (size {of}))"
     return {"ieee": f"(<= (size (- (rounded {of}) {of})) {f'(+ {room} {underflow})' if underflow else room})"}
 
 
@@ -111,31 +111,31 @@ def _product(x: str, size_of_x: str, y: str, size_of_y: str) -> str:
     return f"(<= (size (* {x} {y})) (* {size_of_x} {size_of_y}))"
 
 
-_WRONG: Final = {one: f"(- {one}.computed {one})" for one in "ab"}
+_ROUNDING_ERRORS: Final = {one: f"(- {one}.computed {one})" for one in "ab"}
 
 _OPERATIONS: Final = {
-    "sum": _Operation(t.Add(_A, _B), "(+ a b)", _rounding("(+ a.computed b.computed)")),
-    "product": _Operation(
+    "sum": _RoundedOperation(t.Add(_A, _B), "(+ a b)", _rounding("(+ a.computed b.computed)")),
+    "product": _RoundedOperation(
         t.Multiply(_A, _B),
         "(* a b)",
         {
-            **_rounding("(* a.computed b.computed)", _ETA),
+            **_rounding("(* a.computed b.computed)", _UNDERFLOW_ERROR),
             "products.0": _product("a.computed", "a.magnitude", "b.computed", "b.magnitude"),
-            "products.1": _product("a.computed", "a.magnitude", _WRONG["b"], "b.error"),
-            "products.2": _product(_WRONG["a"], "a.error", "b.computed", "b.magnitude"),
-            "products.3": _product(_WRONG["a"], "a.error", _WRONG["b"], "b.error"),
+            "products.1": _product("a.computed", "a.magnitude", _ROUNDING_ERRORS["b"], "b.error"),
+            "products.2": _product(_ROUNDING_ERRORS["a"], "a.error", "b.computed", "b.magnitude"),
+            "products.3": _product(_ROUNDING_ERRORS["a"], "a.error", _ROUNDING_ERRORS["b"], "b.error"),
         },
     ),
-    "least": _Operation(t.Extremum("min", _A, _B), "(ite (<= a b) a b)", {}),
-    "largest": _Operation(t.Extremum("max", _A, _B), "(ite (<= a b) b a)", {}),
-    "size-of": _Operation(t.Absolute(_A), "(size a)", {}),
+    "least": _RoundedOperation(t.Extremum("min", _A, _B), "(ite (<= a b) a b)", {}),
+    "largest": _RoundedOperation(t.Extremum("max", _A, _B), "(ite (<= a b) b a)", {}),
+    "size-of": _RoundedOperation(t.Absolute(_A), "(size a)", {}),
 }
 
 
-def _bounds(name: str, code: Code) -> Obligation:
+def _bounds(name: str, code: ModuleSource) -> TheoremObligation:
     operation = _OPERATIONS[name]
 
-    def run(ask: Ask, what: str) -> str:
+    def run(ask: DecideBranch, what: str) -> str:
         generator, values = _generator(code, ask)
         made = generator._arithmetic(operation.term)
         if what == "computed":
@@ -143,21 +143,21 @@ def _bounds(name: str, code: Code) -> Obligation:
             return str(eval(made.code, {"__builtins__": {}}, dict(values)).term)  # noqa: S307
         return str(getattr(made, what).term)
 
-    return Obligation(
-        f"`_Generator._arithmetic` of a {name.replace('-', ' ')}: what its code computes is no larger than\n"
+    return TheoremObligation(
+        f"`_CodeGenerator._arithmetic` of a {name.replace('-', ' ')}: what its code computes is no larger than\n"
         "its `magnitude`, and no further from the exact value than its `error`.",
         _OPERANDS,
         f"(and (<= (size computed) magnitude) (<= (size (- computed {operation.exact})) error))",
         tables=tuple(
-            Table(what, "Real", explore(partial(run, what=what)))
+            SymbolicFunction(what, "Real", execute_symbolically(partial(run, what=what)))
             for what in ("computed", "magnitude", "error")
         ),
-        assumptions={**_BOUNDED, **operation.assumed},
+        assumptions={**_BOUNDED, **operation.assumptions},
     )
 
 
-def _products(_: Code) -> Obligation:
-    return Obligation(
+def _products(_: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "A product is no larger than that of bounds of its factors.",
         (*_OPERANDS[:1], *(f"(declare-const {name} Real)" for name in ("x", "y", "x.size", "y.size"))),
         "(<= (size (* x y)) (* x.size y.size))",
@@ -165,10 +165,10 @@ def _products(_: Code) -> Obligation:
     )
 
 
-def _comparison(op: str, code: Code) -> Obligation:
+def _comparison(op: str, code: ModuleSource) -> TheoremObligation:
     """With the exact interpreter put aside, and the bound as large as it has to be or larger."""
 
-    def run(ask: Ask, what: str) -> str:
+    def run(ask: DecideBranch, what: str) -> str:
         generator, values = _generator(code, ask)
         needed: list[Any] = []
 
@@ -186,24 +186,24 @@ def _comparison(op: str, code: Code) -> Obligation:
         closure_of["_at_least"] = at_least
         closure_of["_is_real"] = lambda _: True
         generator._values = lambda _: ""
-        closure_of["_LARGEST"] = Symbol("largest", ask)
+        closure_of["_LARGEST"] = SymbolicValue("largest", ask)
         term = t.Compare(cast("Any", op), _A, _B)
         written = generator._comparison(term)
         if what == "needed":
             return str(needed[0].term) if needed else "0.0"
         exact = f"({'=' if op == '==' else op} a b)"
         names = {name: (lambda: ask(exact)) for name in generator.names if name.startswith("exact")}
-        values = {**values, **names, "bound": Symbol("bound", ask)}
-        return literal(bool(eval(written, {"__builtins__": {}, **values})))  # noqa: S307 - the compiler's own
+        values = {**values, **names, "bound": SymbolicValue("bound", ask)}
+        return smt_literal(bool(eval(written, {"__builtins__": {}, **values})))  # noqa: S307 - the compiler's own
 
-    return Obligation(
+    return TheoremObligation(
         f"The code of `a {op} b` answers as the exact comparison does: at once where the sign is certain,\n"
         "and by the exact interpreter in between.",
         (*_OPERANDS, "(declare-const bound Real)", "(declare-const largest Real)"),
         f"(= answer ({'=' if op == '==' else op} a b))",
         tables=(
-            Table("needed", "Real", explore(partial(run, what="needed"))),
-            Table("answer", "Bool", explore(partial(run, what="answer"))),
+            SymbolicFunction("needed", "Real", execute_symbolically(partial(run, what="needed"))),
+            SymbolicFunction("answer", "Bool", execute_symbolically(partial(run, what="answer"))),
         ),
         assumptions={
             **_BOUNDED,
@@ -217,34 +217,36 @@ def _comparison(op: str, code: Code) -> Obligation:
     )
 
 
-def _against(op: str, flipped: bool, code: Code) -> Obligation:
+def _constant_comparison(op: str, flipped: bool, code: ModuleSource) -> TheoremObligation:
     constant = Fraction(1, 10)
-    below, above = map(Fraction, neighbours(constant))
+    below, above = map(Fraction, adjacent_doubles(constant))
     closure = code.module(CLOSURE)
 
-    def run(ask: Ask) -> str:
-        written = closure._against_constant("x", op, constant, flipped=flipped)
-        return literal(bool(eval(written, {"__builtins__": {}, "x": Symbol("x", ask)})))  # noqa: S307
+    def run(ask: DecideBranch) -> str:
+        written = closure._compare_to_constant("x", op, constant, flipped=flipped)
+        return smt_literal(bool(eval(written, {"__builtins__": {}, "x": SymbolicValue("x", ask)})))  # noqa: S307
 
-    sides = (literal(constant), "x") if flipped else ("x", literal(constant))
+    sides = (smt_literal(constant), "x") if flipped else ("x", smt_literal(constant))
     shown = ("1/10", "x") if flipped else ("x", "1/10")
-    return Obligation(
+    return TheoremObligation(
         f"The code of `{shown[0]} {op} {shown[1]}` answers exactly of every double x, though 1/10 is none.",
         ("(declare-const x Real)",),
         f"(= answer ({'=' if op == '==' else op} {sides[0]} {sides[1]}))",
-        tables=(Table("answer", "Bool", explore(run)),),
-        assumptions={"a-double": f"(or (<= x {literal(below)}) (<= {literal(above)} x))"},
+        tables=(SymbolicFunction("answer", "Bool", execute_symbolically(run)),),
+        assumptions={"a-double": f"(or (<= x {smt_literal(below)}) (<= {smt_literal(above)} x))"},
     )
 
 
 _COMPARED: Final = {"less": "<", "at-most": "<=", "equal": "=="}
 
-_OBLIGATIONS: dict[str, Callable[[Code], Obligation]] = {
+_OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
     **{f"bounds-of-{name}": partial(_bounds, name) for name in _OPERATIONS},
     "products": _products,
     **{f"{name}": partial(_comparison, op) for name, op in _COMPARED.items()},
     **{
-        f"{name}-{'constant-first' if flipped else 'constant-last'}": partial(_against, op, flipped)
+        f"{name}-{'constant-first' if flipped else 'constant-last'}": partial(
+            _constant_comparison, op, flipped
+        )
         for name, op in _COMPARED.items()
         for flipped in (False, True)
         if not (flipped and op == "==")
@@ -259,15 +261,15 @@ THEOREM = Theorem(
             "forgets-that-a-sum-is-rounded",
             "bounds-of-sum",
             CLOSURE,
-            'error = a.error + b.error + U * total\n                return _joined(f"({a.code} + {b.code})"',
-            'error = a.error + b.error\n                return _joined(f"({a.code} + {b.code})"',
+            'error = a.error + b.error + UNIT_ROUNDOFF * total\n                return _derived_real(f"({a.code} + {b.code})"',
+            'error = a.error + b.error\n                return _derived_real(f"({a.code} + {b.code})"',
         ),
         Mutant(
             "forgets-underflow",
             "bounds-of-product",
             CLOSURE,
-            "error = carried + U * total + ETA",
-            "error = carried + U * total",
+            "error = carried + UNIT_ROUNDOFF * total + UNDERFLOW_ERROR",
+            "error = carried + UNIT_ROUNDOFF * total",
         ),
         Mutant(
             "takes-the-better-of-two-bounds",
@@ -280,8 +282,8 @@ THEOREM = Theorem(
             "forgets-that-the-difference-is-rounded",
             "less",
             CLOSURE,
-            "bound = _at_least(a.error + b.error + U * (a.magnitude + b.magnitude))",
-            "bound = _at_least(a.error)",
+            "bound = _round_up(a.error + b.error + UNIT_ROUNDOFF * (a.magnitude + b.magnitude))",
+            "bound = _round_up(a.error)",
         ),
         Mutant(
             "rounds-a-constant-the-wrong-way",

@@ -6,10 +6,10 @@ from math import inf
 from types import SimpleNamespace
 from typing import Any
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import application, disjunction
-from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_apply, smt_or
+from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_model as gate
 
 ATTENUATION = "aeros.runtime.gate.attenuation"
@@ -20,16 +20,16 @@ _RULES = {"rule.a": ("p",), "rule.b": ("p", "r")}
 """Which parameters each rule reduces; `q` is reduced by none."""
 
 
-def _allowed(code: Code) -> Obligation:
+def _attenuated_is_allowed(code: ModuleSource) -> TheoremObligation:
     """Decided a second time, by the same gate at the same moment."""
     ways = ("short-allows", "short-silent")
-    silent_or_allows = disjunction(f"(= (short-way again) {one})" for one in ways)
-    return Obligation(
+    silent_or_allows = smt_or(f"(= (short-way again) {one})" for one in ways)
+    return TheoremObligation(
         "What `_Decider.decide` forwards it allows as it is when it is asked for; what it attenuates, rules\n"
         "of Φ alone stood in the way of, each of which says how.",
         (
             *gate.DECLARATIONS,
-            *gate.PASSES,
+            *gate.LAYER_DEFINITIONS,
             gate.OBJECTIONS,
             *gate.DECISION,
             "(declare-const again Value)",
@@ -41,44 +41,44 @@ def _allowed(code: Code) -> Obligation:
         " (=> ((_ is attenuate) first)"
         " (or (reducible (objections asked)) (reducible (unmet asked)))))",
         tables=(
-            Table("first", "Decision", gate.explore_decision(code)),
-            Table("second", "Decision", gate.explore_decision(code, "again")),
+            SymbolicFunction("first", "Decision", gate.execute_decision(code)),
+            SymbolicFunction("second", "Decision", gate.execute_decision(code, "again")),
         ),
         assumptions={
             "again": "(= again (ite ((_ is attenuate) first) (reduced first) asked))",
             "short-way-allows": "(=> (= (short-way asked) short-allows) (= (objections asked) none))",
-            "short-way-speaks": gate.SHORT_WAY_SPEAKS,
+            "short-way-speaks": gate.FAST_PATH_ANSWERS,
             "short-way-is-complete": f"(=> (= (objections again) none) {silent_or_allows})",
         },
     )
 
 
-def _smaller(code: Code) -> Obligation:
-    def double_within(value: Symbol, bounds: tuple[Symbol, Symbol]) -> Symbol:
-        return Symbol(application("inwards", value.term), value.ask)
+def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
+    def double_within(value: SymbolicValue, bounds: tuple[SymbolicValue, SymbolicValue]) -> SymbolicValue:
+        return SymbolicValue(smt_apply("inwards", value.term), value.ask)
 
-    def evaluate(term: str, exact: dict[str, Symbol]) -> Symbol:
-        return Symbol(application(term, *(exact[name].term for name in _PARAMETERS)), exact["p"].ask)
+    def evaluate(term: str, exact: dict[str, SymbolicValue]) -> SymbolicValue:
+        return SymbolicValue(smt_apply(term, *(exact[name].term for name in _PARAMETERS)), exact["p"].ask)
 
     attenuation = code.module(
         ATTENUATION,
         lower=lambda term: term,
         evaluate=evaluate,
-        double_within=double_within,
+        nearest_double_in_range=double_within,
         type=lambda _: float,
         float=float,
         Fraction=lambda value: value,
     )
 
-    def run(ask: Ask) -> str:
-        asked = {name: Symbol(name, ask) for name in _PARAMETERS}
+    def run(ask: DecideBranch) -> str:
+        asked = {name: SymbolicValue(name, ask) for name in _PARAMETERS}
         rules = [
             SimpleNamespace(attenuations={"a": {name: f"{rule}.{name}" for name in reduced}})
             for rule, reduced in _RULES.items()
             if ask(f"{rule}.stands-in-the-way")
         ]
         less = attenuation.attenuated(rules, "a", asked, asked)
-        return application("parameters", *(less[name].term for name in _PARAMETERS))
+        return smt_apply("parameters", *(less[name].term for name in _PARAMETERS))
 
     declarations = [
         "(declare-datatypes ((Parameters 0)) (((parameters (p-of Real) (r-of Real) (q-of Real)))))",
@@ -92,12 +92,12 @@ def _smaller(code: Code) -> Obligation:
     wanted = ["(rule.a.p p r q)", "(rule.b.r p r q)"]
     wanted += [f"(rule.b.p {first} r q)" for first in ("p", "(inwards (rule.a.p p r q))")]
     wanted += ["(rule.b.r (inwards (rule.a.p p r q)) r q)"]
-    return Obligation(
+    return TheoremObligation(
         "`attenuated` enlarges no parameter, whatever the rules declare, and leaves alone what they do not\n"
         "speak of.",
         declarations,
         "(and (<= (size (p-of less)) (size p)) (<= (size (r-of less)) (size r)) (= (q-of less) q))",
-        tables=(Table("less", "Parameters", explore(run)),),
+        tables=(SymbolicFunction("less", "Parameters", execute_symbolically(run)),),
         assumptions={
             f"inwards.{place}": f"(<= (size (inwards {one})) (size {one}))"
             for place, one in enumerate(wanted)
@@ -105,23 +105,23 @@ def _smaller(code: Code) -> Obligation:
     )
 
 
-def _inwards(code: Code) -> Obligation:
-    def nextafter(value: Symbol, towards: float) -> Symbol:
-        return Symbol(application("above" if towards == inf else "below", value.term), value.ask)
+def _rounding_is_inwards(code: ModuleSource) -> TheoremObligation:
+    def nextafter(value: SymbolicValue, towards: float) -> SymbolicValue:
+        return SymbolicValue(smt_apply("above" if towards == inf else "below", value.term), value.ask)
 
     doubles = code.module(
         DOUBLES,
-        float=lambda value: Symbol(application("nearest", value.term), value.ask),
+        float=lambda value: SymbolicValue(smt_apply("nearest", value.term), value.ask),
         Fraction=lambda value: value,
         nextafter=nextafter,
     )
 
-    def run(ask: Ask) -> str:
-        value, size = Symbol("wanted", ask), Symbol("(size wanted)", ask)
+    def run(ask: DecideBranch) -> str:
+        value, size = SymbolicValue("wanted", ask), SymbolicValue("(size wanted)", ask)
         found: Any = doubles.double_within(value, (-size, size))
         return str(found.term)
 
-    return Obligation(
+    return TheoremObligation(
         "`double_within` makes of a real a double that is no larger.",
         [
             "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))",
@@ -130,7 +130,7 @@ def _inwards(code: Code) -> Obligation:
             "(define-fun found.nearest () Real (nearest wanted))",
         ],
         "(<= (size found) (size wanted))",
-        tables=(Table("found", "Real", explore(run)),),
+        tables=(SymbolicFunction("found", "Real", execute_symbolically(run)),),
         assumptions={
             # IEEE 754: no double is between a real and the double nearest to it, and 0 is one.
             "least-above": "(=> (< wanted found.nearest) (<= (below found.nearest) wanted))",
@@ -144,7 +144,11 @@ def _inwards(code: Code) -> Obligation:
 
 THEOREM = Theorem(
     "what an action is attenuated to is allowed, in no parameter larger, and attenuated no further",
-    {"allowed": _allowed, "no-larger": _smaller, "rounded-inwards": _inwards},
+    {
+        "allowed": _attenuated_is_allowed,
+        "no-larger": _attenuated_is_smaller,
+        "rounded-inwards": _rounding_is_inwards,
+    },
     (
         Mutant(
             "attenuates-where-a-rule-does-not-say-how",
@@ -158,7 +162,7 @@ THEOREM = Theorem(
             "allowed",
             gate.GATE,
             "if not self._objections(caller, readings, reduced, now, usage, {}):",
-            "if self._attenuating(kind, self._objections(caller, readings, reduced, now, usage, {})):",
+            "if self._attenuating_rules(kind, self._objections(caller, readings, reduced, now, usage, {})):",
         ),
         Mutant(
             "enlarges-as-a-rule-declares",

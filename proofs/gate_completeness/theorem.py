@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_fast_path as short_way
 from proofs.lib import gate_model as gate
 
 
-def _decision(code: Code) -> Obligation:
-    return Obligation(
+def _decision(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "`_Decider.decide` allows, as it was asked for, an action that no layer objects to.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.DECISION),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS, *gate.DECISION),
         "(=> (sound asked) (= decision (allow asked)))",
-        tables=(Table("decision", "Decision", gate.explore_decision(code)),),
+        tables=(SymbolicFunction("decision", "Decision", gate.execute_decision(code)),),
         assumptions={
             "objections": "(=> (passes asked) (= (objections asked) none))",
             "short-way": "(=> (passes asked)"
@@ -22,24 +22,24 @@ def _decision(code: Code) -> Obligation:
     )
 
 
-def _objections(code: Code) -> Obligation:
-    return Obligation(
+def _objections(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Where every layer passes, `_Decider._objections` finds nothing; unless a solver that decides each\n"
         "action gives up.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS),
         "(=> (passes asked) (= found none))",
-        tables=(Table("found", "Objections", gate.explore_objections(code)),),
-        assumptions={"solver-decides": gate.SOLVER_DECIDES},
+        tables=(SymbolicFunction("found", "Objections", gate.execute_objections(code)),),
+        assumptions={"solver-decides": gate.SOLVER_NEVER_GIVES_UP},
     )
 
 
-def _criteria(code: Code) -> Obligation:
-    return Obligation(
+def _criteria(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Where every layer passes, so does what `_Decider._compile` has the short way decide by.",
-        (*gate.DECLARATIONS, *gate.PASSES, *gate.CRITERIA),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, *gate.CRITERIA),
         "(=> ((_ is criteria) given)"
         " (and (=> static-layers-pass (allows given)) (=> (passes asked) (left given))))",
-        tables=(Table("given", "Criteria", gate.explore_criteria(code)),),
+        tables=(SymbolicFunction("given", "Criteria", gate.execute_criteria(code)),),
     )
 
 
@@ -49,36 +49,36 @@ THEOREM = Theorem(
         "decision": _decision,
         "objections": _objections,
         "short-way-criteria": _criteria,
-        **short_way.short_way_obligations(short_way.allows_what_holds),
+        **short_way.fast_path_obligations(short_way.conditions_imply_allow),
     },
     (
         Mutant(
             "denies-what-the-short-way-is-silent-about",
             "decision",
             gate.GATE,
-            "        return self._in_full(caller, readings, action, now, usage)\n",
-            "        return Decision(Verdict.DENY, None, ())\n",
+            "        return self._decide_slow_path(caller, readings, action, now, usage)\n",
+            "        return Decision(DecisionKind.DENY, None, ())\n",
         ),
         Mutant(
             "denies-moments-that-the-short-way-is-silent-about",
             "decision",
             gate.GATE,
-            "            readings = _one_by_one(readings)\n",
+            "            readings = _individual_readings(readings)\n",
             "            readings = None\n",
         ),
         Mutant(
             "takes-a-quota-for-an-objection",
             "short-way-criteria",
             gate.GATE,
-            "Criteria(not always, ",
-            "Criteria(not (always or of_quotas), ",
+            "DecisionCriteria(not always, ",
+            "DecisionCriteria(not (always or of_quotas), ",
         ),
         Mutant(
             "keeps-one-action-of-a-quota-back",
             "short-way-parameters",
-            short_way.STRAIGHT,
-            "< {quota.at_most}",
-            "< {quota.at_most - 1}",
+            short_way.FAST_PATH,
+            "< {quota.max_count}",
+            "< {quota.max_count - 1}",
         ),
     ),
 )

@@ -5,118 +5,122 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_layers as layers
 from proofs.lib import gate_model as gate
 
-_FEWER = gate.Variant(rules=("rule.a",), under="fewer.")
+_SMALLER_POLICY = gate.GateVariant(rules=("rule.a",), name_prefix="fewer.")
 
 
-def _override(code: Code) -> Obligation:
-    return Obligation(
+def _override(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Where an operator override matches, `finite_objections` yields it, whatever else there is.",
-        layers.TOGETHER,
+        layers.LAYER_DECLARATIONS,
         "(=> (not unblocked) told)",
-        tables=(Table("told", "Bool", layers.explore_together(code, layers.telling("AE710"))),),
+        tables=(
+            SymbolicFunction("told", "Bool", layers.execute_layers(code, layers.objects_with_code("AE710"))),
+        ),
     )
 
 
-def _denied(code: Code) -> Obligation:
-    return Obligation(
+def _denied(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Where a finite layer objects, as to what is overridden, `_Decider.decide` denies; nothing is\n"
         "attenuated instead.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.DECISION),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS, *gate.DECISION),
         "(=> (not finite-layers-pass) (= decision deny))",
-        tables=(Table("decision", "Decision", gate.explore_decision(code)),),
-        assumptions=gate.where_nothing_objects(lambda _: "finite-layers-pass"),
+        tables=(SymbolicFunction("decision", "Decision", gate.execute_decision(code)),),
+        assumptions=gate.assume_no_objection(lambda _: "finite-layers-pass"),
     )
 
 
-def _more_overrides(code: Code) -> Obligation:
+def _more_overrides(code: ModuleSource) -> TheoremObligation:
     return _more_layers(
         code,
         "With one override more, `finite_objections` still yields something wherever it did before.",
-        layers.Site(blocks=("block.1",)),
+        layers.SymbolicSite(blocks=("block.1",)),
     )
 
 
-def _more_quotas(code: Code) -> Obligation:
+def _more_quotas(code: ModuleSource) -> TheoremObligation:
     return _more_layers(
         code,
         "With one quota more, `finite_objections` still yields something wherever it did before.",
-        layers.Site(quotas=("quota.1",)),
+        layers.SymbolicSite(quotas=("quota.1",)),
     )
 
 
-def _more_layers(code: Code, says: str, fewer: layers.Site) -> Obligation:
-    return Obligation(
+def _more_layers(code: ModuleSource, says: str, fewer: layers.SymbolicSite) -> TheoremObligation:
+    return TheoremObligation(
         says,
-        layers.TOGETHER,
+        layers.LAYER_DECLARATIONS,
         "(=> nothing.after nothing.before)",
         tables=(
-            Table("nothing.before", "Bool", layers.explore_together(code, layers.passing, fewer)),
-            Table("nothing.after", "Bool", layers.explore_together(code, layers.passing)),
+            SymbolicFunction(
+                "nothing.before", "Bool", layers.execute_layers(code, layers.no_objection, fewer)
+            ),
+            SymbolicFunction("nothing.after", "Bool", layers.execute_layers(code, layers.no_objection)),
         ),
     )
 
 
-def _more_rules(code: Code) -> Obligation:
+def _more_rules(code: ModuleSource) -> TheoremObligation:
     """Each policy has its own certificates; what they claim is true."""
-    return Obligation(
+    return TheoremObligation(
         "With one invariant more, `_Decider._objections` still finds something wherever it did before;\n"
         "unless the solver gave up then, and does not now.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS),
         "(=> (= found.after none) (= found.before none))",
         tables=(
-            Table("found.before", "Objections", gate.explore_objections(code, _FEWER)),
-            Table("found.after", "Objections", gate.explore_objections(code)),
+            SymbolicFunction("found.before", "Objections", gate.execute_objections(code, _SMALLER_POLICY)),
+            SymbolicFunction("found.after", "Objections", gate.execute_objections(code)),
         ),
         assumptions={
-            **gate.residue(gate.ASKED),
-            **gate.residue(gate.ASKED, "fewer."),
-            "solver-decides": gate.SOLVER_DECIDES,
+            **gate.residue(gate.REQUESTED_ACTION),
+            **gate.residue(gate.REQUESTED_ACTION, "fewer."),
+            "solver-decides": gate.SOLVER_NEVER_GIVES_UP,
         },
     )
 
 
-def _more_rules_short(code: Code) -> Obligation:
-    return Obligation(
+def _more_rules_fast_path(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "With one invariant more, the short way still has something to decide by that does not hold of a\n"
         "well-formed action of the envelope, wherever it had before.",
-        (*gate.DECLARATIONS, *gate.PASSES, *gate.CRITERIA),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, *gate.CRITERIA),
         "(=> (and ((_ is criteria) after) (well-formed asked) (inside asked) (allows after) (left after))"
         " (and (allows before) (left before)))",
         tables=(
-            Table("before", "Criteria", gate.explore_criteria(code, _FEWER)),
-            Table("after", "Criteria", gate.explore_criteria(code)),
+            SymbolicFunction("before", "Criteria", gate.execute_criteria(code, _SMALLER_POLICY)),
+            SymbolicFunction("after", "Criteria", gate.execute_criteria(code)),
         ),
-        assumptions={**gate.residue(gate.ASKED), **gate.residue(gate.ASKED, "fewer.")},
+        assumptions={**gate.residue(gate.REQUESTED_ACTION), **gate.residue(gate.REQUESTED_ACTION, "fewer.")},
     )
 
 
-_BESIDE = {"before": ("another", "m"), "after": ("m", "another")}
+_OTHER_MODULES = {"before": ("another", "m"), "after": ("m", "another")}
 
 
-def _another_module(place: str, code: Code) -> Obligation:
+def _another_module(place: str, code: ModuleSource) -> TheoremObligation:
     """In whichever order they are made ready."""
-    both = gate.Variant(modules=_BESIDE[place])
-    return Obligation(
+    both = gate.GateVariant(modules=_OTHER_MODULES[place])
+    return TheoremObligation(
         f"With another module installed, made ready {place} it, `_Decider._objections` finds the same\n"
         "against what a module asks for, and the short way has the same to decide by.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.CRITERIA),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS, *gate.CRITERIA),
         "(and (= found.beside found.alone) (= given.beside given.alone))",
         tables=(
-            Table("found.alone", "Objections", gate.explore_objections(code)),
-            Table("found.beside", "Objections", gate.explore_objections(code, both)),
-            Table("given.alone", "Criteria", gate.explore_criteria(code)),
-            Table("given.beside", "Criteria", gate.explore_criteria(code, both)),
+            SymbolicFunction("found.alone", "Objections", gate.execute_objections(code)),
+            SymbolicFunction("found.beside", "Objections", gate.execute_objections(code, both)),
+            SymbolicFunction("given.alone", "Criteria", gate.execute_criteria(code)),
+            SymbolicFunction("given.beside", "Criteria", gate.execute_criteria(code, both)),
         ),
     )
 
 
-_MADE: dict[str, Callable[[Code], Obligation]] = {
-    f"another-module-{place}": partial(_another_module, place) for place in _BESIDE
+_OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
+    f"another-module-{place}": partial(_another_module, place) for place in _OTHER_MODULES
 }
 
 THEOREM = Theorem(
@@ -127,8 +131,8 @@ THEOREM = Theorem(
         "more-overrides": _more_overrides,
         "more-quotas": _more_quotas,
         "more-rules": _more_rules,
-        "more-rules-short-way": _more_rules_short,
-        **_MADE,
+        "more-rules-short-way": _more_rules_fast_path,
+        **_OBLIGATIONS,
     },
     (
         Mutant(
@@ -143,7 +147,7 @@ THEOREM = Theorem(
             "denied",
             gate.GATE,
             "if not self._objections(caller, readings, reduced, now, usage, {}):",
-            "if not self._unmet(caller, reduced, {}):",
+            "if not self._violated_conditions(caller, reduced, {}):",
         ),
         Mutant(
             "evaluates-the-latest-rule-alone",
@@ -156,8 +160,8 @@ THEOREM = Theorem(
             "relies-on-what-is-proved-of-any-module",
             "another-module-after",
             gate.GATE,
-            "self._configuration.proved(ecm.id) if relied_on",
-            "self._configuration.proved(min(self._configuration.modules)) if relied_on",
+            "self._configuration.proved_obligations(ecm.id) if relied_on",
+            "self._configuration.proved_obligations(min(self._configuration.modules)) if relied_on",
         ),
     ),
 )

@@ -11,106 +11,115 @@ from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import conjunction, literal
-from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_and, smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_model as gate
 
 CONFIGURATION = "aeros.runtime.gate.configuration"
 REPORTS = "aeros.spec.verification.reports"
 SAFETY = "aeros.spec.obligations.safety"
 
-_SPECIAL = gate.Variant(compiled=True)
-_FULL = gate.Variant(compiled=True, certified=False)
-_ASKING = gate.Variant(compiled=False, certified=False)
+_SPECIAL = gate.GateVariant(compiled=True)
+_FULL = gate.GateVariant(compiled=True, certified=False)
+_SOLVER_GATE = gate.GateVariant(compiled=False, certified=False)
 
 _EVERY_REASON = (
     "(declare-datatypes ((Reasons 0)) (((reasons (form Bool) (finite Bool) (outside Bool) (forbidden Bool)"
     " (breaks-a Bool) (breaks-b Bool)))))"
 )
-_TOLD = (("AE704", ""), ("AE710", ""), ("AE730", ""), ("AE731", ""), ("AE750", "rule.a"), ("AE750", "rule.b"))
+_REASON_CODES = (
+    ("AE704", ""),
+    ("AE710", ""),
+    ("AE730", ""),
+    ("AE731", ""),
+    ("AE750", "rule.a"),
+    ("AE750", "rule.b"),
+)
 
 
-def _every_reason(found: Sequence[Reason]) -> str:
+def _reason_flags(reasons: Sequence[Reason]) -> str:
     """Each thing that can object, and whether it does."""
-    each = [any(one.code == code and rule in ("", one.rule) for one in found) for code, rule in _TOLD]
-    return f"(reasons {' '.join(map(literal, each))})"
+    each = [
+        any(one.code == code and rule in ("", one.rule) for one in reasons) for code, rule in _REASON_CODES
+    ]
+    return f"(reasons {' '.join(map(smt_literal, each))})"
 
 
-def _told(code: Code, variant: gate.Variant, name: str) -> Table:
-    return Table(name, "Reasons", gate.explore_objections(code, variant, _every_reason))
+def _execute_variant(code: ModuleSource, variant: gate.GateVariant, name: str) -> SymbolicFunction:
+    return SymbolicFunction(name, "Reasons", gate.execute_objections(code, variant, _reason_flags))
 
 
-def _everything(code: Code) -> Obligation:
-    return Obligation(
+def _full_evaluation(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "The gate that relies on no certificate finds against a well-formed action exactly what does not\n"
         "hold of it.",
-        (*gate.DECLARATIONS, *gate.PASSES, _EVERY_REASON),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, _EVERY_REASON),
         "(=> (well-formed asked) (= full (reasons false (not finite-layers-pass) (not (inside asked))"
         " (not (permitted asked)) (not (obeys-a asked)) (not (obeys-b asked)))))",
-        tables=(_told(code, _FULL, "full"),),
+        tables=(_execute_variant(code, _FULL, "full"),),
     )
 
 
-def _same(code: Code) -> Obligation:
-    return Obligation(
+def _decisions_agree(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "The gate that leaves out what is proved finds the same reasons against every action, inside the\n"
         "envelope or not, as the gate that evaluates everything.",
-        (*gate.DECLARATIONS, *gate.PASSES, _EVERY_REASON),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, _EVERY_REASON),
         "(= special full)",
-        tables=(_told(code, _SPECIAL, "special"), _told(code, _FULL, "full")),
-        assumptions=gate.residue(gate.ASKED),
+        tables=(_execute_variant(code, _SPECIAL, "special"), _execute_variant(code, _FULL, "full")),
+        assumptions=gate.residue(gate.REQUESTED_ACTION),
     )
 
 
-def _solved(code: Code) -> Obligation:
-    return Obligation(
+def _solved(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "It finds the same as the gate that asks Z3 each time, where that gets an answer.",
-        (*gate.DECLARATIONS, *gate.PASSES, _EVERY_REASON),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, _EVERY_REASON),
         "(= special asking)",
-        tables=(_told(code, _SPECIAL, "special"), _told(code, _ASKING, "asking")),
+        tables=(_execute_variant(code, _SPECIAL, "special"), _execute_variant(code, _SOLVER_GATE, "asking")),
         assumptions={
-            **gate.residue(gate.ASKED),
+            **gate.residue(gate.REQUESTED_ACTION),
             "z3": "(not compiled)",
-            "solver-decides": gate.SOLVER_DECIDES,
+            "solver-decides": gate.SOLVER_NEVER_GIVES_UP,
         },
     )
 
 
-def _short_way(code: Code) -> Obligation:
-    return Obligation(
+def _fast_path_agrees(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Of a well-formed action of the envelope, what the short way evaluates holds exactly where\n"
         "permission and Φ do.",
-        (*gate.DECLARATIONS, *gate.PASSES, *gate.CRITERIA),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, *gate.CRITERIA),
         "(=> (and (well-formed asked) (inside asked))"
         " (= (left given) (and (permitted asked) (obeys-a asked) (obeys-b asked))))",
-        tables=(Table("given", "Criteria", gate.explore_criteria(code, _SPECIAL)),),
-        assumptions=gate.residue(gate.ASKED),
+        tables=(SymbolicFunction("given", "Criteria", gate.execute_criteria(code, _SPECIAL)),),
+        assumptions=gate.residue(gate.REQUESTED_ACTION),
     )
 
 
-def _proved(code: Code) -> Obligation:
+def _proved(code: ModuleSource) -> TheoremObligation:
     """What `Configuration.proved` relies on a certificate for."""
     configuration = code.module(CONFIGURATION)
     subject = ("module", "manifest", "site")
 
-    def run(ask: Ask) -> str:
-        of = {name: Symbol(f"certificate.{name}", ask) for name in subject}
-        verdict = Symbol("verdict", ask)
+    def run(ask: DecideBranch) -> str:
+        of = {name: SymbolicValue(f"certificate.{name}", ask) for name in subject}
+        verdict = SymbolicValue("verdict", ask)
         certificate = SimpleNamespace(
-            **of, obligations=SimpleNamespace(items=lambda: [("claim", _Verdict(verdict))])
+            **of, obligations=SimpleNamespace(items=lambda: [("claim", _SymbolicVerdict(verdict))])
         )
-        ecm = SimpleNamespace(id=Symbol("module", ask), manifest_digest=Symbol("manifest", ask))
+        ecm = SimpleNamespace(id=SymbolicValue("module", ask), manifest_digest=SymbolicValue("manifest", ask))
         given = SimpleNamespace(
             modules={"m": ecm},
             certificates={"m": certificate} if ask("certified") else {},
-            site=SimpleNamespace(digest=Symbol("site", ask)),
+            site=SimpleNamespace(digest=SymbolicValue("site", ask)),
         )
-        return literal("claim" in configuration.Configuration.proved(given, "m"))
+        return smt_literal("claim" in configuration.Configuration.proved(given, "m"))
 
-    same = conjunction(f"(= certificate.{name} {name})" for name in subject)
-    return Obligation(
+    same = smt_and(f"(= certificate.{name} {name})" for name in subject)
+    return TheoremObligation(
         "`Configuration.proved` has a claim exactly where the certificate is of this module, this manifest\n"
         "and this site, and calls the claim PROVED.",
         (
@@ -121,87 +130,87 @@ def _proved(code: Code) -> Obligation:
             *(f"(declare-const {whose}{name} Text)" for name in subject for whose in ("", "certificate.")),
         ),
         f"(= relied-on (and certified {same} (= verdict PROVED)))",
-        tables=(Table("relied-on", "Bool", explore(run)),),
+        tables=(SymbolicFunction("relied-on", "Bool", execute_symbolically(run)),),
     )
 
 
-class _Verdict:
+class _SymbolicVerdict:
     """A verdict as a certificate has it: compared with the word PROVED."""
 
-    def __init__(self, verdict: Symbol) -> None:
+    def __init__(self, verdict: SymbolicValue) -> None:
         self._verdict = verdict
 
     def __eq__(self, other: object) -> Any:
-        return self._verdict == Symbol(str(other), self._verdict.ask)
+        return self._verdict == SymbolicValue(str(other), self._verdict.ask)
 
     __hash__ = None  # type: ignore[assignment]
 
 
-def _claimed(code: Code) -> Obligation:
+def _claim_lookup(code: ModuleSource) -> TheoremObligation:
     """What is proved under the name that the gate asks for."""
     safety = code.module(SAFETY)
 
-    def run(ask: Ask) -> str:
-        envelope, rule_term = (gate.variable(name) for name in ("envelope", "rule.a"))
+    def run(ask: DecideBranch) -> str:
+        envelope, rule_term = (gate.condition_term(name) for name in ("envelope", "rule.a"))
         clause = SimpleNamespace(term=envelope, span=None, conjuncts=())
         rule = SimpleNamespace(
             id="rule.a",
             terms={"a": rule_term},
             require_span=None,
             conjuncts={},
-            speaks_of_action=lambda _: True,
+            constrains_action=lambda _: True,
         )
         kind = SimpleNamespace(parameters={})
         site = SimpleNamespace(observed={}, kinds={"a": kind})
         skill = SimpleNamespace(id="k", inputs={}, gated=(), precondition=SimpleNamespace(term=t.FALSE))
         space = safety.envelope_space(site, skill, "a", clause)
-        made = safety._obeys(skill, "a", clause, rule, space)
+        made = safety._clause_obeys_rule(skill, "a", clause, rule, space)
         named = made.id == ClaimForm.ENVELOPE_OBEYS("k", "a", "rule.a") and made.claim.value == "always"
-        premises = all(gate.holds(ask, one) for one in made.space.assumptions)
-        return literal(named and not (premises and not gate.holds(ask, made.conclusion)))
+        premises = all(gate.condition_holds(ask, one) for one in made.space.assumptions)
+        return smt_literal(named and not (premises and not gate.condition_holds(ask, made.conclusion)))
 
-    return Obligation(
+    return TheoremObligation(
         "What `safety_obligations` proves under the name by which the gate leaves a rule out, is that every\n"
         "action of the envelope obeys it; and nothing else is assumed, so no precondition.",
-        (*gate.DECLARATIONS, *gate.PASSES),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS),
         "(= claimed (=> (inside asked) (obeys-a asked)))",
-        tables=(Table("claimed", "Bool", explore(run)),),
+        tables=(SymbolicFunction("claimed", "Bool", execute_symbolically(run)),),
     )
 
 
-def _named(code: Code) -> Obligation:
+def _claim_name_collision(code: ModuleSource) -> TheoremObligation:
     """Two claims of one identity, which would be a fault of AEROS."""
     reports = code.module(REPORTS)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         claims = (
             SimpleNamespace(id="claim", verdict=Verdict.PROVED, guard="rule" if ask(one) else None)
             for one in ("guarded.1", "guarded.2")
         )
         try:
-            reports.verdicts_of(claims)
+            reports.certificate_verdicts(claims)
         except InternalError:
-            return literal(False)
-        return literal(True)
+            return smt_literal(False)
+        return smt_literal(True)
 
-    return Obligation(
+    return TheoremObligation(
         "No certificate is made where two claims have one identity, left to the gate or not.",
         ("(declare-const guarded.1 Bool)", "(declare-const guarded.2 Bool)"),
         "(not certified)",
-        tables=(Table("certified", "Bool", explore(run)),),
+        tables=(SymbolicFunction("certified", "Bool", execute_symbolically(run)),),
     )
 
 
 THEOREM = Theorem(
     "the gate that leaves out what is proved decides as the gate that evaluates everything",
     {
-        "everything": _everything,
-        "same-reasons": _same,
+        "everything": _full_evaluation,
+        "same-reasons": _decisions_agree,
         "same-as-z3": _solved,
-        "short-way": _short_way,
+        "short-way": _fast_path_agrees,
         "relied-on": _proved,
-        "claimed": _claimed,
-        "named": _named,
+        "claimed": _claim_lookup,
+        "named": _claim_name_collision,
     },
     (
         Mutant(
@@ -236,8 +245,8 @@ THEOREM = Theorem(
             "assumes-the-precondition",
             "claimed",
             SAFETY,
-            "(*site.observed.values(), *skill.inputs.values(), *parameters), (clause.term,))",
-            "(*site.observed.values(), *skill.inputs.values(), *parameters),"
+            "(*site.observed_variables.values(), *skill.inputs.values(), *parameters), (clause.term,))",
+            "(*site.observed_variables.values(), *skill.inputs.values(), *parameters),"
             " (clause.term, skill.precondition.term))",
         ),
     ),

@@ -4,48 +4,48 @@ from __future__ import annotations
 
 from typing import Final
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_fast_path as short_way
 from proofs.lib import gate_layers as layers
 from proofs.lib import gate_model as gate
 from proofs.lib import gate_snapshots as moments
 
 
-def _decision(code: Code) -> Obligation:
-    return Obligation(
+def _decision(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "`_Decider.decide` forwards nothing but an action of which every layer passes, of a request that is\n"
         "one; else it denies, and gives no action.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.DECISION),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS, *gate.DECISION),
         "(or (= decision deny)"
         " (and ((_ is allow) decision) (sound (allowed decision)) (= (allowed decision) asked))"
         " (and ((_ is attenuate) decision) (sound (reduced decision))))",
-        tables=(Table("decision", "Decision", gate.explore_decision(code)),),
-        assumptions=gate.where_nothing_objects(lambda one: f"(passes {one})"),
+        tables=(SymbolicFunction("decision", "Decision", gate.execute_decision(code)),),
+        assumptions=gate.assume_no_objection(lambda one: f"(passes {one})"),
     )
 
 
-def _objections(code: Code) -> Obligation:
-    return Obligation(
+def _objections(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Where `_Decider._objections` finds nothing, every layer passes: what it evaluates, and what the\n"
         "certificate says is proved of the envelope.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS),
         "(=> (= found none) (passes asked))",
-        tables=(Table("found", "Objections", gate.explore_objections(code)),),
-        assumptions=gate.residue(gate.ASKED),
+        tables=(SymbolicFunction("found", "Objections", gate.execute_objections(code)),),
+        assumptions=gate.residue(gate.REQUESTED_ACTION),
     )
 
 
-def _criteria(code: Code) -> Obligation:
-    return Obligation(
+def _criteria(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "What `_Decider._compile` has the short way decide by: where that holds inside the envelope, so do\n"
         "permission and Φ, and it allows nothing where a finite layer objects whatever has been used up.",
-        (*gate.DECLARATIONS, *gate.PASSES, *gate.CRITERIA),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, *gate.CRITERIA),
         "(=> ((_ is criteria) given) (and (=> (allows given) static-layers-pass)"
         " (=> (and (well-formed asked) (inside asked) (left given))"
         " (and (permitted asked) (obeys-a asked) (obeys-b asked)))))",
-        tables=(Table("given", "Criteria", gate.explore_criteria(code)),),
-        assumptions=gate.residue(gate.ASKED),
+        tables=(SymbolicFunction("given", "Criteria", gate.execute_criteria(code)),),
+        assumptions=gate.residue(gate.REQUESTED_ACTION),
     )
 
 
@@ -54,8 +54,8 @@ _OBLIGATIONS: Final = {
     "objections": _objections,
     **layers.layer_obligations(),
     "short-way-criteria": _criteria,
-    **short_way.short_way_obligations(short_way.allows_only_what_holds),
-    **moments.moment_obligations(),
+    **short_way.fast_path_obligations(short_way.allow_implies_conditions),
+    **moments.snapshot_obligations(),
 }
 
 THEOREM = Theorem(
@@ -87,8 +87,8 @@ THEOREM = Theorem(
             "moves-what-the-site-did-not-give",
             "access",
             layers.LAYERS,
-            "skill.actuators & ecm.access.actuators & site.access_of(ecm.id).actuators",
-            "skill.actuators & ecm.access.actuators",
+            "skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators",
+            "skill.actuators & ecm.requested_access.actuators",
         ),
         Mutant(
             "bears-what-a-skill-declares-whatever-the-site-does",
@@ -108,55 +108,55 @@ THEOREM = Theorem(
             "overlooks-the-last-action-of-a-quota",
             "quota",
             layers.LAYERS,
-            "used >= quota.at_most",
-            "used > quota.at_most",
+            "used >= quota.max_count",
+            "used > quota.max_count",
         ),
         Mutant(
             "forgets-the-age-of-a-reading-with-a-time-of-its-own",
             "short-way-readings",
-            short_way.STRAIGHT,
-            'self.require(f"age < {forms[name].surely_fresh!r}")',
-            'self.require(f"age >= 0 or age < {forms[name].surely_fresh!r}")',
+            short_way.FAST_PATH,
+            'self.write_guard(f"age < {checkers[name].surely_fresh!r}")',
+            'self.write_guard(f"age >= 0 or age < {checkers[name].surely_fresh!r}")',
         ),
         Mutant(
             "forgets-the-age-of-a-moment",
             "short-way-readings",
-            short_way.STRAIGHT,
-            'self.require(f"exactly - time < {min(limits)!r}")',
+            short_way.FAST_PATH,
+            'self.write_guard(f"exactly - time < {min(limits)!r}")',
             "pass",
         ),
         Mutant(
             "takes-a-moment-for-well-formed",
             "short-way-inputs",
-            short_way.STRAIGHT,
-            'self.require("taken is not None")',
+            short_way.FAST_PATH,
+            'self.write_guard("taken is not None")',
             "pass",
         ),
         Mutant(
             "takes-readings-for-well-formed",
             "short-way-inputs",
-            short_way.STRAIGHT,
-            'self.require("several is not None")',
+            short_way.FAST_PATH,
+            'self.write_guard("several is not None")',
             "pass",
         ),
         Mutant(
             "takes-one-value-of-a-moment-for-all",
             "short-way-readings",
-            short_way.STRAIGHT,
+            short_way.FAST_PATH,
             "taken[{scalar!r}]",
             "taken[{min(required)!r}]",
         ),
         Mutant(
             "keeps-what-was-measured-under-other-names",
             "moment",
-            moments.MOMENTS,
+            moments.SNAPSHOTS,
             "if taken is None or taken.order is not order:",
             "if taken is None:",
         ),
         Mutant(
             "trusts-a-list-to-stay-as-it-was",
             "moment",
-            moments.MOMENTS,
+            moments.SNAPSHOTS,
             "if taking is None or type(value) is list else",
             "if taking is None else",
         ),

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_model as gate
 from proofs.lib import gate_validation as forms
 
 
-def _decision(code: Code) -> Obligation:
-    return Obligation(
+def _decision(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "`_Decider.decide` comes to ALLOW, ATTENUATE or DENY on every input; to DENY, without an action,\n"
         "where the request is none, or anything in it is malformed or does not serve.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS, *gate.DECISION),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS, *gate.DECISION),
         "(and (not (= decision wrong))"
         " (=> (not (and request-formed time-formed (well-formed asked))) (= decision deny)))",
-        tables=(Table("decision", "Decision", gate.explore_decision(code)),),
+        tables=(SymbolicFunction("decision", "Decision", gate.execute_decision(code)),),
         assumptions={
             "objections": "(=> (not (well-formed asked)) (= (objections asked) others))",
             "short-way": "(or (= (short-way asked) short-silent)"
@@ -24,24 +24,24 @@ def _decision(code: Code) -> Obligation:
     )
 
 
-def _objections(code: Code) -> Obligation:
-    return Obligation(
+def _objections(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Where anything is malformed or does not serve, `_Decider._objections` finds more than rules of Φ,\n"
         "so that nothing is attenuated.",
-        (*gate.DECLARATIONS, *gate.PASSES, gate.OBJECTIONS),
+        (*gate.DECLARATIONS, *gate.LAYER_DEFINITIONS, gate.OBJECTIONS),
         "(=> (not (well-formed asked)) (= found others))",
-        tables=(Table("found", "Objections", gate.explore_objections(code)),),
+        tables=(SymbolicFunction("found", "Objections", gate.execute_objections(code)),),
     )
 
 
-def _strangers(code: Code) -> Obligation:
-    return Obligation(
+def _strangers(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "`_Decider.decide` denies to whom it does not know, what it does not know, and what is not in the\n"
         "envelope of the skill; and it raises nothing.",
-        (*gate.DECLARATIONS, gate.OBJECTIONS, *gate.DECISION, *gate.STRANGERS),
+        (*gate.DECLARATIONS, gate.OBJECTIONS, *gate.DECISION, *gate.UNKNOWN_NAME_DECLARATIONS),
         "(and (not (= decision wrong))"
         " (=> (not (and module-active skill-exists kind-known in-envelope)) (= decision deny)))",
-        tables=(Table("decision", "Decision", gate.explore_strangers(code)),),
+        tables=(SymbolicFunction("decision", "Decision", gate.execute_unknown_request(code)),),
     )
 
 
@@ -51,20 +51,20 @@ THEOREM = Theorem(
         "decision": _decision,
         "objections": _objections,
         "strangers": _strangers,
-        **forms.form_obligations(),
+        **forms.validation_obligations(),
     },
     (
         Mutant(
             "forgets-to-look-at-the-time",
             "decision",
             gate.GATE,
-            "fault = request_fault(caller, readings, action, usage) or check_now(now)",
+            "fault = request_fault(caller, readings, action, usage) or check_time(now)",
             "fault = request_fault(caller, readings, action, usage)",
         ),
         Mutant(
             "takes-an-infinite-time",
             "time",
-            forms.FORM,
+            forms.VALUE_CHECK,
             "type(value) in (float, int) and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS",
             "type(value) in (float, int)",
         ),
@@ -72,28 +72,28 @@ THEOREM = Theorem(
             "lets-any-kind-into-the-envelope",
             "strangers",
             gate.GATE,
-            'return [Reason("AE730", action.kind, text), *_failing(kind.conditions, values)]',
-            "return [*_failing(kind.conditions, values)]",
+            'return [Reason("AE730", action.kind, text), *_failed_reasons(kind.conditions, values)]',
+            "return [*_failed_reasons(kind.conditions, values)]",
         ),
         Mutant(
             "fails-at-an-unknown-kind",
             "strangers",
             gate.GATE,
-            "required = entry.required if entry else kind.required if kind else frozenset()",
-            "required = entry.required if entry else kind.required",
+            "required = entry.required_state if entry else kind.required_state if kind else frozenset()",
+            "required_state = entry.required_state if entry else kind.required_state",
         ),
         Mutant(
             "overlooks-the-upper-end-of-a-range",
             "form-of-speed",
-            forms.FORM,
+            forms.VALUE_CHECK,
             "if not least <= value <= most:",
             "if not least <= value:",
         ),
         Mutant(
             "takes-what-nobody-declared",
             "given",
-            forms.INTAKE,
-            "        if name not in forms:\n",
+            forms.REQUEST_CHECK,
+            "        if name not in checkers:\n",
             "        if not name:\n",
         ),
     ),

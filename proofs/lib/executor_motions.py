@@ -5,14 +5,14 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
-from aeros.runtime.execution.governor import Command
-from aeros.runtime.gate.decision import Verdict
-from aeros.runtime.ports import Completion, StepStatus
-from aeros.runtime.skills.in_process_run import Ending
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.smtlib import literal
-from aeros.spec.theorems.symbolic_execution import Ask, explore
-from aeros.spec.theorems.theorem import Obligation, Table
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.gate.decision import DecisionKind
+from aeros.runtime.ports import MotionCompletion, StepStatus
+from aeros.runtime.skills.in_process_run import SkillRunResult
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 
 STEP: Final = "aeros.runtime.execution.step"
 CLEAN_UP: Final = "aeros.runtime.execution.clean_up"
@@ -20,21 +20,21 @@ STEP_CONTROL: Final = "aeros.runtime.execution.step_control"
 SCHEDULER: Final = "aeros.runtime.execution.scheduler"
 
 _NAMES: Final = ("one", "other")
-_DEEDS: Final = ("act", "advance", "halt", "stop-all", "break-off")
-_ENDING: Final = Ending(StepStatus.STOPPED, "")
+_EXECUTOR_ACTIONS: Final = ("act", "advance", "halt", "stop-all", "break-off")
+_RUN_RESULT: Final = SkillRunResult(StepStatus.STOPPED, "")
 
 
-class _Plant:
+class _SymbolicPlant:
     """Has the motions that move, and lets each end where that is asked for."""
 
-    def __init__(self, ask: Ask, moving: set[str]) -> None:
+    def __init__(self, ask: DecideBranch, moving: set[str]) -> None:
         self._ask = ask
         self.moving = moving
 
     def begin(self, _: Any, __: Any) -> Any:
         """A motion, or why there is none."""
         if not self._ask("plant-begins"):
-            return Completion(completed=False, reason="")
+            return MotionCompletion(completed=False, reason="")
         self.moving.add("new")
         return "new"
 
@@ -42,7 +42,7 @@ class _Plant:
         """Time goes on."""
         ended = [one for one in sorted(self.moving) if self._ask(f"{one}.ends")]
         self.moving -= set(ended)
-        return {one: Completion(completed=self._ask(f"{one}.completes")) for one in ended}
+        return {one: MotionCompletion(completed=self._ask(f"{one}.completes")) for one in ended}
 
     def halt(self, motion: str) -> None:
         """It goes on until it has come to rest."""
@@ -60,19 +60,17 @@ class _Plant:
         """Nothing moves for it."""
 
 
-def tells_all(code: Code) -> Obligation:
+def motions_match_plant(code: ModuleSource) -> TheoremObligation:
     """With who decides, the record, resources and skills put aside."""
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         steps = code.module(STEP)
         clean_up = code.module(CLEAN_UP, using=(steps,), caller_details=lambda _: {})
         step_control = code.module(
-            STEP_CONTROL, using=(steps, clean_up), may_pass=lambda *_: False, spell_reasons=lambda _: ""
+            STEP_CONTROL, using=(steps, clean_up), is_transient=lambda *_: False, format_reasons=lambda _: ""
         )
-        scheduler = code.module(
-            SCHEDULER, using=(steps, clean_up, step_control), cause_of_stop=lambda *_: None
-        )
-        plant = _Plant(ask, {name for name in _NAMES if ask(f"{name}.moves")})
+        scheduler = code.module(SCHEDULER, using=(steps, clean_up, step_control), stop_cause=lambda *_: None)
+        plant = _SymbolicPlant(ask, {name for name in _NAMES if ask(f"{name}.moves")})
         before = set(plant.moving)
         told: set[str] = before
 
@@ -80,11 +78,11 @@ def tells_all(code: Code) -> Obligation:
             nonlocal told
             told = {one.motion for one in under_way}
             if not ask("allowed"):
-                decision = SimpleNamespace(verdict=Verdict.DENY, reasons=())
+                decision = SimpleNamespace(verdict=DecisionKind.DENY, reasons=())
                 return SimpleNamespace(decision=decision, begun=None, plan=None, causes=())
-            plan = None if ask("plant-can") else Completion(completed=False, reason="")
+            plan = None if ask("plant-can") else MotionCompletion(completed=False, reason="")
             return SimpleNamespace(
-                decision=SimpleNamespace(verdict=Verdict.ALLOW),
+                decision=SimpleNamespace(verdict=DecisionKind.ALLOW),
                 begun=SimpleNamespace(action=None),
                 plan=plan,
                 ends_others=ask("ends-others"),
@@ -99,16 +97,16 @@ def tells_all(code: Code) -> Obligation:
             audit=SimpleNamespace(append=lambda *_: 0),
             resources=SimpleNamespace(release=lambda _: None),
             pipeline=SimpleNamespace(decide=decide, executed=lambda _: None, monitors=monitors),
-            governor=SimpleNamespace(command=Command.RUN),
+            governor=SimpleNamespace(command=OperatorCommand.RUN),
             followed=SimpleNamespace(configuration=SimpleNamespace(site=None), release=lambda: None),
         )
         cleaning = clean_up.CleanUp(context)
         control = step_control.StepControl(context, cleaning)
         one = _Parts(table, cleaning, control, scheduler.Scheduler(context, cleaning, control))
-        *most, last = _DEEDS
-        _do(one, next((deed for deed in most if ask(f"(= deed {deed})")), last))
+        *most, last = _EXECUTOR_ACTIONS
+        _perform(one, next((deed for deed in most if ask(f"(= deed {deed})")), last))
         after = {step.under_way.motion for step in table.steps.values() if step.under_way is not None}
-        return literal(told == before and after == plant.moving)
+        return smt_literal(told == before and after == plant.moving)
 
     flags = (
         *(
@@ -121,16 +119,16 @@ def tells_all(code: Code) -> Obligation:
         "plant-begins",
         "ends-others",
     )
-    return Obligation(
+    return TheoremObligation(
         "Where a motion is under way exactly as some step of the executor has it, the executor tells of all\n"
         "of them whoever decides an action, and whatever it does then, this is so again.",
         (
-            f"(declare-datatypes ((Deed 0)) (({' '.join(f'({one})' for one in _DEEDS)})))",
+            f"(declare-datatypes ((Deed 0)) (({' '.join(f'({one})' for one in _EXECUTOR_ACTIONS)})))",
             "(declare-const deed Deed)",
             *(f"(declare-const {one} Bool)" for one in flags),
         ),
         "kept",
-        tables=(Table("kept", "Bool", explore(run)),),
+        tables=(SymbolicFunction("kept", "Bool", execute_symbolically(run)),),
     )
 
 
@@ -143,10 +141,10 @@ class _Parts(NamedTuple):
     scheduler: Any
 
 
-def _step(steps: Any, name: str, moves: bool, ask: Ask) -> Any:
+def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
     """A step that has begun; one that comes to rest has an ending."""
     halts = moves and ask(f"{name}.halts")
-    under_way = steps.UnderWay(name, None, None, halts) if moves else None
+    under_way = steps.ActiveMotion(name, None, None, halts) if moves else None
     return SimpleNamespace(
         caller=None,
         name=name,
@@ -155,14 +153,14 @@ def _step(steps: Any, name: str, moves: bool, ask: Ask) -> Any:
         finished=not moves and ask(f"{name}.finished"),
         deadline=0.0 if ask(f"{name}.late") else 1.0,
         under_way=under_way,
-        ending=_ENDING if halts else None,
+        ending=_RUN_RESULT if halts else None,
         may_pass=False,
         counts=steps.DecisionCounts(),
         close=lambda: None,
     )
 
 
-def _do(executor: _Parts, deed: str) -> None:
+def _perform(executor: _Parts, deed: str) -> None:
     """Do it where it may be: a step that moves nothing acts, and time goes on for what moves."""
     step = executor.table.steps["one"]
     if deed == "act" and step.under_way is None:
@@ -170,7 +168,7 @@ def _do(executor: _Parts, deed: str) -> None:
     elif deed == "advance" and executor.table.is_moving():
         executor.scheduler._advance_plant(1.0)
     elif deed == "halt":
-        executor.clean_up.halt_step("one", _ENDING)
+        executor.clean_up.halt_step("one", _RUN_RESULT)
     elif deed == "stop-all":
         executor.clean_up.stop_all("")
     elif deed == "break-off":

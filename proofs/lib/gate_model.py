@@ -17,27 +17,32 @@ from functools import cache
 from types import ModuleType, SimpleNamespace
 from typing import Any, Final
 
-from aeros.runtime.gate.conditions import Truth
-from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
-from aeros.runtime.ports import Moment, Names, Reading
+from aeros.runtime.gate.conditions import ConditionValue
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
+from aeros.runtime.ports import ColumnNames, Reading, Snapshot
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
-from aeros.spec.theorems.module_copies import Code, put_in_place
-from aeros.spec.theorems.smtlib import application, conjunction, implication, literal
-from aeros.spec.theorems.symbolic_execution import Ask, Diagram, Symbol, explore
+from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
+from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_implies, smt_literal
+from aeros.spec.theorems.symbolic_execution import (
+    DecideBranch,
+    DecisionDiagram,
+    SymbolicValue,
+    execute_symbolically,
+)
 
 GATE: Final = "aeros.runtime.gate.gate"
 
 RULES: Final = ("rule.a", "rule.b")
 
-ASKED: Final = "asked"
+REQUESTED_ACTION: Final = "asked"
 
 
 @dataclass(frozen=True)
-class Variant:
+class GateVariant:
     """The configuration that a gate is made for, where that is not arbitrary.
 
     rules: what Φ says of the kind.
@@ -50,21 +55,21 @@ class Variant:
     rules: tuple[str, ...] = RULES
     compiled: bool | None = None
     certified: bool = True
-    under: str = ""
+    name_prefix: str = ""
     modules: tuple[str, ...] = ("m",)
 
 
-ANY: Final = Variant()
+ANY_CONFIGURATION: Final = GateVariant()
 
-_LESS: Final = {("rule.a",): "less.a", ("rule.b",): "less.b", RULES: "less.ab"}
+_ATTENUATED_TERMS: Final = {("rule.a",): "less.a", ("rule.b",): "less.b", RULES: "less.ab"}
 """What reduces an action, by the rules that stand in its way."""
 
-REDUCED: Final = tuple(f"({less} state asked)" for less in _LESS.values())
+ATTENUATED_ACTIONS: Final = tuple(f"({less} state asked)" for less in _ATTENUATED_TERMS.values())
 """Every action other than the one asked for that could be forwarded."""
 
-CANDIDATES: Final = (ASKED, *REDUCED)
+FORWARDABLE_ACTIONS: Final = (REQUESTED_ACTION, *ATTENUATED_ACTIONS)
 
-_READS: Final[Mapping[str, tuple[str, ...]]] = {
+_CONDITION_ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "envelope": ("inputs.i", "s", "p"),
     "permission": ("inputs.i", "s", "p"),
     **dict.fromkeys(RULES, ("s", "p")),
@@ -73,15 +78,18 @@ _READS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """The scalar variables that each condition is about: input, state and parameters."""
 
-_EVERYTHING: Final = "residue"
+_RESIDUE: Final = "residue"
 
 DECLARATIONS: Final = (
     "(declare-sort Value 0)",
     "(declare-const state Value)",
     "(declare-const input Value)",
     "(declare-const asked Value)",
-    *(f"(declare-fun {name} ({' '.join(['Value'] * len(read))}) Bool)" for name, read in _READS.items()),
-    *(f"(declare-fun {less} (Value Value) Value)" for less in _LESS.values()),
+    *(
+        f"(declare-fun {name} ({' '.join(['Value'] * len(read))}) Bool)"
+        for name, read in _CONDITION_ARGUMENTS.items()
+    ),
+    *(f"(declare-fun {less} (Value Value) Value)" for less in _ATTENUATED_TERMS.values()),
     *(f"(declare-const {whose}permission-declared Bool)" for whose in ("", "other.")),
     "(declare-const compiled Bool)",
     *(
@@ -89,7 +97,7 @@ DECLARATIONS: Final = (
         for under in ("", "fewer.", "other.")
         for name in ("permission", *RULES)
     ),
-    *(f"(declare-fun gives-up.{name} (Value) Bool)" for name in (*_READS, _EVERYTHING)),
+    *(f"(declare-fun gives-up.{name} (Value) Bool)" for name in (*_CONDITION_ARGUMENTS, _RESIDUE)),
     *(f"(declare-const attenuates.{rule} Bool)" for rule in RULES),
     "(declare-const readings-made Bool)",
     "(declare-const rest-formed Bool)",
@@ -103,7 +111,7 @@ DECLARATIONS: Final = (
 """What every formula about the gate may speak of."""
 
 
-PASSES: Final = (
+LAYER_DEFINITIONS: Final = (
     "(define-fun well-formed ((x Value)) Bool (and (parameters-formed x) inputs-formed readings-serve))",
     "(define-fun inside ((x Value)) Bool (envelope input state x))",
     "(define-fun permitted ((x Value)) Bool (and permission-declared (permission input state x)))",
@@ -133,73 +141,79 @@ def residue(action: str, under: str = "") -> dict[str, str]:
     }
 
 
-SOLVER_DECIDES: Final = implication(
-    "(not compiled)", conjunction(f"(not (gives-up.{name} asked))" for name in (*_READS, _EVERYTHING))
+SOLVER_NEVER_GIVES_UP: Final = smt_implies(
+    "(not compiled)", smt_and(f"(not (gives-up.{name} asked))" for name in (*_CONDITION_ARGUMENTS, _RESIDUE))
 )
 """A gate that asks Z3 each time gets an answer about the action asked for."""
 
 
-class _Condition:
+class _SymbolicCondition:
     """Any condition as a gate has it compiled: a conjunction of what is uninterpreted.
 
     certain: compiled; a solver may give up, of which the gate must make a denial.
     """
 
-    def __init__(self, ask: Ask, term: t.Term, *, certain: bool) -> None:
+    def __init__(self, ask: DecideBranch, term: t.Term, *, certain: bool) -> None:
         self._ask, self._certain = ask, certain
         self._parts = term.operands if isinstance(term, t.And) else (term,)
-        self.names = frozenset(name for read in t.variables_of(term) for name in _READS[read])
+        self.names = frozenset(name for read in t.variables_of(term) for name in _CONDITION_ARGUMENTS[read])
 
-    def decide(self, values: Mapping[str, Any]) -> Truth:
+    def decide(self, values: Mapping[str, Any]) -> ConditionValue:
         """As `Condition.decide`."""
-        if not self._certain and self.names and self._ask(self._gives_up(values)):
-            return Truth.UNDECIDED
-        return Truth.HOLDS if all(self._holds(part, values) for part in self._parts) else Truth.FAILS
+        if not self._certain and self.names and self._ask(self._is_undecided(values)):
+            return ConditionValue.UNDECIDED
+        return (
+            ConditionValue.HOLDS
+            if all(self._is_true(part, values) for part in self._parts)
+            else ConditionValue.FAILS
+        )
 
-    def _gives_up(self, values: Mapping[str, Any]) -> str:
+    def _is_undecided(self, values: Mapping[str, Any]) -> str:
         names = [part.name for part in self._parts if isinstance(part, t.Variable)]
-        which = names[0] if len(names) == 1 else _EVERYTHING
-        return application(f"gives-up.{which}", values["p"].term)
+        which = names[0] if len(names) == 1 else _RESIDUE
+        return smt_apply(f"gives-up.{which}", values["p"].term)
 
-    def _holds(self, part: t.Term, values: Mapping[str, Any]) -> bool:
+    def _is_true(self, part: t.Term, values: Mapping[str, Any]) -> bool:
         if isinstance(part, t.Literal):
             return bool(part.value)
         if not isinstance(part, t.Variable):
             raise InternalError(f"the gate made a condition that nothing here speaks of: {part}")
-        return self._ask(application(part.name, *(values[name].term for name in _READS[part.name])))
+        return self._ask(
+            smt_apply(part.name, *(values[name].term for name in _CONDITION_ARGUMENTS[part.name]))
+        )
 
 
-class _Proved:
+class _ProvedClaims:
     """The obligations that a certificate says are proved."""
 
     _CLAIMS: Final = {ClaimForm.ENVELOPE_OBEYS("k", "a", rule): rule for rule in RULES} | {
         ClaimForm.ENVELOPE_PERMITTED("k", "a"): "permission"
     }
 
-    def __init__(self, ask: Ask, under: str) -> None:
+    def __init__(self, ask: DecideBranch, under: str) -> None:
         self._ask, self._under = ask, under
 
     def __contains__(self, obligation: ClaimId) -> bool:
         return self._ask(f"{self._under}proved.{self._CLAIMS[obligation]}")
 
 
-class _Permission:
+class _SymbolicPermission:
     """What a module may ask for, by action kind; it may say nothing of the kind."""
 
-    def __init__(self, ask: Ask, whose: str) -> None:
+    def __init__(self, ask: DecideBranch, whose: str) -> None:
         self._ask, self._whose = ask, whose
 
     def __contains__(self, _: str) -> bool:
         return self._ask(f"{self._whose}permission-declared")
 
     def __getitem__(self, _: str) -> Any:
-        return SimpleNamespace(term=variable(f"{self._whose}permission"))
+        return SimpleNamespace(term=condition_term(f"{self._whose}permission"))
 
 
-class _Attenuations:
+class _SymbolicAttenuations:
     """Whether a rule says how an action that breaks it is reduced; how it does, `attenuated` knows."""
 
-    def __init__(self, ask: Ask, rule: str) -> None:
+    def __init__(self, ask: DecideBranch, rule: str) -> None:
         self._ask, self._rule = ask, rule
 
     def __contains__(self, _: str) -> bool:
@@ -210,32 +224,32 @@ class _Attenuations:
         return default
 
 
-def holds(ask: Ask, term: t.Term) -> bool:
+def condition_holds(ask: DecideBranch, term: t.Term) -> bool:
     """Whether a condition that code has made of uninterpreted ones holds of the action asked for."""
-    return _Condition(ask, term, certain=True).decide(_values(ask)) is Truth.HOLDS
+    return _SymbolicCondition(ask, term, certain=True).decide(_values(ask)) is ConditionValue.HOLDS
 
 
-def variable(name: str) -> t.Variable:
+def condition_term(name: str) -> t.Variable:
     """The uninterpreted condition of that name, as a term."""
-    return t.Variable(name, BOOL, t.Role.PARAMETER)
+    return t.Variable(name, BOOL, t.VariableRole.PARAMETER)
 
 
-def _configuration(ask: Ask, variant: Variant, quotas: tuple[Any, ...]) -> Any:
+def _configuration(ask: DecideBranch, variant: GateVariant, quotas: tuple[Any, ...]) -> Any:
     """A configuration of active modules, each of whose skill `k` may ask for actions of the kind `a`."""
     rules = tuple(
         SimpleNamespace(
             id=rule,
             text=rule,
             rationale=rule,
-            terms={"a": variable(rule)},
-            attenuations=_Attenuations(ask, rule),
+            terms={"a": condition_term(rule)},
+            attenuations=_SymbolicAttenuations(ask, rule),
         )
         for rule in variant.rules
     )
     site = SimpleNamespace(
         observed={"s": SimpleNamespace(name="s")},
         kinds={"a": SimpleNamespace(name="a", parameters={"p": SimpleNamespace(name="p")})},
-        rules_on=lambda _: rules,
+        rules_for_kind=lambda _: rules,
         quotas=quotas,
     )
     modules: dict[str, Any] = {}
@@ -244,19 +258,25 @@ def _configuration(ask: Ask, variant: Variant, quotas: tuple[Any, ...]) -> Any:
         skill = SimpleNamespace(
             id="k",
             inputs={"i": SimpleNamespace(name="inputs.i")},
-            envelope={"a": SimpleNamespace(term=variable(f"{whose}envelope"))},
+            envelope={"a": SimpleNamespace(term=condition_term(f"{whose}envelope"))},
         )
-        modules[module] = SimpleNamespace(id=module, skills={"k": skill}, permission=_Permission(ask, whose))
+        modules[module] = SimpleNamespace(
+            id=module, skills={"k": skill}, permission=_SymbolicPermission(ask, whose)
+        )
 
     def proved(module: str) -> Any:
-        under = variant.under if module == "m" else "other."
-        return _Proved(ask, under) if variant.certified else frozenset()
+        under = variant.name_prefix if module == "m" else "other."
+        return _ProvedClaims(ask, under) if variant.certified else frozenset()
 
     return SimpleNamespace(site=site, modules=modules, proved=proved)
 
 
 def _decider(
-    gate: ModuleType, ask: Ask, variant: Variant = ANY, quotas: tuple[Any, ...] = (), **stubs: Any
+    gate: ModuleType,
+    ask: DecideBranch,
+    variant: GateVariant = ANY_CONFIGURATION,
+    quotas: tuple[Any, ...] = (),
+    **stubs: Any,
 ) -> Any:
     """The decider of the configuration, by this copy of the gate with what it calls put aside."""
 
@@ -264,16 +284,16 @@ def _decider(
         if not ask("finite-layers-pass"):
             yield Reason("AE710", "block", "")
 
-    put_in_place(gate, {**_putting_aside(ask), "finite_objections": finite_objections, **stubs})
+    install_stubs(gate, {**_gate_stubs(ask), "finite_objections": finite_objections, **stubs})
     compiled = ask("compiled") if variant.compiled is None else variant.compiled
     return gate._Decider(_configuration(ask, variant, quotas), compiled)
 
 
-def _putting_aside(ask: Ask) -> dict[str, Any]:
+def _gate_stubs(ask: DecideBranch) -> dict[str, Any]:
     """What stands for all that compiles conditions and forms."""
     return {
-        "CompiledCondition": lambda term, _: _Condition(ask, term, certain=True),
-        "SolverCondition": lambda term, *_: _Condition(ask, term, certain=False),
+        "CompiledCondition": lambda term, _: _SymbolicCondition(ask, term, certain=True),
+        "SolverCondition": lambda term, *_: _SymbolicCondition(ask, term, certain=False),
         "JointRules": lambda *_, **__: None,
         "compile_truths": lambda terms, _: tuple(terms),
         "compile_one_by_one": lambda *_: None,
@@ -284,26 +304,28 @@ def _putting_aside(ask: Ask) -> dict[str, Any]:
     }
 
 
-def _request(ask: Ask, about: str = ASKED) -> tuple[Caller, dict[str, Any], Action]:
+def _symbolic_request(
+    ask: DecideBranch, action_term: str = REQUESTED_ACTION
+) -> tuple[Caller, dict[str, Any], Action]:
     """What is decided: who asks, what is measured, and for what."""
-    caller = Caller("m", "k", {"i": Symbol("input", ask)})
-    return caller, {"s": Symbol("state", ask)}, Action("a", {"p": Symbol(about, ask)})
+    caller = Caller("m", "k", {"i": SymbolicValue("input", ask)})
+    return caller, {"s": SymbolicValue("state", ask)}, Action("a", {"p": SymbolicValue(action_term, ask)})
 
 
-class _Given:
+class _GivenReadings:
     """Readings in either way in which they can be given, and what they are one by one."""
 
-    def __init__(self, ask: Ask) -> None:
-        self._state = Symbol("state", ask)
+    def __init__(self, ask: DecideBranch) -> None:
+        self._state = SymbolicValue("state", ask)
         self._is_made = ask("readings-made")
         self.readings: Any = None
         if ask("given-as-moment"):
-            moment = Moment(Names(["s"]), (self._state,), _NOW)
-            self.readings = moment if self._is_made else object.__new__(Moment)
+            moment = Snapshot(ColumnNames(["s"]), (self._state,), _NOW)
+            self.readings = moment if self._is_made else object.__new__(Snapshot)
         elif self._is_made:
             self.readings = {"s": Reading(self._state, _NOW)}
 
-    def look(self, readings: Any) -> None:
+    def individual_readings(self, readings: Any) -> None:
         """What the long way is given: raises where it is not these readings, one by one."""
         ((name, (value, time)),) = readings.items()
         if type(readings) is not dict or name != "s" or value is not self._state or time is not _NOW:
@@ -326,26 +348,28 @@ _CLASSES: Final[Mapping[tuple[str, ...], str]] = {
 }
 
 
-def class_of(found: Sequence[Reason]) -> str:
+def objection_class(reasons: Sequence[Reason]) -> str:
     """Which class of objections these are."""
-    if any(reason.code != "AE750" for reason in found):
+    if any(reason.code != "AE750" for reason in reasons):
         return "others"
-    return _CLASSES[tuple(dict.fromkeys(reason.rule for reason in found))]
+    return _CLASSES[tuple(dict.fromkeys(reason.rule for reason in reasons))]
 
 
 @cache
-def explore_objections(
-    code: Code, variant: Variant = ANY, told: Callable[[Sequence[Reason]], str] = class_of
-) -> Diagram:
-    """What `_objections` finds against the action `asked`: as `told`, a term of sort Objections."""
+def execute_objections(
+    code: ModuleSource,
+    variant: GateVariant = ANY_CONFIGURATION,
+    reasons_term: Callable[[Sequence[Reason]], str] = objection_class,
+) -> DecisionDiagram:
+    """What `_objections` finds against the action `asked`: as `reasons_term`, a term of sort Objections."""
     gate = code.module(GATE)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         def take_given(
             forms: Mapping[str, Any], given: Mapping[str, Any], whose: str, into: dict[str, Any]
         ) -> Iterator[Reason]:
             (name,) = forms
-            formed = {"inputs.i": "inputs-formed", "p": f"(parameters-formed {ASKED})"}[name]
+            formed = {"inputs.i": "inputs-formed", "p": f"(parameters-formed {REQUESTED_ACTION})"}[name]
             if ask(formed):
                 into[name] = given[name]
             else:
@@ -361,9 +385,9 @@ def explore_objections(
                 yield Reason("AE704", name, "")
 
         decider = _decider(gate, ask, variant, take_given=take_given, take_readings=take_readings)
-        return told(decider._objections(*_request(ask), 0.0, {}, {}))
+        return reasons_term(decider._objections(*_symbolic_request(ask), 0.0, {}, {}))
 
-    return explore(run)
+    return execute_symbolically(run)
 
 
 # `_Decider._compile`: what the short way is given to decide by.
@@ -376,11 +400,11 @@ CRITERIA: Final = (
 
 
 @cache
-def explore_criteria(code: Code, variant: Variant = ANY) -> Diagram:
+def execute_criteria(code: ModuleSource, variant: GateVariant = ANY_CONFIGURATION) -> DecisionDiagram:
     """What `_compile` gives the short way: a term of sort Criteria."""
     gate = code.module(GATE)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         def finite_objections(_: Any, __: Any, ___: Any, usage: Mapping[str, int]) -> Iterator[Reason]:
             if not ask("static-layers-pass"):
                 yield Reason("AE710", "block", "")
@@ -391,16 +415,22 @@ def explore_criteria(code: Code, variant: Variant = ANY) -> Diagram:
         criteria = decider._straight.get(("m", "k", "a"))
         if criteria is None:
             return "no-short-way"
-        return application("criteria", literal(criteria.allows), literal(holds(ask, criteria.left)))
+        return smt_apply(
+            "criteria", smt_literal(criteria.allows), smt_literal(condition_holds(ask, criteria.left))
+        )
 
-    return explore(run)
+    return execute_symbolically(run)
 
 
 _QUOTA: Final = SimpleNamespace(id="q", at_most=5)
 
 
-def _values(ask: Ask) -> dict[str, Symbol]:
-    return {"inputs.i": Symbol("input", ask), "s": Symbol("state", ask), "p": Symbol(ASKED, ask)}
+def _values(ask: DecideBranch) -> dict[str, SymbolicValue]:
+    return {
+        "inputs.i": SymbolicValue("input", ask),
+        "s": SymbolicValue("state", ask),
+        "p": SymbolicValue(REQUESTED_ACTION, ask),
+    }
 
 
 # `_Decider.decide`: what is forwarded.
@@ -417,42 +447,42 @@ DECISION: Final = (
 """What is decided, by what objects and what the short way says; `wrong` is anything that is no decision."""
 
 
-def where_nothing_objects(holds: Callable[[str], str]) -> dict[str, str]:
+def assume_no_objection(holds: Callable[[str], str]) -> dict[str, str]:
     """What is assumed of an action to which nothing objects: that this `holds` of it, whichever it is.
 
     The short way speaks for the action asked for, and of a request that is one.
     """
     return {
         **{
-            f"objections.{place}": implication(f"(= (objections {one}) none)", holds(one))
-            for place, one in enumerate(CANDIDATES)
+            f"objections.{place}": smt_implies(f"(= (objections {one}) none)", holds(one))
+            for place, one in enumerate(FORWARDABLE_ACTIONS)
         },
-        "short-way-allows": implication("(= (short-way asked) short-allows)", holds(ASKED)),
-        "short-way-speaks": SHORT_WAY_SPEAKS,
+        "short-way-allows": smt_implies("(= (short-way asked) short-allows)", holds(REQUESTED_ACTION)),
+        "short-way-speaks": FAST_PATH_ANSWERS,
     }
 
 
-SHORT_WAY_SPEAKS: Final = "(or (= (short-way asked) short-silent) (and request-formed time-formed))"
+FAST_PATH_ANSWERS: Final = "(or (= (short-way asked) short-silent) (and request-formed time-formed))"
 
 
-def _less(rules: Any, _: str, asked: Mapping[str, Any], __: Any) -> dict[str, Any]:
+def _attenuated_stub(rules: Any, _: str, asked: Mapping[str, Any], __: Any) -> dict[str, Any]:
     """Stands for `attenuated`."""
-    less = _LESS[tuple(rule.id for rule in rules)]
-    return {"p": Symbol(application(less, "state", asked["p"].term), asked["p"].ask)}
+    less = _ATTENUATED_TERMS[tuple(rule.id for rule in rules)]
+    return {"p": SymbolicValue(smt_apply(less, "state", asked["p"].term), asked["p"].ask)}
 
 
 @cache
-def explore_decision(code: Code, about: str = ASKED) -> Diagram:
-    """What `decide` does about the action `about`: a term of sort Decision."""
+def execute_decision(code: ModuleSource, action_term: str = REQUESTED_ACTION) -> DecisionDiagram:
+    """What `decide` does about the action `action_term`: a term of sort Decision."""
     gate = code.module(GATE)
 
-    def run(ask: Ask) -> str:
-        caller, _, action = _request(ask, about)
-        given = _Given(ask)
-        short = application("short-way", about)
+    def run(ask: DecideBranch) -> str:
+        caller, _, action = _symbolic_request(ask, action_term)
+        given = _GivenReadings(ask)
+        short = smt_apply("short-way", action_term)
 
         def objecting(function: str, asked: Action) -> list[Reason]:
-            term = application(function, asked.parameters["p"].term)
+            term = smt_apply(function, asked.parameters["p"].term)
             for rules, found in _CLASSES.items():
                 if ask(f"(= {term} {found})"):
                     return [Reason("AE750", rule, "") for rule in rules]
@@ -460,9 +490,9 @@ def explore_decision(code: Code, about: str = ASKED) -> Diagram:
 
         def decide_straight(*_: Any) -> Decision | dict[str, Any] | None:
             if ask(f"(= {short} short-allows)"):
-                return Decision(Verdict.ALLOW, action, ())
+                return Decision(DecisionKind.ALLOW, action, ())
             if ask(f"(= {short} short-denies)"):
-                return Decision(Verdict.DENY, None, (Reason("AE750", "rule.a", ""),))
+                return Decision(DecisionKind.DENY, None, (Reason("AE750", "rule.a", ""),))
             return {} if ask(f"(= {short} short-leaves)") else None
 
         def unless(question: str) -> Callable[..., Reason | None]:
@@ -473,55 +503,55 @@ def explore_decision(code: Code, about: str = ASKED) -> Diagram:
             return unless("rest-formed" if type(readings) is dict else "false")()
 
         def objections(_: Any, readings: Any, asked: Action, *__: Any) -> list[Reason]:
-            given.look(readings)
+            given.individual_readings(readings)
             return objecting("objections", asked)
 
         decider = _decider(
             gate,
             ask,
             decide_straight=decide_straight,
-            attenuated=_less,
+            attenuated=_attenuated_stub,
             request_fault=request_fault,
-            check_now=unless("time-formed"),
+            check_time=unless("time-formed"),
         )
         # The methods below are explored by themselves.
         decider._objections = objections
         decider._unmet = lambda _, asked, __: objecting("unmet", asked)
-        return _decided(decider.decide(caller, given.readings, action, _NOW, {}))
+        return _decision_term(decider.decide(caller, given.readings, action, _NOW, {}))
 
-    return explore(run, raising="wrong")
+    return execute_symbolically(run, raising="wrong")
 
 
 # `_Decider.decide` of what the configuration does not know.
 
-STRANGERS: Final = tuple(
+UNKNOWN_NAME_DECLARATIONS: Final = tuple(
     f"(declare-const {name} Bool)" for name in ("module-active", "skill-exists", "kind-known", "in-envelope")
 )
 """What a caller names that there may not be."""
 
 
-def explore_strangers(code: Code) -> Diagram:
+def execute_unknown_request(code: ModuleSource) -> DecisionDiagram:
     """What `decide` does, whoever asks for whatever kind of action: a term of sort Decision."""
     gate = code.module(GATE)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         known = {name: ask(name) for name in ("module-active", "skill-exists", "kind-known", "in-envelope")}
-        caller, readings, action = _request(ask)
+        caller, readings, action = _symbolic_request(ask)
 
         def finite_objections(*_: Any) -> Iterator[Reason]:
             if not (known["module-active"] and known["skill-exists"] and known["kind-known"]):
                 yield Reason("AE720", "stranger", "")
 
-        put_in_place(gate, {"finite_objections": finite_objections, **_putting_aside(ask)})
+        install_stubs(gate, {"finite_objections": finite_objections, **_gate_stubs(ask)})
 
         def take(_: Any, given: Mapping[str, Any], *more: Any) -> Iterator[Reason]:
             more[-1].update(given)
             return iter(())
 
-        taking = {"take_given": take, "take_readings": take, "attenuated": _less}
+        taking = {"take_given": take, "take_readings": take, "attenuated": _attenuated_stub}
         silent = {name: lambda *_: None for name in ("request_fault", "check_now", "decide_straight")}
-        put_in_place(gate, {**taking, **silent})
-        configuration = _configuration(ask, ANY, ())
+        install_stubs(gate, {**taking, **silent})
+        configuration = _configuration(ask, ANY_CONFIGURATION, ())
         module = configuration.modules["m"]
         if not known["kind-known"]:
             configuration.site.kinds = {}
@@ -532,18 +562,20 @@ def explore_strangers(code: Code) -> Diagram:
         if not known["module-active"]:
             configuration.modules = {}
         decider = gate._Decider(configuration, True)
-        return _decided(decider.decide(caller, readings, action, 0.0, {}))
+        return _decision_term(decider.decide(caller, readings, action, 0.0, {}))
 
-    return explore(run, raising="wrong")
+    return execute_symbolically(run, raising="wrong")
 
 
-def _decided(decision: Decision) -> str:
+def _decision_term(decision: Decision) -> str:
     match decision:
-        case Decision(Verdict.ALLOW, Action("a", {"p": Symbol(term=term)}), ()):
-            return application("allow", term)
-        case Decision(Verdict.ATTENUATE, Action("a", {"p": Symbol(term=term)}), reasons) if reasons:
-            return application("attenuate", term)
-        case Decision(Verdict.DENY, None, reasons):
+        case Decision(DecisionKind.ALLOW, Action("a", {"p": SymbolicValue(term=term)}), ()):
+            return smt_apply("allow", term)
+        case Decision(DecisionKind.ATTENUATE, Action("a", {"p": SymbolicValue(term=term)}), reasons) if (
+            reasons
+        ):
+            return smt_apply("attenuate", term)
+        case Decision(DecisionKind.DENY, None, reasons):
             return "deny"
         case _:
             return "wrong"

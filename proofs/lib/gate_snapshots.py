@@ -1,4 +1,4 @@
-"""Moments as the gate takes them apart, explored: `MomentTaker.scalars`, whatever it has kept.
+"""Moments as the gate takes them apart, explored: `SnapshotCache.scalars`, whatever it has kept.
 
 A moment of two state variables, and perhaps of what is none, stands for one of any number: each place of
 the column is treated by itself.
@@ -11,16 +11,16 @@ from functools import partial
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.smtlib import application, literal
-from aeros.spec.theorems.symbolic_execution import Ask, explore
-from aeros.spec.theorems.theorem import Obligation, Table
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.smtlib import smt_apply, smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib import gate_validation as forms
 
-MOMENTS: Final = "aeros.runtime.gate.compiled.snapshots"
+SNAPSHOTS: Final = "aeros.runtime.gate.compiled.snapshots"
 
 _STATE: Final = ("lit", "near")
-_STRANGE: Final = "mood"
+_UNDECLARED_NAME: Final = "mood"
 
 _DECLARATIONS: Final = (
     "(declare-datatypes ((Scalars 0)) (((current) (kept) (none))))",
@@ -33,14 +33,14 @@ _DECLARATIONS: Final = (
             "keeps-one",
             "same-order",
             "same-column",
-            f"has.{_STRANGE}",
-            *(f"{place}.is-same" for place in (*_STATE, _STRANGE)),
+            f"has.{_UNDECLARED_NAME}",
+            *(f"{place}.is-same" for place in (*_STATE, _UNDECLARED_NAME)),
             *(f"{place}.{what}" for place in _STATE for what in ("is-list", "is-formed", "was-taken")),
         )
     ),
     *(f"(define-fun {x}.can-be-taken () Bool (and (not {x}.is-list) {x}.is-formed))" for x in _STATE),
     "(define-fun all-can () Bool"
-    f" (and (not has.{_STRANGE}) {' '.join(f'{x}.can-be-taken' for x in _STATE)}))",
+    f" (and (not has.{_UNDECLARED_NAME}) {' '.join(f'{x}.can-be-taken' for x in _STATE)}))",
 )
 """A moment, what was kept of an earlier one, and what comes of them.
 
@@ -48,72 +48,72 @@ _DECLARATIONS: Final = (
 that were kept.  `X.was-taken`: the value that was kept of X was no list, and of its form.
 """
 
-_KEPT_IS_RIGHT: Final = (
-    f"(=> (and keeps-one same-order) (and (not has.{_STRANGE}) {' '.join(f'{x}.was-taken' for x in _STATE)}))"
-)
+_CACHE_IS_CONSISTENT: Final = f"(=> (and keeps-one same-order) (and (not has.{_UNDECLARED_NAME}) {' '.join(f'{x}.was-taken' for x in _STATE)}))"
 """The invariant: what is kept was all declared, no list, and of its form."""
 
 
-class _Value:
+class _SymbolicValue:
     """A value that was measured, or its scalar."""
 
     def __init__(self, of: str, when: str) -> None:
-        self.of, self.when = of, when
+        self.of, self.time = of, when
 
 
-def moment_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def snapshot_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """What a moment is taken apart into, and that a value is, where it has its form."""
-    return {"moment": _moment, **forms.taking_obligations()}
+    return {"moment": _snapshot_obligation, **forms.unpacking_obligations()}
 
 
-def _moment(code: Code) -> Obligation:
-    def run(ask: Ask) -> str:
-        def is_not(value: _Value, _: _Value) -> bool:
+def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
+    def run(ask: DecideBranch) -> str:
+        def is_not(value: _SymbolicValue, _: _SymbolicValue) -> bool:
             return not ask(f"{value.of}.is-same")
 
-        def taking(name: str, value: _Value) -> Mapping[str, _Value] | None:
+        def taking(name: str, value: _SymbolicValue) -> Mapping[str, _SymbolicValue] | None:
             formed = value.of == name and ask(f"{name}.is-formed")
-            return {name: _Value(name, "current")} if formed else None
+            return {name: _SymbolicValue(name, "current")} if formed else None
 
         def type_(value: Any) -> Any:
-            return list if isinstance(value, _Value) and ask(f"{value.of}.is-list") else type(value)
+            return list if isinstance(value, _SymbolicValue) and ask(f"{value.of}.is-list") else type(value)
 
-        def column_of(names: Iterable[str]) -> tuple[_Value, ...]:
-            return tuple(_Value(name, "measured") for name in names)
+        def column_of(names: Iterable[str]) -> tuple[_SymbolicValue, ...]:
+            return tuple(_SymbolicValue(name, "measured") for name in names)
 
-        moments = code.module(MOMENTS, is_not=is_not, type=type_)
-        taker = moments.MomentTaker({})
+        moments = code.module(SNAPSHOTS, is_not=is_not, type=type_)
+        taker = moments.SnapshotCache({})
         taker._taking = {name: partial(taking, name) for name in _STATE}
-        order = SimpleNamespace(names=(*_STATE, _STRANGE) if ask(f"has.{_STRANGE}") else _STATE)
+        order = SimpleNamespace(
+            names=(*_STATE, _UNDECLARED_NAME) if ask(f"has.{_UNDECLARED_NAME}") else _STATE
+        )
         column = column_of(order.names)
         had, before = None, None
         if ask("keeps-one"):
-            before = {name: _Value(name, "kept") for name in _STATE}
+            before = {name: _SymbolicValue(name, "kept") for name in _STATE}
             # Names in another order stand for any others.
             names = order if ask("same-order") else SimpleNamespace(names=order.names[::-1])
             of_old = column if ask("same-column") else column_of(names.names)
-            had = taker._taken = moments._Taken(names, of_old, dict(before))
+            had = taker._taken = moments._CachedColumn(names, of_old, dict(before))
         found = taker.scalars(SimpleNamespace(order=order, column=column))
         now = taker._taken
         is_this = now is not None and now.order is order and now.column is column and now.scalars is found
         is_untouched = now is had and (had is None or had.scalars == before)
-        return application("outcome", _answer(found), literal(is_this), literal(is_untouched))
+        return smt_apply("outcome", _answer(found), smt_literal(is_this), smt_literal(is_untouched))
 
     right = " ".join(
         f"(or (= ({x} (answer found)) current)"
         f" (and keeps-one same-order {x}.is-same (= ({x} (answer found)) kept)))"
         for x in _STATE
     )
-    return Obligation(
-        "`MomentTaker.scalars` answers exactly where all of a moment are declared state variables, of their\n"
+    return TheoremObligation(
+        "`SnapshotCache.scalars` answers exactly where all of a moment are declared state variables, of their\n"
         "forms and no lists, whatever it kept of an earlier one; with the scalars of these very values.\n"
         "What it keeps is then this moment, or what it had.",
         _DECLARATIONS,
         f"(and (= all-can (not (= (answer found) refused))) (=> all-can (and {right}))"
         " (or (keeps-what-it-had found) (and all-can (keeps-this found))))",
-        tables=(Table("found", "Outcome", explore(run)),),
+        tables=(SymbolicFunction("found", "Outcome", execute_symbolically(run)),),
         assumptions={
-            "what-is-kept-is-right": _KEPT_IS_RIGHT,
+            "what-is-kept-is-right": _CACHE_IS_CONSISTENT,
             "a-column-is-its-values": "(=> (and keeps-one same-order same-column)"
             f" (and {' '.join(f'{x}.is-same' for x in _STATE)}))",
             **{
@@ -125,7 +125,7 @@ def _moment(code: Code) -> Obligation:
     )
 
 
-def _answer(found: Mapping[str, _Value] | None) -> str:
-    if found is None:
+def _answer(scalars: Mapping[str, _SymbolicValue] | None) -> str:
+    if scalars is None:
         return "refused"
-    return application("scalars", *(found[name].when if name in found else "none" for name in _STATE))
+    return smt_apply("scalars", *(scalars[name].time if name in scalars else "none" for name in _STATE))

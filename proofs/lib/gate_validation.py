@@ -9,36 +9,36 @@ from types import ModuleType, SimpleNamespace
 from typing import Any, Final, cast
 
 from aeros.runtime.gate.decision import Caller, Reason
-from aeros.runtime.gate.value_check import forms_of
+from aeros.runtime.gate.value_check import value_checkers
 from aeros.skill import Action
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.symbolic_execution import Ask, explore
-from aeros.spec.theorems.theorem import Obligation, Table
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib.symbolic_requests import (
     DECLARATIONS,
     PARAMETERS,
     SPECIFICATION,
-    STANDS_FOR,
     STATE,
-    UNIT,
-    Given,
-    Named,
-    Request,
-    Strange,
-    fraction,
-    look_at,
-    rounding,
-    type_of,
-    whole,
+    STUBS,
+    UNIT_RANGE,
+    GivenValue,
+    NamedValues,
+    SymbolicRequest,
+    UndeclaredValue,
+    check_scalars,
+    fraction_stub,
+    integer_as_double,
+    rounding_axioms,
+    type_stub,
 )
 
-FORM: Final = "aeros.runtime.gate.value_check"
-INTAKE: Final = "aeros.runtime.gate.request_check"
+VALUE_CHECK: Final = "aeros.runtime.gate.value_check"
+REQUEST_CHECK: Final = "aeros.runtime.gate.request_check"
 GATE: Final = "aeros.runtime.gate.gate"
-WRITING: Final = "aeros.runtime.gate.compiled.codegen"
+CODEGEN: Final = "aeros.runtime.gate.compiled.codegen"
 
 
-def form_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def validation_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """Everything is of its form exactly where the full way has no objection to it."""
     return {
         "request": _request,
@@ -49,40 +49,46 @@ def form_obligations() -> dict[str, Callable[[Code], Obligation]]:
     }
 
 
-def _forms(code: Code) -> tuple[ModuleType, ModuleType]:
+def _validation_modules(code: ModuleSource) -> tuple[ModuleType, ModuleType]:
     finite = SimpleNamespace(inf=float("inf"), isfinite=lambda value: value.is_finite())
-    form = code.module(FORM, math=finite, Fraction=fraction, **STANDS_FOR)
-    return form, code.module(INTAKE, using=(form,), type=type_of)
+    form = code.module(VALUE_CHECK, math=finite, Fraction=fraction_stub, **STUBS)
+    return form, code.module(REQUEST_CHECK, using=(form,), type=type_stub)
 
 
-def _obligation(says: str, objects: Callable[[Ask], Any], formed: str, **assumptions: str) -> Obligation:
+def _obligation(
+    says: str, objects: Callable[[DecideBranch], Any], formed: str, **assumptions: str
+) -> TheoremObligation:
     """That there is no objection exactly where `formed`."""
-    return Obligation(
+    return TheoremObligation(
         says,
         (*DECLARATIONS, *SPECIFICATION),
         f"(= nothing {formed})",
-        tables=(Table("nothing", "Bool", explore(lambda ask: str(not objects(ask)).lower())),),
+        tables=(
+            SymbolicFunction(
+                "nothing", "Bool", execute_symbolically(lambda ask: str(not objects(ask)).lower())
+            ),
+        ),
         assumptions=assumptions,
     )
 
 
-def _request(code: Code) -> Obligation:
-    _, intake = _forms(code)
+def _request(code: ModuleSource) -> TheoremObligation:
+    _, intake = _validation_modules(code)
     gate = code.module(GATE)
 
-    def run(ask: Ask) -> Any:
+    def run(ask: DecideBranch) -> Any:
         def text(name: str) -> Any:
-            return name if ask(f"{name}.is-text") else Strange()
+            return name if ask(f"{name}.is-text") else UndeclaredValue()
 
-        request = Request(ask)
+        request = SymbolicRequest(ask)
         caller, action = (
             Caller(text("module"), text("skill"), cast("Any", request.inputs)),
             Action(text("kind"), cast("Any", request.parameters)),
         )
         return intake.request_fault(
-            caller if ask("caller.is-one") else Strange(),
-            request.one_by_one(("near", "lit"), gate),
-            action if ask("action.is-one") else Strange(),
+            caller if ask("caller.is-one") else UndeclaredValue(),
+            request.individual_readings(("near", "lit"), gate),
+            action if ask("action.is-one") else UndeclaredValue(),
             request.usage,
         )
 
@@ -97,73 +103,73 @@ def _request(code: Code) -> Obligation:
     )
 
 
-def _time(code: Code) -> Obligation:
-    form, _ = _forms(code)
+def _time(code: ModuleSource) -> TheoremObligation:
+    form, _ = _validation_modules(code)
     return _obligation(
-        "`check_now` has no objection exactly where it is now a number of seconds on a clock.",
-        lambda ask: form.check_now(Request(ask).now),
+        "`check_time` has no objection exactly where it is now a number of seconds on a clock.",
+        lambda ask: form.check_time(SymbolicRequest(ask).now),
         "(is-time now)",
     )
 
 
-def _value(name: str, code: Code) -> Obligation:
-    form = _forms(code)[0].Form(PARAMETERS[name])
+def _value(name: str, code: ModuleSource) -> TheoremObligation:
+    form = _validation_modules(code)[0].ValueChecker(PARAMETERS[name])
     return _obligation(
-        f"`Form.take` has no objection to a value of `{name}` exactly where it has the declared type and is\n"
+        f"`ValueChecker.take` has no objection to a value of `{name}` exactly where it has the declared type and is\n"
         "in range.",
-        lambda ask: form.take(Request(ask).value(name), {}),
+        lambda ask: form.take(SymbolicRequest(ask).value(name), {}),
         f"formed.{name}",
     )
 
 
-def taking_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def unpacking_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """A value of a moment is taken apart exactly where it is of its form."""
-    return {f"taking-{name}": partial(_taking, name) for name in PARAMETERS}
+    return {f"taking-{name}": partial(_unpacking_obligation, name) for name in PARAMETERS}
 
 
-def _taking(name: str, code: Code) -> Obligation:
-    form = forms_of(PARAMETERS)[name]
-    writer = code.module(WRITING).Writer()
-    writer.names |= {**STANDS_FOR, "whole": whole}
+def _unpacking_obligation(name: str, code: ModuleSource) -> TheoremObligation:
+    form = value_checkers(PARAMETERS)[name]
+    writer = code.module(CODEGEN).Writer()
+    writer.names |= {**STUBS, "whole": integer_as_double}
     taking = writer.taking(form)
 
-    def run(ask: Ask) -> str:
-        value = Request(ask).value(name)
+    def run(ask: DecideBranch) -> str:
+        value = SymbolicRequest(ask).value(name)
         found = taking(value)
         if found is None:
             return "not-taken"
-        look_at(found)
+        check_scalars(found)
         is_whole = found.keys() == set(form.names)
         return "taken" if is_whole and _is_number_or(value, found.values()) else "wrong"
 
-    return Obligation(
+    return TheoremObligation(
         f"The function that `Writer.taking` writes takes a value of `{name}` exactly where it has the\n"
         "declared type and is in range, and gives these very scalars.",
         (*DECLARATIONS, *SPECIFICATION, "(declare-datatypes ((Taken 0)) (((taken) (not-taken) (wrong))))"),
         f"(= found (ite formed.{name} taken not-taken))",
-        tables=(Table("found", "Taken", explore(run, raising="wrong")),),
+        tables=(SymbolicFunction("found", "Taken", execute_symbolically(run, raising="wrong")),),
     )
 
 
 def _is_number_or(value: Any, scalars: Iterable[Any]) -> bool:
-    return all(isinstance(one, Given) or one is value for one in scalars)
+    return all(isinstance(one, GivenValue) or one is value for one in scalars)
 
 
-def _given(code: Code) -> Obligation:
+def _given(code: ModuleSource) -> TheoremObligation:
     """With what a form says of a value put aside."""
-    _, intake = _forms(code)
+    _, intake = _validation_modules(code)
 
-    def run(ask: Ask) -> Any:
+    def run(ask: DecideBranch) -> Any:
         def form(name: str, default: Any) -> Any:
             def take(value: Any, _: Any) -> Reason | None:
                 # A default that is declared is of its form: AE111 and its like refuse any other.
                 return None if value == 0.5 or ask(f"formed.{value.name}") else Reason("AE704", name, "")
 
-            return SimpleNamespace(take=take, declared=SimpleNamespace(default=default, range=UNIT))
+            return SimpleNamespace(take=take, declared=SimpleNamespace(default=default, range=UNIT_RANGE))
 
-        given = {name: lambda name=name: Given(name, ask) for name in ("speed", "size")}
+        given = {name: lambda name=name: GivenValue(name, ask) for name in ("speed", "size")}
         forms = {"speed": form("speed", None), "size": form("size", Fraction(1, 2))}
-        return list(intake.take_given(forms, Named("parameters", ask, given), "", {}))
+        return list(intake.take_given(forms, NamedValues("parameters", ask, given), "", {}))
 
     return _obligation(
         "`take_given` has no objection exactly where all is there that has no default, nothing strange is,\n"
@@ -173,21 +179,21 @@ def _given(code: Code) -> Obligation:
     )
 
 
-def _readings(code: Code) -> Obligation:
+def _readings(code: ModuleSource) -> TheoremObligation:
     """With what a form says of a value put aside."""
-    form, intake = _forms(code)
+    form, intake = _validation_modules(code)
     gate = code.module(GATE)
 
-    def run(ask: Ask) -> Any:
+    def run(ask: DecideBranch) -> Any:
         def stub(name: str) -> Any:
             def take(_: Any, __: Any) -> Reason | None:
                 return None if ask(f"formed.{name}") else Reason("AE704", name, "")
 
-            real = form.Form(STATE[name])
+            real = form.ValueChecker(STATE[name])
             return SimpleNamespace(take=take, declared=real.declared, surely_fresh=real.surely_fresh)
 
-        request = Request(ask)
-        readings = request.one_by_one(("near", "lit"), gate)
+        request = SymbolicRequest(ask)
+        readings = request.individual_readings(("near", "lit"), gate)
         forms = {name: stub(name) for name in ("near", "lit")}
         if readings is None:
             return ["no readings"]
@@ -202,6 +208,6 @@ def _readings(code: Code) -> Obligation:
         **{
             "now-is-a-time": "(is-time now)",
             "a-moment-is-made": "(=> as-moment moment.is-made)",
-            **rounding(),
+            **rounding_axioms(),
         },
     )

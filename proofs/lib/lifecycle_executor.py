@@ -7,38 +7,38 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.smtlib import application, literal
-from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
-from aeros.spec.theorems.theorem import Obligation, Table
-from proofs.lib.lifecycle_table import Known
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.smtlib import smt_apply, smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
+from proofs.lib.lifecycle_table import SymbolicMapping
 
 STEP_CONTROL: Final = "aeros.runtime.execution.step_control"
 GOVERNOR: Final = "aeros.runtime.execution.governor"
 
 
-def _begins(code: Code) -> Obligation:
-    def run(ask: Ask) -> str:
+def _begin_obligation(code: ModuleSource) -> TheoremObligation:
+    def run(ask: DecideBranch) -> str:
         governor = code.module(GOVERNOR)
         control = code.module(STEP_CONTROL, using=(governor,))
         began: list[str] = []
-        generation = Symbol("latest", ask)
+        generation = SymbolicValue("latest", ask)
 
         @contextmanager
         def acting(_: Any) -> Iterator[bool]:
             yield ask("in-force")
 
         ecm = SimpleNamespace(
-            id="m", manifest_digest=Symbol("manifest", ask), code_digest=Symbol("code", ask)
+            id="m", manifest_digest=SymbolicValue("manifest", ask), code_digest=SymbolicValue("code", ask)
         )
         now = SimpleNamespace(
-            manifest_digest=Symbol("manifest-now", ask), code_digest=Symbol("code-now", ask)
+            manifest_digest=SymbolicValue("manifest-now", ask), code_digest=SymbolicValue("code-now", ask)
         )
-        command = governor.Command.STOP if ask("stopped") else governor.Command.RUN
+        command = governor.OperatorCommand.STOP if ask("stopped") else governor.OperatorCommand.RUN
         followed = governor.FollowedConfiguration.__new__(governor.FollowedConfiguration)
         followed._governor = SimpleNamespace(generation=generation, acting=acting)
-        followed.configuration = SimpleNamespace(modules=Known(ask, "active", now))
-        followed.follow = lambda: Symbol("followed", ask)
+        followed.configuration = SimpleNamespace(modules=SymbolicMapping(ask, "active", now))
+        followed.follow = lambda: SymbolicValue("followed", ask)
         followed._is_moving = lambda: ask("moving")
         followed._held = None
         one = control.StepControl.__new__(control.StepControl)
@@ -54,7 +54,7 @@ def _begins(code: Code) -> Obligation:
 
         one._resume_skill = resume
         one.run_skill(step)
-        return literal(bool(began))
+        return smt_literal(bool(began))
 
     flags = (
         "in-force",
@@ -67,7 +67,7 @@ def _begins(code: Code) -> Obligation:
         "unheld-now",
     )
     numbers = ("latest", "followed", "manifest", "manifest-now", "code", "code-now")
-    return Obligation(
+    return TheoremObligation(
         "`StepControl.run_skill` begins an action only where the module is in force with the same manifest\n"
         "and code, nobody stops it, what it is to be held to is measured, and the configuration followed is\n"
         "the latest: asked while it holds the lock.",
@@ -77,28 +77,29 @@ def _begins(code: Code) -> Obligation:
         ),
         "(=> begins (and active (= manifest manifest-now) (= code code-now) (not stopped)"
         " (not unheld) (not unheld-now) (ite moving (= followed latest) in-force)))",
-        tables=(Table("begins", "Bool", explore(run)),),
+        tables=(SymbolicFunction("begins", "Bool", execute_symbolically(run)),),
     )
 
 
-def _follows(code: Code) -> Obligation:
-    def run(ask: Ask) -> str:
+def _switch_obligation(code: ModuleSource) -> TheoremObligation:
+    def run(ask: DecideBranch) -> str:
         governor = code.module(GOVERNOR)
-        new = SimpleNamespace(digest=Symbol("digest-new", ask), site=None)
+        new = SimpleNamespace(digest=SymbolicValue("digest-new", ask), site=None)
         one = governor.FollowedConfiguration(
-            SimpleNamespace(digest=Symbol("digest-old", ask)),
+            SimpleNamespace(digest=SymbolicValue("digest-old", ask)),
             SimpleNamespace(
-                generation=Symbol("latest", ask), configuration=lambda: (Symbol("told", ask), new)
+                generation=SymbolicValue("latest", ask),
+                configuration=lambda: (SymbolicValue("told", ask), new),
             ),
             is_moving=lambda: ask("moving"),
             switch=lambda _: None,
             record=lambda _: None,
         )
-        one.generation = Symbol("followed", ask) if ask("follows-one") else None
+        one.generation = SymbolicValue("followed", ask) if ask("follows-one") else None
         followed = one.follow()
-        return application("following", followed.term, literal(one.configuration is new))
+        return smt_apply("following", followed.term, smt_literal(one.configuration is new))
 
-    return Obligation(
+    return TheoremObligation(
         "`FollowedConfiguration.follow` takes another configuration over only while nothing moves, with the\n"
         "generation that it was told with it; else it goes on with the one that it had.",
         (
@@ -112,13 +113,13 @@ def _follows(code: Code) -> Obligation:
         "(and (=> (and follows-one moving) (= now (following followed false)))"
         " (=> (another now) (= (generation now) told))"
         " (=> (not (= (generation now) followed)) (or (another now) (= digest-old digest-new))))",
-        tables=(Table("now", "Following", explore(run)),),
+        tables=(SymbolicFunction("now", "Following", execute_symbolically(run)),),
     )
 
 
-def executor_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def executor_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """Of following the configuration, and of beginning an action."""
     return {
-        "follows": _follows,
-        "begins": _begins,
+        "follows": _switch_obligation,
+        "begins": _begin_obligation,
     }

@@ -7,25 +7,25 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.runtime.registry.lifecycle import State, Verb
+from aeros.runtime.registry.lifecycle import LifecycleAction, ModuleState
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.obligations.verdicts import Conclusion
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.smtlib import application, literal
-from aeros.spec.theorems.symbolic_execution import Ask, explore
-from aeros.spec.theorems.theorem import Obligation, Table
-from proofs.lib.revocation import RECORDS, REGISTRY
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.smtlib import smt_apply, smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
+from proofs.lib.revocation import REGISTRY, REGISTRY_STORE
 
 LIFECYCLE: Final = "aeros.runtime.registry.lifecycle"
-PREPARING: Final = "aeros.runtime.execution.prepare"
+PREPARE: Final = "aeros.runtime.execution.prepare"
 PROVING: Final = "aeros.runtime.proving"
 
 
-def _datatype(name: str, members: type[State] | type[Verb]) -> str:
+def _datatype(name: str, members: type[ModuleState] | type[LifecycleAction]) -> str:
     return f"(declare-datatypes (({name} 0)) (({' '.join(f'({one.value})' for one in members)})))"
 
 
-def _chosen(ask: Ask, constant: str, members: Any) -> Any:
+def _choose_member(ask: DecideBranch, constant: str, members: Any) -> Any:
     """The member that the constant stands for on this run."""
     *most, last = members
     return next((one for one in most if ask(f"(= {constant} {one.value})")), last)
@@ -34,8 +34,8 @@ def _chosen(ask: Ask, constant: str, members: Any) -> Any:
 # The table, through the registry.
 
 _MODULE: Final = (
-    _datatype("State", State),
-    _datatype("Verb", Verb),
+    _datatype("State", ModuleState),
+    _datatype("Verb", LifecycleAction),
     "(declare-datatypes ((Moved 0)) (((to (reached State)) (refused) (moves-another))))",
     "(declare-const state State)",
     "(declare-const verb Verb)",
@@ -47,14 +47,14 @@ _MODULE: Final = (
 """A module, and what was done to it: configured and activated, and not since removed or deactivated."""
 
 
-def _moved(code: Code) -> Table:
-    """What `verb` makes of a module, by `install` or `_move`, and that it leaves another as it is."""
+def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
+    """What `verb` makes of a module, by `install` or `_change_state`, and that it leaves another as it is."""
     lifecycle = code.module(LIFECYCLE)
-    records = code.module(RECORDS, using=(lifecycle,))
+    records = code.module(REGISTRY_STORE, using=(lifecycle,))
 
-    def run(ask: Ask) -> str:
-        state = _chosen(ask, "state", lifecycle.State)
-        verb = _chosen(ask, "verb", lifecycle.Verb)
+    def run(ask: DecideBranch) -> str:
+        state = _choose_member(ask, "state", lifecycle.State)
+        verb = _choose_member(ask, "verb", lifecycle.LifecycleAction)
         registry = code.module(
             REGISTRY,
             using=(lifecycle, records),
@@ -65,54 +65,56 @@ def _moved(code: Code) -> Table:
             _read=lambda *_: SimpleNamespace(id="m", version="1"),
             _digests=lambda _: (),
         )
-        n = records.Installed.kept("n", "1", "other", _chosen(ask, "state", lifecycle.State))
-        kept = {"m": records.Installed.kept("m", "1", "digest", state)} if state.value != "absent" else {}
+        n = records.InstalledModule.kept("n", "1", "other", _choose_member(ask, "state", lifecycle.State))
+        kept = (
+            {"m": records.InstalledModule.kept("m", "1", "digest", state)} if state.value != "absent" else {}
+        )
         made: list[Any] = []
 
         @contextmanager
         def changing() -> Iterator[Any]:
-            yield records.Snapshot(1, "site", {**kept, "n": n}, {})
+            yield records.RegistrySnapshot(1, "site", {**kept, "n": n}, {})
 
         one = registry.Registry.__new__(registry.Registry)
-        one.folder = _Folder()
-        one._changing, one._policy_of = changing, lambda _: None
+        one.folder = _FolderStub()
+        one._change_lock, one._policy_of = changing, lambda _: None
         one._proved = lambda *_: (None, None)
         one._commit = lambda _, new, *__: made.append(new)
         try:
             if verb.value == "install":
-                one.install(_Folder())
+                one.install(_FolderStub())
             else:
-                one._move("m", verb)
+                one._change_state("m", verb)
         except UserError:
             return "refused"
         (new,) = made
         if new.modules.keys() - {"m"} != {"n"} or new.modules["n"] is not n:
             return "moves-another"
         reached = new.modules["m"].state if "m" in new.modules else lifecycle.State.ABSENT
-        return application("to", reached.value)
+        return smt_apply("to", reached.value)
 
-    return Table("moved", "Moved", explore(run))
+    return SymbolicFunction("moved", "Moved", execute_symbolically(run))
 
 
-class _Folder:
+class _FolderStub:
     """A folder of which nothing is read."""
 
     name = "m"
 
-    def __truediv__(self, _: str) -> _Folder:
+    def __truediv__(self, _: str) -> _FolderStub:
         return self
 
 
-def _history_base(code: Code) -> Obligation:
-    return Obligation(
+def _history_base(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Base: a module that was never installed is neither configured nor active.",
         (*_MODULE, f"(define-fun first () State {next(iter(code.module(LIFECYCLE).State)).value})"),
         "(and (= first absent) (invariant first false false))",
     )
 
 
-def _history_step(code: Code) -> Obligation:
-    return Obligation(
+def _history_step(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Step: a module is active exactly where it was activated, after it was configured, and neither was\n"
         "undone since; no verb moves another module, an active module cannot be removed or configured, and\n"
         "what is absent can only be installed.",
@@ -124,19 +126,19 @@ def _history_step(code: Code) -> Obligation:
         " (ite (= verb configure) true (ite (= verb remove) false was-configured))"
         " (ite (= verb activate) true"
         " (ite (or (= verb deactivate) (= verb remove)) false was-activated)))))",
-        tables=(_moved(code),),
+        tables=(_transition_obligation(code),),
     )
 
 
 # From the snapshot to the configuration, to a step.
 
 
-def _in_force(code: Code) -> Obligation:
+def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
     lifecycle = code.module(LIFECYCLE)
-    records = code.module(RECORDS, using=(lifecycle,))
+    records = code.module(REGISTRY_STORE, using=(lifecycle,))
 
-    def run(ask: Ask) -> str:
-        state = _chosen(ask, "state", lifecycle.State)
+    def run(ask: DecideBranch) -> str:
+        state = _choose_member(ask, "state", lifecycle.State)
         ecm = SimpleNamespace(id="m", requires=("n",) if ask("needs-another") else ())
         certificate = SimpleNamespace(obligations={}) if ask("proved") else None
         module = SimpleNamespace(name="m", certificate=certificate, path="m")
@@ -146,10 +148,10 @@ def _in_force(code: Code) -> Obligation:
             PROVING,
             verify=lambda *_, **__: report,
             default_store=lambda: None,
-            load_site=lambda *_: SimpleNamespace(with_blocks=lambda _: "site"),
+            load_site=lambda *_: SimpleNamespace(with_overrides=lambda _: "site"),
             load_ecm=lambda *_: SimpleNamespace(ecm=ecm),
             certificate_for=lambda *_: certificate if ask("as-proved") else "another",
-            configure=lambda _, modules: SimpleNamespace(
+            make_configuration=lambda _, modules: SimpleNamespace(
                 modules={name: one for name, (one, _) in modules.items()}
             ),
         )
@@ -160,37 +162,39 @@ def _in_force(code: Code) -> Obligation:
             bundle_digest=lambda _: "digest" if ask("as-installed") else "other",
         )
         one = registry.Registry.__new__(registry.Registry)
-        one.folder, one._prove = _Folder(), proving.prove
+        one.folder, one._prove = _FolderStub(), proving.prove
         kept = {
-            "m": records.Installed.kept("m", "1", "digest", state),
-            "n": records.Installed.kept("n", "1", "digest", _chosen(ask, "needed", lifecycle.State)),
+            "m": records.InstalledModule.kept("m", "1", "digest", state),
+            "n": records.InstalledModule.kept(
+                "n", "1", "digest", _choose_member(ask, "needed", lifecycle.State)
+            ),
         }
         try:
-            configuration, _ = one._proved(records.Snapshot(1, "site", kept, {}), {})
+            configuration, _ = one._proved(records.RegistrySnapshot(1, "site", kept, {}), {})
         except UserError:
             return "false"
-        return literal("m" in configuration.modules)
+        return smt_literal("m" in configuration.modules)
 
     flags = ("needs-another", "proved", "all-proved", "as-proved", "as-installed")
-    return Obligation(
+    return TheoremObligation(
         "`Registry._proved` and `prove` put a module in force only where it is active, is the one that was\n"
         "installed, is proved, with all others, as it is then read, and what it needs is active.",
         (
-            _datatype("State", State),
+            _datatype("State", ModuleState),
             "(declare-const state State)",
             "(declare-const needed State)",
             *(f"(declare-const {one} Bool)" for one in flags),
         ),
         "(=> in-force (and (= state active) proved all-proved as-proved as-installed"
         " (=> needs-another (= needed active))))",
-        tables=(Table("in-force", "Bool", explore(run)),),
+        tables=(SymbolicFunction("in-force", "Bool", execute_symbolically(run)),),
     )
 
 
-class Known:
+class SymbolicMapping:
     """A mapping that has what is asked for, or has not."""
 
-    def __init__(self, ask: Ask, question: str, value: Any) -> None:
+    def __init__(self, ask: DecideBranch, question: str, value: Any) -> None:
         self._ask, self._question, self._value = ask, question, value
 
     def get(self, _: Any) -> Any:
@@ -198,18 +202,18 @@ class Known:
         return self._value if self._ask(self._question) else None
 
 
-def _prepared(code: Code) -> Obligation:
-    def run(ask: Ask) -> str:
+def _prepare_obligation(code: ModuleSource) -> TheoremObligation:
+    def run(ask: DecideBranch) -> str:
         preparing = code.module(
-            PREPARING,
-            needs_of=lambda _: (),
-            settle_inputs=lambda *_: {},
-            hold_of=lambda *_: None,
-            Step=lambda *_: "step",
+            PREPARE,
+            required_resources=lambda _: (),
+            check_inputs=lambda *_: {},
+            hold_condition_for=lambda *_: None,
+            ActiveStep=lambda *_: "step",
         )
         skill = SimpleNamespace(id="k", inputs={})
-        ecm = SimpleNamespace(id="m", skills=Known(ask, "has-skill", skill))
-        configuration = SimpleNamespace(modules=Known(ask, "in-force", ecm), site=None)
+        ecm = SimpleNamespace(id="m", skills=SymbolicMapping(ask, "has-skill", skill))
+        configuration = SimpleNamespace(modules=SymbolicMapping(ask, "in-force", ecm), site=None)
         request = SimpleNamespace(
             module="m" if ask("module-is-a-name") else 1,
             skill="k" if ask("skill-is-a-name") else 1,
@@ -224,19 +228,19 @@ def _prepared(code: Code) -> Obligation:
         return "true"
 
     names = ("in-force", "has-skill", "module-is-a-name", "skill-is-a-name")
-    return Obligation(
+    return TheoremObligation(
         "`prepared` makes a step of a request only where its module is in force and has that skill.",
         tuple(f"(declare-const {name} Bool)" for name in names),
         "(=> starts (and in-force has-skill))",
-        tables=(Table("starts", "Bool", explore(run)),),
+        tables=(SymbolicFunction("starts", "Bool", execute_symbolically(run)),),
     )
 
 
-def table_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def table_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """Of one module: from what was done to it to the configuration, and from there to a step."""
     return {
         "history-base": _history_base,
         "history-step": _history_step,
-        "in-force": _in_force,
-        "prepared": _prepared,
+        "in-force": _in_force_obligation,
+        "prepared": _prepare_obligation,
     }

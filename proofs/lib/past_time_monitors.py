@@ -22,14 +22,20 @@ from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.model import Declared, History
-from aeros.spec.theorems.module_copies import Code, put_in_place
-from aeros.spec.theorems.smtlib import application, literal
-from aeros.spec.theorems.symbolic_execution import Ask, Diagram, Symbol, explore, term_of
+from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
+from aeros.spec.theorems.smtlib import smt_apply, smt_literal
+from aeros.spec.theorems.symbolic_execution import (
+    DecideBranch,
+    DecisionDiagram,
+    SymbolicValue,
+    execute_symbolically,
+    term_of,
+)
 from proofs.lib import time_windows
 
 HISTORY: Final = "aeros.runtime.monitor.history"
-PAST: Final = "aeros.spec.elaborate.past_time"
-CHECK: Final = "aeros.spec.expr.typecheck"
+PAST_TIME: Final = "aeros.spec.elaborate.past_time"
+TYPECHECK: Final = "aeros.spec.expr.typecheck"
 SEMANTICS: Final = "aeros.spec.expr.semantics"
 
 WINDOW: Final = Fraction(1)
@@ -38,22 +44,22 @@ WINDOW: Final = Fraction(1)
 _AGE: Final = Fraction(2)
 _LENGTHS: Final = {WINDOW: "window", _AGE: "max-age"}
 
-_ANYWHERE: Final = cast("Any", None)
+_ANY_TIME: Final = cast("Any", None)
 """Where it is written is nothing that a monitor looks at."""
 
 _STATE: Final = {
-    name: Declared(t.Variable(name, BOOL, t.Role.STATE), _ANYWHERE, max_age=_AGE, sensor="eye")
+    name: Declared(t.Variable(name, BOOL, t.VariableRole.STATE), _ANY_TIME, max_age=_AGE, sensor="eye")
     for name in "ab"
 }
 
-TOLD: Final = (
+TRUTH_SORT: Final = (
     "(declare-datatypes ((Told 0)) (((unknown) (yes) (no))))",
     "(define-fun told-of ((is Bool)) Told (ite is yes no))",
 )
 """What is said of a condition."""
 
 TIMES: Final = (
-    *TOLD,
+    *TRUTH_SORT,
     "(declare-datatypes ((Time 0)) (((never) (at (when Real)) (lapsed) (first))))",
     "(declare-const now Real)",
     "(declare-const later Real)",
@@ -73,25 +79,25 @@ TIMES: Final = (
 """
 
 
-class _Time(Symbol):
+class _SymbolicTime(SymbolicValue):
     """A time that is known; infinities are before and after all others."""
 
     __slots__ = ()
 
     def __ne__(self, other: object) -> Any:
-        return True if isinstance(other, float) else Symbol.__ne__(self, other)
+        return True if isinstance(other, float) else SymbolicValue.__ne__(self, other)
 
     def __sub__(self, other: Any) -> Any:
-        return _Distance(Symbol.__sub__(self, other).term, self.ask)
+        return _TimeDifference(SymbolicValue.__sub__(self, other).term, self.ask)
 
 
-class _Distance(Symbol):
+class _TimeDifference(SymbolicValue):
     """How far two times are apart; one question decides what is compared with it."""
 
     __slots__ = ()
 
     def __le__(self, other: Any) -> Any:
-        return self.ask(Symbol.__le__(self, other).term)
+        return self.ask(SymbolicValue.__le__(self, other).term)
 
     def __gt__(self, other: Any) -> Any:
         return not self <= other
@@ -103,28 +109,28 @@ def past_term(text: str) -> t.Term:
     return check(parse(text), scope, BOOL)
 
 
-class _Monitor:
+class _GeneratedMonitor:
     """The step for the histories of one condition, before the first moment.
 
-    most: occurrences that are kept, in place of `MOST_COUNTED`.
+    most: occurrences that are kept, in place of `MAX_OCCURRENCE_COUNT`.
     """
 
-    def __init__(self, code: Code, term: t.Term, most: int) -> None:
-        collected = code.module(PAST, MOST_COUNTED=most).Histories()
-        self.flat: t.Term = collected.flat(term, _ANYWHERE)
+    def __init__(self, code: ModuleSource, term: t.Term, max_count: int) -> None:
+        collected = code.module(PAST_TIME, MAX_OCCURRENCE_COUNT=max_count).Histories()
+        self.flat: t.Term = collected.flat(term, _ANY_TIME)
         self.histories = collected.kept
         self._writer = _writer_of(code.module(HISTORY))(_site(self.histories))
-        self.advance = self._writer.advancing()
+        self.advance = self._writer.build_function()
         self._first = {name: self[name] for name in self.advance.__code__.co_freevars}
 
-    def begin(self) -> None:
+    def reset(self) -> None:
         """Be before the first moment again."""
         for name, value in self._first.items():
             self[name] = copy(value)
 
-    def giving(self, **names: Any) -> None:
+    def with_stubs(self, **names: Any) -> None:
         """Let the written code have these in place of what is put aside."""
-        self._writer.names.update(names, type=lambda _: float, max=_later)
+        self._writer.names.update(names, type=lambda _: float, max=_max_time_stub)
 
     def __getitem__(self, variable: str) -> Any:
         return self._cell(variable).cell_contents
@@ -160,81 +166,83 @@ def _writer_of(history: Any) -> Any:
     return Writer
 
 
-def _later(one: Any, other: Any) -> Any:
+def _max_time_stub(one: Any, other: Any) -> Any:
     """Stands for `max`, of times."""
     if -inf in (one, other) if isinstance(one, float) or isinstance(other, float) else False:
         return other if isinstance(one, float) else one
     return one if bool(other <= one) else other
 
 
-def _recent(time: Any, present: Any, length: float | None) -> bool:
+def _recent_stub(time: Any, present: Any, length: float | None) -> bool:
     """Stands for the code of `_is_recent`, as the obligations `recent-…` say what that comes to."""
     if isinstance(time, float):
         return time == inf
     if length is None:
         return True
-    return bool((present - time) <= Symbol(_LENGTHS[Fraction(length)], present.ask))
+    return bool((present - time) <= SymbolicValue(_LENGTHS[Fraction(length)], present.ask))
 
 
 # One step, from any state.
 
-Written = Callable[[_Monitor], Iterator[str]]
+Written = Callable[[_GeneratedMonitor], Iterator[str]]
 """What is kept, as terms."""
 
 
 def _time_of(value: Any) -> str:
     if isinstance(value, float):
         return "first" if value == inf else "never"
-    return "lapsed" if value is None else application("at", value.term)
+    return "lapsed" if value is None else smt_apply("at", value.term)
 
 
-def _told_of(value: Any) -> str:
+def _truth_term(value: Any) -> str:
     return {None: "unknown", True: "yes", False: "no"}[value]
 
 
-def _kept_time(ask: Ask, time: str) -> Any:
-    return _Time(f"(when {time})", ask) if ask(f"((_ is at) {time})") else -inf
+def _symbolic_time(ask: DecideBranch, time: str) -> Any:
+    return _SymbolicTime(f"(when {time})", ask) if ask(f"((_ is at) {time})") else -inf
 
 
-def _kept_truth(ask: Ask, told: str) -> Any:
+def _symbolic_truth(ask: DecideBranch, told: str) -> Any:
     if ask(f"(= {told} unknown)"):
         return None
     return ask(f"(= {told} yes)")
 
 
-def _since_before(ask: Ask, monitor: _Monitor) -> None:
-    monitor["surely0"] = _kept_time(ask, "(surely before)")
-    monitor["maybe0"] = _kept_time(ask, "(maybe before)")
+def _since_before(ask: DecideBranch, monitor: _GeneratedMonitor) -> None:
+    monitor["surely0"] = _symbolic_time(ask, "(surely before)")
+    monitor["maybe0"] = _symbolic_time(ask, "(maybe before)")
 
 
-def _since_after(monitor: _Monitor) -> Iterator[str]:
+def _since_after(monitor: _GeneratedMonitor) -> Iterator[str]:
     yield _time_of(monitor["surely0"])
     yield _time_of(monitor["maybe0"])
 
 
-def _count_before(ask: Ask, monitor: _Monitor) -> None:
+def _count_before(ask: DecideBranch, monitor: _GeneratedMonitor) -> None:
     number = 2 if ask("(= (number before) 2)") else 1 if ask("(= (number before) 1)") else 0
-    kept = [_Time(f"({one} before)", ask) for one in ("oldest", "newest")]
+    kept = [_SymbolicTime(f"({one} before)", ask) for one in ("oldest", "newest")]
     monitor["times0"] = deque(kept[:number])
-    monitor["uncounted0"] = _kept_time(ask, "(uncounted before)")
+    monitor["uncounted0"] = _symbolic_time(ask, "(uncounted before)")
 
 
-def _count_after(monitor: _Monitor) -> Iterator[str]:
+def _count_after(monitor: _GeneratedMonitor) -> Iterator[str]:
     times = [one.term for one in monitor["times0"]]
     yield str(len(times))
     yield from [*times, "0.0", "0.0"][:2]
     yield _time_of(monitor["uncounted0"])
 
 
-def _previously_before(ask: Ask, monitor: _Monitor) -> None:
-    monitor["last0"] = _kept_truth(ask, "(last before)")
+def _previously_before(ask: DecideBranch, monitor: _GeneratedMonitor) -> None:
+    monitor["last0"] = _symbolic_truth(ask, "(last before)")
 
 
-def _previously_after(monitor: _Monitor) -> Iterator[str]:
-    yield _told_of(monitor["last0"])
+def _previously_after(monitor: _GeneratedMonitor) -> Iterator[str]:
+    yield _truth_term(monitor["last0"])
 
 
-_KEEPING: Final[Mapping[type, tuple[str, Callable[[Ask, _Monitor], None], Written]]] = {
+_STATE_ENCODERS: Final[
+    Mapping[type, tuple[str, Callable[[DecideBranch, _GeneratedMonitor], None], Written]]
+] = {
     t.Since: ("(surely Time) (maybe Time)", _since_before, _since_after),
     t.Occurrences: (
         "(number Int) (oldest Real) (newest Real) (uncounted Time)",
@@ -245,60 +253,60 @@ _KEEPING: Final[Mapping[type, tuple[str, Callable[[Ask, _Monitor], None], Writte
 }
 
 
-def kept_by(operator: type) -> tuple[str, ...]:
+def monitor_state_sort(operator: type) -> tuple[str, ...]:
     """What a monitor of that operator keeps, as a datatype: `told` is what it said of the moment."""
     told = "Int" if operator is t.Occurrences else "Told"
-    fields = f"(told {told}) (latest Real) (a.spoke Time) (b.spoke Time) {_KEEPING[operator][0]}"
+    fields = f"(told {told}) (latest Real) (a.spoke Time) (b.spoke Time) {_STATE_ENCODERS[operator][0]}"
     return (f"(declare-datatypes ((Kept 0)) (((kept {fields}))))", "(declare-const before Kept)")
 
 
-def explore_step(code: Code, term: t.PastTerm) -> Diagram:
+def execute_step(code: ModuleSource, term: t.PastTerm) -> DecisionDiagram:
     """What the step for `term` makes of any state and any look: a term of sort Kept."""
-    monitor = _Monitor(code, term, most=2)
+    monitor = _GeneratedMonitor(code, term, max_count=2)
     (history,) = monitor.histories
-    _, before, __ = _KEEPING[type(term)]
+    _, before, __ = _STATE_ENCODERS[type(term)]
     read = _read_by(history.term)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         spoke: dict[str, Any] = {}
         for number, name in enumerate(read):
             time = f"({name}.spoke before)"
             spoke[f"p{number}"] = inf if ask(f"(= {time} first)") else None
             if spoke[f"p{number}"] is None and not ask(f"(= {time} lapsed)"):
-                spoke[f"p{number}"] = _Time(f"(when {time})", ask)
+                spoke[f"p{number}"] = _SymbolicTime(f"(when {time})", ask)
         for variable, value in spoke.items():
             monitor[variable] = value
-        monitor["latest"] = _Time("(latest before)", ask)
+        monitor["latest"] = _SymbolicTime("(latest before)", ask)
         before(ask, monitor)
-        monitor.giving(
+        monitor.with_stubs(
             serves=lambda name: ask(f"{name}.serves"),
-            time_of=lambda name: _Time(f"{name}.time", ask),
+            time_of=lambda name: _SymbolicTime(f"{name}.time", ask),
             value_of=lambda name: ask(f"{name}.value"),
-            recent=_recent,
+            recent=_recent_stub,
         )
-        return _kept(monitor, monitor.advance({}, _Time("now", ask)))
+        return _state_term(monitor, monitor.advance({}, _SymbolicTime("now", ask)))
 
-    return explore(run)
+    return execute_symbolically(run)
 
 
-def explore_beginning(code: Code, term: t.PastTerm) -> Diagram:
+def execute_initial_state(code: ModuleSource, term: t.PastTerm) -> DecisionDiagram:
     """What is kept before the first moment: a term of sort Kept."""
-    monitor = _Monitor(code, term, most=2)
-    return explore(lambda _: _kept(monitor, {}))
+    monitor = _GeneratedMonitor(code, term, max_count=2)
+    return execute_symbolically(lambda _: _state_term(monitor, {}))
 
 
-def _kept(monitor: _Monitor, known: Mapping[str, Any]) -> str:
+def _state_term(monitor: _GeneratedMonitor, known: Mapping[str, Any]) -> str:
     """What the monitor keeps, and what it has said."""
     (history,) = monitor.histories
-    _, __, after = _KEEPING[type(history.term)]
+    _, __, after = _STATE_ENCODERS[type(history.term)]
     told = known.get(history.declared.name)
     counting = isinstance(history.term, t.Occurrences)
-    said = literal(-1 if told is None else told) if counting else _told_of(told)
+    said = smt_literal(-1 if told is None else told) if counting else _truth_term(told)
     read = _read_by(history.term)
     speaks = [_time_of(monitor[f"p{read.index(name)}"]) if name in read else "lapsed" for name in _STATE]
     latest = monitor["latest"]
-    when = term_of(latest if isinstance(latest, Symbol) else Fraction(latest))
-    return application("kept", said, when, *speaks, *after(monitor))
+    when = term_of(latest if isinstance(latest, SymbolicValue) else Fraction(latest))
+    return smt_apply("kept", said, when, *speaks, *after(monitor))
 
 
 def _read_by(term: t.Term) -> list[str]:
@@ -308,86 +316,86 @@ def _read_by(term: t.Term) -> list[str]:
 # Whether a time is in a window, as it is written in place.
 
 
-def explore_recent(code: Code, length: Fraction) -> Diagram:
+def execute_is_recent(code: ModuleSource, length: Fraction) -> DecisionDiagram:
     """Whether the code that `_is_recent` writes has `earlier` in the window that ends `later`."""
     history = code.module(HISTORY, using=(time_windows.window_module(code),))
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         writer = history._Writer(_site(()))
         expression = writer._is_recent("time", length)
-        time: Any = -inf if ask("(= which never)") else time_windows.Double("earlier", ask)
+        time: Any = -inf if ask("(= which never)") else time_windows.SymbolicDouble("earlier", ask)
         if ask("(= which first)"):
             time = inf
-        values = {**writer.names, "time": time, "exactly": time_windows.Double("later", ask)}
-        return literal(bool(eval(expression, values)))  # noqa: S307 - the writer's own
+        values = {**writer.names, "time": time, "exactly": time_windows.SymbolicDouble("later", ask)}
+        return smt_literal(bool(eval(expression, values)))  # noqa: S307 - the writer's own
 
-    return explore(run)
+    return execute_symbolically(run)
 
 
 # Whole traces, from the first moment on.
 
 
-def explore_traces(code: Code, text: str, moments: int) -> Diagram:
+def execute_traces(code: ModuleSource, text: str, moments: int) -> DecisionDiagram:
     """What the condition comes to at the last of the moments: a term of sort Told.
 
     `unknown` where monitors and reference disagree at any of them, or some history is not known.
     """
     scope = Scope({name: one.variable for name, one in _STATE.items()}, past=True)
-    term = code.module(CHECK).check(parse(text), scope, BOOL)
+    term = code.module(TYPECHECK).check(parse(text), scope, BOOL)
     semantics = code.module(SEMANTICS)
-    monitor = _Monitor(code, term, most=moments)
+    monitor = _GeneratedMonitor(code, term, max_count=moments)
     read = _read_by(term)
 
-    def run(ask: Ask) -> str:
-        monitor.begin()
+    def run(ask: DecideBranch) -> str:
+        monitor.reset()
         looked_at: list[Any] = []
         found = None
         for number in range(moments):
-            now = _Time(f"time.{number}", ask)
+            now = _SymbolicTime(f"time.{number}", ask)
             values = {name: ask(f"{name}.{number}") for name in read}
             looked_at.append(semantics.Moment(now, values))
-            monitor.giving(
+            monitor.with_stubs(
                 serves=lambda _: True,
                 time_of=lambda _, now=now: now,
                 value_of=values.__getitem__,
-                recent=_recent_or_in_one_gap,
+                recent=_recent_without_gaps,
             )
             known = monitor.advance({}, now)
             if len(known) < len(monitor.histories):
-                return _told_of(None)
-            env = {**values, **{name: _exactly(one) for name, one in known.items()}}
+                return _truth_term(None)
+            env = {**values, **{name: _exact_term(one) for name, one in known.items()}}
             found = semantics.evaluate(monitor.flat, env)
             if found is not semantics.evaluate(term, values, looked_at):
-                return _told_of(None)
-        return _told_of(found)
+                return _truth_term(None)
+        return _truth_term(found)
 
-    return explore(run)
+    return execute_symbolically(run)
 
 
-def _exactly(value: bool | int) -> bool | Fraction:
+def _exact_term(value: bool | int) -> bool | Fraction:
     return value if isinstance(value, bool) else Fraction(value)
 
 
-def _recent_or_in_one_gap(time: Any, present: Any, length: float | None) -> bool:
-    """As `_recent`, where looks are so close that every reading speaks until the next."""
+def _recent_without_gaps(time: Any, present: Any, length: float | None) -> bool:
+    """As `_recent_stub`, where looks are so close that every reading speaks until the next."""
     if length == _AGE:
         return True
     if isinstance(time, float) or length is None:
-        return _recent(time, present, length)
+        return _recent_stub(time, present, length)
     return bool((present - time) <= Fraction(length))
 
 
 # The reference, one moment at a time.
 
 
-class _EarlierError(Exception):
+class _EarlierStateError(Exception):
     """What comes next is what an earlier moment, which is none of this step's, has to say."""
 
 
-class _Length:
+class _TraceLength:
     """How many moments a trace has, which is any number; and the place of any of them."""
 
-    def __init__(self, ask: Ask) -> None:
+    def __init__(self, ask: DecideBranch) -> None:
         self._ask = ask
 
     def __gt__(self, other: int) -> bool:
@@ -401,51 +409,51 @@ class _Length:
     def __sub__(self, other: int) -> tuple[str, int]:
         return ("before", other)
 
-    def ends(self, *bounds: Any) -> Iterator[_Length]:
+    def end_range(self, *bounds: Any) -> Iterator[_TraceLength]:
         """Stands for `range`: one end, whichever it is; of what is behind it, nothing is known."""
         if bounds == (1, ("beyond", 1)):
             yield self  # each of them by itself
         elif bounds == (self, 0, -1):
             if self._ask("is-one"):
                 yield self
-                raise _EarlierError
+                raise _EarlierStateError
         else:
             raise InternalError(f"nothing here stands for the ends {bounds}")
 
 
-class _Trace:
+class _SymbolicTrace:
     """A trace, of which one moment is looked at: `held` there, at the time `at`."""
 
-    def __init__(self, ask: Ask, length: _Length) -> None:
+    def __init__(self, ask: DecideBranch, length: _TraceLength) -> None:
         self._length = length
         self._values = {name: ask(f"{name}.held") for name in _STATE}
-        self._times = {"present": _Time("present", ask), "at": _Time("at", ask)}
+        self._times = {"present": _SymbolicTime("present", ask), "at": _SymbolicTime("at", ask)}
 
-    def __getitem__(self, place: Any) -> Any:
-        if isinstance(place, slice):
-            if place.start is None and place.step is None and place.stop in (-1, self._length):
-                return self._then()
-        elif place == -1:
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            if index.start is None and index.step is None and index.stop in (-1, self._length):
+                return self._timed_state()
+        elif index == -1:
             return SimpleNamespace(time=self._times["present"])
-        elif place == ("before", 1):
+        elif index == ("before", 1):
             return SimpleNamespace(time=self._times["at"])
-        raise InternalError(f"nothing here stands for {place} of a trace")
+        raise InternalError(f"nothing here stands for {index} of a trace")
 
-    def _then(self) -> list[Any]:
+    def _timed_state(self) -> list[Any]:
         return [SimpleNamespace(values=self._values)]
 
 
-def explore_reference(code: Code, term: t.PastTerm) -> Diagram:
+def execute_reference(code: ModuleSource, term: t.PastTerm) -> DecisionDiagram:
     """What `evaluate` says of one moment; `earlier` where that is left to those before it."""
     semantics = code.module(SEMANTICS, range=None, len=None)
 
-    def run(ask: Ask) -> str:
-        length = _Length(ask)
-        put_in_place(semantics, {"range": length.ends, "len": lambda _: length})
+    def run(ask: DecideBranch) -> str:
+        length = _TraceLength(ask)
+        install_stubs(semantics, {"range": length.end_range, "len": lambda _: length})
         try:
-            found = semantics.evaluate(term, {}, _Trace(ask, length))
-        except _EarlierError:
+            found = semantics.evaluate(term, {}, _SymbolicTrace(ask, length))
+        except _EarlierStateError:
             return "earlier"
-        return literal(found if isinstance(found, bool) else int(found))
+        return smt_literal(found if isinstance(found, bool) else int(found))
 
-    return explore(run)
+    return execute_symbolically(run)

@@ -1,6 +1,7 @@
 """Processes as they ship, explored: what each does to what it shares with others, step by step, as a graph.
 
-`program` runs code again and again, with stand-ins that tell of each step and give every answer in turn.
+`execute_process` runs code again and again, with stand-ins that tell of each step and give every answer in
+turn.
 Between two steps anything else may happen, so a step of the graph is what the theorem says is one instant.
 """
 
@@ -10,19 +11,19 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.theorems.smtlib import conjunction, disjunction, implication
+from aeros.spec.theorems.smtlib import smt_and, smt_implies, smt_or
 
-Do = Callable[..., str]
+PerformStep = Callable[..., str]
 """`do(what, *answers)`: does one step, and gives one of the answers; without any, the empty one."""
 
-Way = tuple[tuple[str, str], ...]
+StepPath = tuple[tuple[str, str], ...]
 """The steps that were done and their answers."""
 
-_MOST_RUNS = 10_000
+_MAX_RUNS = 10_000
 
 
 @dataclass(frozen=True)
-class Program:
+class ProcessGraph:
     """What a process does, from place 0 on.
 
     ways: how each place is reached.
@@ -30,11 +31,11 @@ class Program:
     ends: places where it ends, and its result.
     """
 
-    ways: Sequence[Way]
+    paths: Sequence[StepPath]
     steps: Sequence[tuple[int, str, str, int]]
-    ends: Mapping[int, str]
+    end_results: Mapping[int, str]
 
-    def merged(self, fact: Callable[[Way], Iterable[str]]) -> Program:
+    def merge_places(self, fact: Callable[[StepPath], Iterable[str]]) -> ProcessGraph:
         """The same, with one place for all of which `fact` says the same and that the same follows."""
         leading: dict[int, list[tuple[str, str, int]]] = {}
         for at, what, answer, to in self.steps:
@@ -42,45 +43,45 @@ class Program:
         same: dict[int, int] = {}
         known: dict[object, int] = {}
         # Each place comes after the places on the way to it, so what follows one is merged before it.
-        for at in sorted(range(len(self.ways)), key=lambda one: -len(self.ways[one])):
+        for at in sorted(range(len(self.paths)), key=lambda one: -len(self.paths[one])):
             follows = tuple((what, answer, same[to]) for what, answer, to in leading.get(at, ()))
-            key = (tuple(fact(self.ways[at])), follows, self.ends.get(at))
+            key = (tuple(fact(self.paths[at])), follows, self.end_results.get(at))
             same[at] = known.setdefault(key, at)
-        kept = {old: new for new, old in enumerate(dict.fromkeys(same[at] for at in range(len(self.ways))))}
+        kept = {old: new for new, old in enumerate(dict.fromkeys(same[at] for at in range(len(self.paths))))}
         steps = {
             (kept[same[at]], what, answer, kept[same[to]]): None
             for at, what, answer, to in self.steps
             if same[at] == at
         }
-        ends = {kept[same[at]]: result for at, result in self.ends.items()}
-        return Program(tuple(self.ways[old] for old in kept), tuple(steps), ends)
+        ends = {kept[same[at]]: result for at, result in self.end_results.items()}
+        return ProcessGraph(tuple(self.paths[old] for old in kept), tuple(steps), ends)
 
-    def moves(self, pc: str, effect: Callable[[str, str, int], str]) -> str:
+    def step_formula(self, pc: str, effect: Callable[[str, str, int], str]) -> str:
         """That it does one step: the formula over `pc` and the state before, `pc~` and the state after.
 
         effect: what a step does, by its name, its answer, and the place that it leads to.
         """
-        return disjunction(
-            conjunction([f"(= {pc} {at})", f"(= {pc}~ {to})", effect(what, answer, to)])
+        return smt_or(
+            smt_and([f"(= {pc} {at})", f"(= {pc}~ {to})", effect(what, answer, to)])
             for at, what, answer, to in self.steps
         )
 
-    def everywhere(self, pc: str, fact: Callable[[Way], Iterable[str]]) -> str:
+    def invariant_formula(self, pc: str, fact: Callable[[StepPath], Iterable[str]]) -> str:
         """That at each place holds what `fact` says of the way there, and there is no other place."""
-        facts = [implication(f"(= {pc} {at})", conjunction(fact(way))) for at, way in enumerate(self.ways)]
-        return conjunction([f"(<= 0 {pc} {len(self.ways) - 1})", *facts])
+        facts = [smt_implies(f"(= {pc} {at})", smt_and(fact(way))) for at, way in enumerate(self.paths)]
+        return smt_and([f"(<= 0 {pc} {len(self.paths) - 1})", *facts])
 
 
-def program(run: Callable[[Do], str]) -> Program:
+def execute_process(run: Callable[[PerformStep], str]) -> ProcessGraph:
     """What `run` does for each answer to each of its steps; it gives its result."""
-    places: dict[Way, int] = {(): 0}
+    places: dict[StepPath, int] = {(): 0}
     steps: dict[tuple[int, str, str, int], None] = {}
     ends: dict[int, str] = {}
-    pending: list[Way] = [()]
-    for _ in range(_MOST_RUNS):
+    pending: list[StepPath] = [()]
+    for _ in range(_MAX_RUNS):
         if not pending:
-            return Program(tuple(places), tuple(steps), ends)
-        one = _Run(pending.pop())
+            return ProcessGraph(tuple(places), tuple(steps), ends)
+        one = _ForcedRun(pending.pop())
         result = run(one)
         pending += one.untried
         for length, (what, answer) in enumerate(one.done):
@@ -88,16 +89,16 @@ def program(run: Callable[[Do], str]) -> Program:
             place = places.setdefault(way, len(places))
             steps[places[way[:-1]], what, answer, place] = None
         ends[places[tuple(one.done)]] = result
-    raise InternalError(f"more than {_MOST_RUNS} runs do not end it")
+    raise InternalError(f"more than {_MAX_RUNS} runs do not end it")
 
 
-class _Run:
+class _ForcedRun:
     """One run: the steps that lead there, then the first answer to everything new."""
 
-    def __init__(self, forced: Way) -> None:
+    def __init__(self, forced: StepPath) -> None:
         self._forced = forced
         self.done: list[tuple[str, str]] = []
-        self.untried: list[Way] = []
+        self.untried: list[StepPath] = []
 
     def __call__(self, what: str, *answers: str) -> str:
         if len(self.done) < len(self._forced):
@@ -111,20 +112,20 @@ class _Run:
         return answer
 
 
-def changed(state: Sequence[str], after: Mapping[str, str], *conditions: str) -> str:
+def transition(state: Sequence[str], after: Mapping[str, str], *conditions: str) -> str:
     """That `conditions` hold, the variables of `after` get these values, and all others of `state` stay."""
     strange = after.keys() - set(state)
     if strange:
         raise InternalError(f"there is no {', '.join(strange)} to be changed")
-    return conjunction([*conditions, *(f"(= {name}~ {after.get(name, name)})" for name in state)])
+    return smt_and([*conditions, *(f"(= {name}~ {after.get(name, name)})" for name in state)])
 
 
-def variables(sorts: Mapping[str, str]) -> tuple[str, ...]:
+def declare_state(sorts: Mapping[str, str]) -> tuple[str, ...]:
     """Declarations of variables before and after a step."""
     return tuple(f"(declare-const {name}{when} {sort})" for name, sort in sorts.items() for when in ("", "~"))
 
 
-def later(formula: str, state: Iterable[str]) -> str:
+def primed(formula: str, state: Iterable[str]) -> str:
     """`formula`, of the state after the step."""
     bindings = " ".join(f"({name} {name}~)" for name in state)
     return f"(let ({bindings}) {formula})"

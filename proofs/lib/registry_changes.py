@@ -9,46 +9,46 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.theorems.module_copies import Code, put_in_place
-from aeros.spec.theorems.smtlib import literal
-from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
-from aeros.spec.theorems.theorem import Obligation, Table
+from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
+from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib.revocation import REGISTRY
 
 GOVERNING: Final = "aeros.runtime.registry.registry_governor"
 
 
-def changing_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def change_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """What is revoked may not go on, and a change is whole wherever it ends."""
-    return {"goes-on": _goes_on, "commit": _commit}
+    return {"goes-on": _revoked_motion_stops, "commit": _commit}
 
 
 # Whether what is in force lets a skill act.
 
 
-def _goes_on(code: Code) -> Obligation:
+def _revoked_motion_stops(code: ModuleSource) -> TheoremObligation:
     governing = code.module(GOVERNING)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         def snapshot(when: str, state: Any) -> Any:
-            one = SimpleNamespace(state=state, digest=Symbol(f"{when}.digest", ask))
+            one = SimpleNamespace(state=state, digest=SymbolicValue(f"{when}.digest", ask))
             blocks = {
                 name: SimpleNamespace(reason="", matches=lambda *_, name=name: ask(f"{name}.matches"))
                 for name in ("block.1", "block.2")
             }
             known = when == "was" or ask("kept")
             return SimpleNamespace(
-                modules={"m": one} if known else {}, site=Symbol(f"{when}.site", ask), blocks=blocks
+                modules={"m": one} if known else {}, site=SymbolicValue(f"{when}.site", ask), blocks=blocks
             )
 
         state = governing.State.ACTIVE if ask("is-active") else governing.State.CONFIGURED
         governor = SimpleNamespace(
             _latest=lambda: snapshot("now", state), _loaded=snapshot("was", governing.State.ACTIVE)
         )
-        return literal(governing.Governing.objection(governor, "m", "k", "a") is None)
+        return smt_literal(governing.RegistryGovernor.objection(governor, "m", "k", "a") is None)
 
-    return Obligation(
-        "`Governing.objection` lets a skill go on exactly while its module is kept and active, with the\n"
+    return TheoremObligation(
+        "`RegistryGovernor.objection` lets a skill go on exactly while its module is kept and active, with the\n"
         "contents and under the policy that it was decided under, and no override matches.",
         (
             "(declare-sort Text 0)",
@@ -64,7 +64,7 @@ def _goes_on(code: Code) -> Obligation:
         ),
         "(= goes-on (and kept is-active (= now.digest was.digest) (= now.site was.site)"
         " (not block.1.matches) (not block.2.matches)))",
-        tables=(Table("goes-on", "Bool", explore(run)),),
+        tables=(SymbolicFunction("goes-on", "Bool", execute_symbolically(run)),),
     )
 
 
@@ -72,22 +72,22 @@ def _goes_on(code: Code) -> Obligation:
 
 
 @dataclass
-class _World:
+class _ObservedState:
     """What is there of a change at any moment."""
 
     recorded: bool = False
-    told: bool = False
-    kept: bool = False
-    still: bool = False
+    announced: bool = False
+    committed: bool = False
+    idle: bool = False
 
 
-class _Folder:
+class _RegistryFolderStub:
     """Where the registry is; nothing of it is looked at."""
 
     def mkdir(self, **_: Any) -> None:
         """It is there."""
 
-    def __truediv__(self, _: str) -> _Folder:
+    def __truediv__(self, _: str) -> _RegistryFolderStub:
         return self
 
 
@@ -95,12 +95,12 @@ class _KilledError(BaseException):
     """The process ended there."""
 
 
-def _commit(code: Code) -> Obligation:
+def _commit(code: ModuleSource) -> TheoremObligation:
     """Wherever a call fails, and wherever the process is killed."""
     registry = code.module(REGISTRY)
 
-    def run(ask: Ask) -> str:
-        world = _World()
+    def run(ask: DecideBranch) -> str:
+        world = _ObservedState()
 
         def step(name: str, change: Callable[[], None]) -> None:
             if ask(f"killed-before.{name}"):
@@ -113,7 +113,7 @@ def _commit(code: Code) -> Obligation:
 
         def publish(generation: int) -> None:
             def change() -> None:
-                world.told = generation == 2
+                world.announced = generation == 2
 
             # A store into shared memory does not fail.
             if ask(f"killed-before.publish-{generation}"):
@@ -122,8 +122,8 @@ def _commit(code: Code) -> Obligation:
 
         live = SimpleNamespace(
             publish=publish,
-            is_still=lambda _: ask("older-is-still"),
-            wait_until_still=lambda *_: step("wait", lambda: setattr(world, "still", True)),
+            is_idle=lambda _: ask("older-is-still"),
+            wait_until_idle=lambda *_: step("wait", lambda: setattr(world, "still", True)),
         )
 
         @contextmanager
@@ -131,7 +131,7 @@ def _commit(code: Code) -> Obligation:
             yield live
 
         old, new = (SimpleNamespace(generation=1, site="x", modules={}) for _ in range(2))
-        put_in_place(
+        install_stubs(
             registry,
             {
                 "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
@@ -142,11 +142,11 @@ def _commit(code: Code) -> Obligation:
             },
         )
         self = SimpleNamespace(
-            folder=_Folder(),
+            folder=_RegistryFolderStub(),
             _key=None,
-            _keep_policy=lambda *_: None,
+            _store_policy=lambda *_: None,
             _records=SimpleNamespace(replace=lambda _: step("replace", lambda: setattr(world, "kept", True))),
-            snapshot=lambda: SimpleNamespace(generation=2 if world.kept else 1),
+            snapshot=lambda: SimpleNamespace(generation=2 if world.committed else 1),
         )
         ended = "returned"
         try:
@@ -155,11 +155,11 @@ def _commit(code: Code) -> Obligation:
             ended = "killed"
         except (OSError, UserError):
             ended = "failed"
-        flags = (world.recorded, world.told, world.kept, world.still)
-        return f"(left {ended} {' '.join(map(literal, flags))})"
+        flags = (world.recorded, world.announced, world.committed, world.idle)
+        return f"(left {ended} {' '.join(map(smt_literal, flags))})"
 
     names = ["record", "replace", "wait"]
-    return Obligation(
+    return TheoremObligation(
         "Wherever `Registry._commit` is killed or fails: what is kept is recorded, and executors were told;\n"
         "where it fails before anything is kept, they are told that nothing changed; where it returns, the\n"
         "change is kept, and nothing of the old configuration moves.",
@@ -174,5 +174,5 @@ def _commit(code: Code) -> Obligation:
         "(and (=> (kept world) (and (recorded world) (told world)))"
         " (=> (and (= (ended world) failed) (not (kept world))) (not (told world)))"
         " (=> (= (ended world) returned) (and (kept world) (still world))))",
-        tables=(Table("world", "Left", explore(run)),),
+        tables=(SymbolicFunction("world", "Left", execute_symbolically(run)),),
     )

@@ -14,16 +14,24 @@ from itertools import count
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.smtlib import conjunction, disjunction
-from aeros.spec.theorems.theorem import Obligation
-from proofs.lib.process_model import Do, Program, Way, changed, later, program, variables
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.smtlib import smt_and, smt_or
+from aeros.spec.theorems.theorem import TheoremObligation
+from proofs.lib.process_model import (
+    PerformStep,
+    ProcessGraph,
+    StepPath,
+    declare_state,
+    execute_process,
+    primed,
+    transition,
+)
 
-LIVE: Final = "aeros.runtime.registry.control_page"
-RECORDS: Final = "aeros.runtime.registry.store"
+CONTROL_PAGE: Final = "aeros.runtime.registry.control_page"
+REGISTRY_STORE: Final = "aeros.runtime.registry.store"
 REGISTRY: Final = "aeros.runtime.registry.registry"
 
-_LOOKERS: Final = ("look", "other")
+_OBSERVERS: Final = ("look", "other")
 _HOLDS: Final = {"change": 1, "look": 2, "other": 3}
 """Who holds `change.lock`; 0 is nobody."""
 
@@ -31,7 +39,7 @@ _STATE: Final[Mapping[str, str]] = {
     **dict.fromkeys(("kept", "live", "returned", "lock"), "Int"),
     **{
         f"{who}.{name}": "Int"
-        for who in ("change", *_LOOKERS)
+        for who in ("change", *_OBSERVERS)
         for name in ("pc", "policy-1", "modules-1", "blocks-1", "policy-2", "seen")
     },
     **{f"act.{name}": "Int" for name in ("pc", "followed", "seen")},
@@ -43,7 +51,7 @@ class _Generation:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, term: str, do: Do) -> None:
+    def __init__(self, term: str, do: PerformStep) -> None:
         self.term, self._do = term, do
 
     def __eq__(self, other: object) -> bool:
@@ -65,10 +73,10 @@ class _Generation:
         return self
 
 
-class _Page:
+class _PageStub:
     """The shared page: its first field is the generation."""
 
-    def __init__(self, who: str, do: Do) -> None:
+    def __init__(self, who: str, do: PerformStep) -> None:
         self._who, self._do = who, do
 
     def __getitem__(self, _: slice) -> _Generation:
@@ -79,15 +87,15 @@ class _Page:
         self._do(f"publish {generation.term}")
 
 
-class _Path:
+class _PathStub:
     """A path, of which what was put last is all that counts."""
 
     def __init__(self, name: str = "") -> None:
         self.name = name
         self.parent = self
 
-    def __truediv__(self, name: str) -> _Path:
-        return _Path(name)
+    def __truediv__(self, name: str) -> _PathStub:
+        return _PathStub(name)
 
     def exists(self) -> bool:
         """The folder was there."""
@@ -97,35 +105,35 @@ class _Path:
         """It is there."""
 
 
-class _Locks:
+class _LockStubs:
     """The locks of `Live`, by their parity."""
 
-    def __getitem__(self, parity: str) -> _Path:
-        return _Path(f"motion-{parity}.lock")
+    def __getitem__(self, parity: str) -> _PathStub:
+        return _PathStub(f"motion-{parity}.lock")
 
 
-def _live(code: Code, who: str, do: Do) -> Any:
+def _control_page(code: ModuleSource, who: str, do: PerformStep) -> Any:
     """The `Live` of this process, made of the shipped module."""
 
-    def flock(lock: _Path, how: int) -> None:
+    def flock(lock: _PathStub, how: int) -> None:
         parity = lock.name.removeprefix("motion-").removesuffix(".lock")
         if how != fcntl.LOCK_EX | fcntl.LOCK_NB:
-            do(f"{_HOW[how]} {parity}")
+            do(f"{_LOCK_MODES[how]} {parity}")
         elif do(f"exclude {parity}", "free", "held") == "held":
             raise BlockingIOError
 
     # Whoever waits looks once, and has no patience left: to look again changes nothing.
     times = count(step=1e6)
     module = code.module(
-        LIVE,
+        CONTROL_PAGE,
         fcntl=_fcntl(flock),
         os=SimpleNamespace(close=lambda _: None),
         time=SimpleNamespace(monotonic=lambda: next(times), sleep=lambda _: None),
         int=SimpleNamespace(from_bytes=lambda page, _: page),
-        _opened=lambda path: path,
+        _open_file=lambda path: path,
     )
     live = module.Live.__new__(module.Live)
-    live._folder, live._page, live._locks, live._file = _Path(), _Page(who, do), _Locks(), -1
+    live._folder, live._page, live._locks, live._file = _PathStub(), _PageStub(who, do), _LockStubs(), -1
     return live, module
 
 
@@ -134,13 +142,13 @@ def _fcntl(flock: Callable[[Any, int], None]) -> Any:
     return SimpleNamespace(**{name: getattr(fcntl, name) for name in names}, flock=flock)
 
 
-_HOW: Final = {fcntl.LOCK_SH: "share", fcntl.LOCK_UN: "release"}
+_LOCK_MODES: Final = {fcntl.LOCK_SH: "share", fcntl.LOCK_UN: "release"}
 
 
-class _Database:
+class _DatabaseStub:
     """Tells of what is read; rows are of no account but for the generation they are of."""
 
-    def __init__(self, who: str, do: Do, reading: int) -> None:
+    def __init__(self, who: str, do: PerformStep, reading: int) -> None:
         self._who, self._do, self._reading = who, do, reading
 
     def execute(self, statement: str) -> Any:
@@ -153,15 +161,15 @@ class _Database:
         return SimpleNamespace(fetchone=lambda: row, fetchall=list)
 
 
-def _registry(code: Code, who: str, do: Do) -> tuple[Any, Any]:
+def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
     """The `Registry` of this process and its `Live`, made of the shipped modules."""
     readings = iter(range(1, 9))
-    live, live_module = _live(code, who, do)
-    records = code.module(RECORDS)
+    live, live_module = _control_page(code, who, do)
+    records = code.module(REGISTRY_STORE)
 
     @contextmanager
-    def opened(**_: Any) -> Iterator[_Database]:
-        yield _Database(who, do, next(readings))
+    def opened(**_: Any) -> Iterator[_DatabaseStub]:
+        yield _DatabaseStub(who, do, next(readings))
 
     def flock(_: Any, how: int) -> None:
         if how == fcntl.LOCK_EX:
@@ -174,23 +182,23 @@ def _registry(code: Code, who: str, do: Do) -> tuple[Any, Any]:
         using=(live_module,),
         fcntl=_fcntl(flock),
         os=SimpleNamespace(open=lambda *_: 3, close=lambda _: do("unlock"), O_RDWR=0, O_CREAT=0, O_CLOEXEC=0),
-        _is_at=lambda *_: True,
+        _is_same_file=lambda *_: True,
         record_change=lambda *_: None,
-        adopted=lambda _: {},
-        sweep=lambda *_: None,
-        Live=lambda _: live,
+        recorded_configurations=lambda _: {},
+        remove_unreferenced=lambda *_: None,
+        ControlPage=lambda _: live,
     )
     registry = module.Registry.__new__(module.Registry)
-    registry.folder, registry._key = _Path(), _Path()
+    registry.folder, registry._key = _PathStub(), _PathStub()
     registry._records = records.Records.__new__(records.Records)
     registry._records._open = opened
     return registry, live
 
 
-def _change(code: Code) -> Program:
-    """`Registry._changing` and `_commit`: a change that was proved."""
+def _change_process(code: ModuleSource) -> ProcessGraph:
+    """`Registry._change_lock` and `_commit`: a change that was proved."""
 
-    def run(do: Do) -> str:
+    def run(do: PerformStep) -> str:
         registry, _ = _registry(code, "change", do)
 
         def keep(_: Any) -> None:
@@ -199,69 +207,71 @@ def _change(code: Code) -> Program:
 
         registry._records.replace = keep
         try:
-            with registry._changing() as old:
+            with registry._change_lock() as old:
                 registry._commit(old, old, "said", SimpleNamespace(digest=""))
         except Exception:
             return "refused"
         return "returned"
 
-    return program(run)
+    return execute_process(run)
 
 
-def _look(code: Code, who: str) -> Program:
+def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
     """`Registry.agreed`: whoever executes asks what is in force, and tells of a change that is not kept."""
 
-    def run(do: Do) -> str:
+    def run(do: PerformStep) -> str:
         registry, live = _registry(code, who, do)
         return "wait" if registry.agreed(live) is None else "follow"
 
-    return program(run)
+    return execute_process(run)
 
 
-def _act(code: Code) -> Program:
+def _executor_process(code: ModuleSource) -> ProcessGraph:
     """`Live.acting`: under its lock an action of the generation that is followed begins and ends."""
 
-    def run(do: Do) -> str:
-        live, _ = _live(code, "act", do)
+    def run(do: PerformStep) -> str:
+        live, _ = _control_page(code, "act", do)
         with live.acting(_Generation("act.followed", do)) as in_force:
             if in_force:
                 do("move")
         return "rest"
 
-    return program(run)
+    return execute_process(run)
 
 
 # What is true at each place.
 
 
-def _since(way: Way, what: str, *ends: str) -> bool:
+def _done_since(path: StepPath, what: str, *ends: str) -> bool:
     """Whether the step was done, and none of `ends` since."""
-    done = [one for one, _ in way]
+    done = [one for one, _ in path]
     return what in done and not any(end in done[done.index(what) :] for end in ends)
 
 
-def _holds_lock(who: str, way: Way) -> str:
-    held = _since(way, "lock", "unlock") or (("try-lock", "taken") in way and not _since(way, "unlock"))
+def _holds_lock(who: str, path: StepPath) -> str:
+    held = _done_since(path, "lock", "unlock") or (
+        ("try-lock", "taken") in path and not _done_since(path, "unlock")
+    )
     return f"(= lock {_HOLDS[who]})" if held else f"(not (= lock {_HOLDS[who]}))"
 
 
-def _in_force(act: Program) -> str:
+def _in_force(act: ProcessGraph) -> str:
     """That an action moves, or may from now on."""
-    places = [at for at, way in enumerate(act.ways) if _may_move(way)]
-    return conjunction([disjunction(f"(= act.pc {at})" for at in places), "(= act.seen act.followed)"])
+    places = [at for at, way in enumerate(act.paths) if _may_be_moving(way)]
+    return smt_and([smt_or(f"(= act.pc {at})" for at in places), "(= act.seen act.followed)"])
 
 
-def _may_move(way: Way) -> bool:
+def _may_be_moving(path: StepPath) -> bool:
     (share, release) = (f"{what} (mod act.followed 2)" for what in ("share", "release"))
-    return _since(way, "see", release) and _since(way, share, release)
+    return _done_since(path, "see", release) and _done_since(path, share, release)
 
 
-def _acting_facts(way: Way) -> Iterator[str]:
-    if _since(way, "move"):
+def _executor_facts(path: StepPath) -> Iterator[str]:
+    if _done_since(path, "move"):
         yield "(= act.seen act.followed)"
-    if _may_move(way):
+    if _may_be_moving(path):
         yield "(=> (= act.seen act.followed) (<= returned act.followed))"
-    if ("(= act.seen act.followed)", "yes") in way:
+    if ("(= act.seen act.followed)", "yes") in path:
         yield "(= act.seen act.followed)"
 
 
@@ -269,15 +279,15 @@ _OLD: Final = "change.policy-1"
 _NEW: Final = f"(+ {_OLD} 1)"
 
 
-def _change_facts(way: Way) -> Iterator[str]:
-    yield _holds_lock("change", way)
-    answers = dict(way)
-    if not _since(way, "select policy-1", "unlock"):
+def _change_facts(path: StepPath) -> Iterator[str]:
+    yield _holds_lock("change", path)
+    answers = dict(path)
+    if not _done_since(path, "select policy-1", "unlock"):
         return
-    published = [what for what, _ in way if what.startswith("publish ")]
+    published = [what for what, _ in path if what.startswith("publish ")]
     kept = {None: _OLD, "fails": _OLD, "kept": _NEW, "fails-kept": _NEW}[answers.get("replace")]
     yield f"(= kept {kept})"
-    if _since(way, "select policy-2"):
+    if _done_since(path, "select policy-2"):
         yield "(= change.policy-2 kept)"
     if len(published) == 1:
         yield f"(= live {_NEW})"
@@ -285,51 +295,51 @@ def _change_facts(way: Way) -> Iterator[str]:
         yield "(= live kept)"
     old, new = (f"exclude (mod {one} 2)" for one in (_OLD, _NEW))
     # What may move, by what was found before the change was published, and since.
-    found = [answer for what, answer in way if what == new]
-    waited = ("replace", "kept") in way and answers.get(old) == "free"
+    found = [answer for what, answer in path if what == new]
+    waited = ("replace", "kept") in path and answers.get(old) == "free"
     newest = f"(= act.followed {_NEW})"
     if found[:1] == ["free"] or found[1:] == ["free"]:
-        yield f"(=> moves {newest if waited else f'(or {newest} {_like(_OLD)})'})"
+        yield f"(=> moves {newest if waited else f'(or {newest} {_same_lock(_OLD)})'})"
     elif waited:
-        yield f"(=> moves {_like(_NEW)})"
+        yield f"(=> moves {_same_lock(_NEW)})"
 
 
-def _like(generation: str) -> str:
+def _same_lock(generation: str) -> str:
     """That what may move has the lock that is also that of `generation`."""
     return f"(= (mod act.followed 2) (mod {generation} 2))"
 
 
-def _look_facts(who: str, way: Way) -> Iterator[str]:
-    yield _holds_lock(who, way)
+def _observer_facts(who: str, path: StepPath) -> Iterator[str]:
+    yield _holds_lock(who, path)
     order = ("policy-1", "modules-1", "blocks-1")
-    read = [one for one in order if _since(way, f"select {one}")]
+    read = [one for one in order if _done_since(path, f"select {one}")]
     yield f"(<= {' '.join(f'{who}.{one}' for one in read)} kept)" if read else "true"
-    if len(read) == len(order) and _since(way, "see"):
+    if len(read) == len(order) and _done_since(path, "see"):
         yield (f"(=> (= {who}.policy-1 {who}.seen) (= {who}.policy-1 {who}.modules-1 {who}.blocks-1))")
-    if _since(way, "select policy-2", "unlock"):
+    if _done_since(path, "select policy-2", "unlock"):
         yield f"(= {who}.policy-2 kept)"
-    if (f"(= {who}.policy-1 {who}.seen)", "yes") in way:
+    if (f"(= {who}.policy-1 {who}.seen)", "yes") in path:
         yield f"(= {who}.policy-1 {who}.seen)"
 
 
 # What each step does.
 
 
-def _effect(who: str, programs: Mapping[str, Program]) -> Callable[[str, str, int], str]:
+def _effect(who: str, programs: Mapping[str, ProcessGraph]) -> Callable[[str, str, int], str]:
     act = programs["act"]
     sharing = [
         at
-        for at, way in enumerate(act.ways)
-        if _since(way, "share (mod act.followed 2)", "release (mod act.followed 2)")
+        for at, way in enumerate(act.paths)
+        if _done_since(way, "share (mod act.followed 2)", "release (mod act.followed 2)")
     ]
-    shared = disjunction(f"(= act.pc {at})" for at in sharing)
+    shared = smt_or(f"(= act.pc {at})" for at in sharing)
 
     def effect(what: str, answer: str, to: int) -> str:
         match what.split(" ", 1):
             case ["lock" | "try-lock"] if answer != "busy":
                 return _step(who, {"lock": str(_HOLDS[who])}, "(= lock 0)")
             case ["unlock"]:
-                ended = programs[who].ends.get(to) == "returned"
+                ended = programs[who].end_results.get(to) == "returned"
                 after = {"returned": _NEW} if ended else {}
                 return _step(who, {"lock": f"(ite (= lock {_HOLDS[who]}) 0 lock)", **after})
             case ["select", row]:
@@ -351,53 +361,59 @@ def _effect(who: str, programs: Mapping[str, Program]) -> Callable[[str, str, in
 
 
 def _step(who: str, after: Mapping[str, str], *conditions: str) -> str:
-    return changed([one for one in _STATE if one != f"{who}.pc"], after, *conditions)
+    return transition([one for one in _STATE if one != f"{who}.pc"], after, *conditions)
 
 
-def _ends(who: str, place: str, after: Mapping[str, str], *conditions: str) -> str:
-    return changed(tuple(_STATE), {f"{who}.pc": "0", **after}, place, *conditions)
+def _end_transition(who: str, place: str, after: Mapping[str, str], *conditions: str) -> str:
+    return transition(tuple(_STATE), {f"{who}.pc": "0", **after}, place, *conditions)
 
 
-def _transitions(programs: Mapping[str, Program]) -> dict[str, str]:
+def _transitions(programs: Mapping[str, ProcessGraph]) -> dict[str, str]:
     """What each process may do; `ends` is every end, by a crash or not, at any place."""
-    moves = {who: one.moves(f"{who}.pc", _effect(who, programs)) for who, one in programs.items()}
-    ends = [_ends(who, "true", {"lock": f"(ite (= lock {held}) 0 lock)"}) for who, held in _HOLDS.items()]
+    moves = {who: one.step_formula(f"{who}.pc", _effect(who, programs)) for who, one in programs.items()}
+    ends = [
+        _end_transition(who, "true", {"lock": f"(ite (= lock {held}) 0 lock)"})
+        for who, held in _HOLDS.items()
+    ]
     followed = {
-        who: disjunction(
-            f"(= {who}.pc {at})" for at, result in programs[who].ends.items() if result == "follow"
+        who: smt_or(
+            f"(= {who}.pc {at})" for at, result in programs[who].end_results.items() if result == "follow"
         )
-        for who in _LOOKERS
+        for who in _OBSERVERS
     }
     # `FollowedConfiguration.follow` takes over what it was told while nothing moves: see `following`.
-    follows = _ends("look", followed["look"], {"act.followed": "look.policy-1"}, "(= act.pc 0)")
-    return {**moves, "end": disjunction([*ends, _ends("act", "true", {}), follows])}
+    follows = _end_transition("look", followed["look"], {"act.followed": "look.policy-1"}, "(= act.pc 0)")
+    return {**moves, "end": smt_or([*ends, _end_transition("act", "true", {}), follows])}
 
 
-def _programs(code: Code) -> dict[str, Program]:
+def _programs(code: ModuleSource) -> dict[str, ProcessGraph]:
     return {
-        "change": _change(code),
-        **{who: _look(code, who) for who in _LOOKERS},
-        "act": _act(code),
+        "change": _change_process(code),
+        **{who: _observer_process(code, who) for who in _OBSERVERS},
+        "act": _executor_process(code),
     }
 
 
-def _definitions(programs: Mapping[str, Program]) -> tuple[str, ...]:
+def _definitions(programs: Mapping[str, ProcessGraph]) -> tuple[str, ...]:
     parts = {
-        "change": programs["change"].everywhere("change.pc", _change_facts),
-        **{who: programs[who].everywhere(f"{who}.pc", partial(_look_facts, who)) for who in _LOOKERS},
-        "act": programs["act"].everywhere("act.pc", _acting_facts),
+        "change": programs["change"].invariant_formula("change.pc", _change_facts),
+        **{
+            who: programs[who].invariant_formula(f"{who}.pc", partial(_observer_facts, who))
+            for who in _OBSERVERS
+        },
+        "act": programs["act"].invariant_formula("act.pc", _executor_facts),
     }
     everywhere = "(and (<= kept live (+ kept 1)) (<= returned kept) (<= 0 lock 3) (<= act.followed kept))"
-    inside = conjunction([everywhere, *parts.values()])
+    inside = smt_and([everywhere, *parts.values()])
     invariant = f"(let ((moves {_in_force(programs['act'])})) {inside})"
     return (
-        *variables(_STATE),
+        *declare_state(_STATE),
         f"(define-fun invariant () Bool {invariant})",
-        f"(define-fun invariant-after () Bool {later(invariant, _STATE)})",
+        f"(define-fun invariant-after () Bool {primed(invariant, _STATE)})",
     )
 
 
-def revocation_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def revocation_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """Base, and a step of each process."""
     return {
         "agreeing-base": _base,
@@ -406,18 +422,18 @@ def revocation_obligations() -> dict[str, Callable[[Code], Obligation]]:
     }
 
 
-def _base(code: Code) -> Obligation:
+def _base(code: ModuleSource) -> TheoremObligation:
     programs = _programs(code)
-    first = conjunction(f"(= {name} 0)" for name in _STATE)
-    return Obligation(
+    first = smt_and(f"(= {name} 0)" for name in _STATE)
+    return TheoremObligation(
         "Base: before anything was ever kept or followed the invariant of changing and acting holds.",
         _definitions(programs),
         f"(=> {first} invariant)",
     )
 
 
-_DOES: Final = {
-    "change": "a change: `Registry._changing`, `_commit`",
+_PROCESS_DESCRIPTIONS: Final = {
+    "change": "a change: `Registry._change_lock`, `_commit`",
     "look": "an executor that asks what is in force: `Registry.agreed`",
     "other": "any other executor that asks",
     "act": "an executor that begins or ends an action: `Live.acting`",
@@ -425,11 +441,11 @@ _DOES: Final = {
 }
 
 
-def _inductive(who: str) -> Callable[[Code], Obligation]:
-    def make(code: Code) -> Obligation:
+def _inductive(who: str) -> Callable[[ModuleSource], TheoremObligation]:
+    def make(code: ModuleSource) -> TheoremObligation:
         programs = _programs(code)
-        return Obligation(
-            f"Step: the invariant survives what is done by {_DOES[who]}.",
+        return TheoremObligation(
+            f"Step: the invariant survives what is done by {_PROCESS_DESCRIPTIONS[who]}.",
             (*_definitions(programs), f"(define-fun step () Bool {_transitions(programs)[who]})"),
             "(=> (and invariant step) invariant-after)",
         )
@@ -437,20 +453,20 @@ def _inductive(who: str) -> Callable[[Code], Obligation]:
     return make
 
 
-def _claim(code: Code) -> Obligation:
+def _claim(code: ModuleSource) -> TheoremObligation:
     programs = _programs(code)
-    moving = disjunction(
+    moving = smt_or(
         f"(= act.pc {at})"
-        for at, way in enumerate(programs["act"].ways)
-        if _since(way, "move", "release (mod act.followed 2)")
+        for at, way in enumerate(programs["act"].paths)
+        if _done_since(way, "move", "release (mod act.followed 2)")
     )
-    told = conjunction(
+    told = smt_and(
         f"(=> (= {who}.pc {at}) (= {who}.policy-1 {who}.modules-1 {who}.blocks-1))"
-        for who in _LOOKERS
-        for at, result in programs[who].ends.items()
+        for who in _OBSERVERS
+        for at, result in programs[who].end_results.items()
         if result == "follow"
     )
-    return Obligation(
+    return TheoremObligation(
         "Where the invariant holds, nothing moves that was decided under a configuration older than one\n"
         "whose change has returned; and what is followed is one configuration whole, not half of two.",
         _definitions(programs),

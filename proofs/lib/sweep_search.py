@@ -8,27 +8,27 @@ from itertools import product
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.smtlib import conjunction, implication
-from aeros.spec.theorems.symbolic_execution import Ask, explore, term_of
-from aeros.spec.theorems.theorem import Obligation, Table
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.smtlib import smt_and, smt_implies
+from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically, term_of
+from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib.ball_enclosures import SWEEP
 from proofs.lib.symbolic_reals import (
     AXES,
     SIZE,
-    Real,
-    declared,
-    declared_vectors,
-    largest,
-    smallest,
-    symbols,
-    vector,
+    SymbolicReal,
+    declare_reals,
+    declare_vectors,
+    max_stub,
+    min_stub,
+    symbolic_vector,
+    vector_terms,
 )
 
 # A box that what is swept is to be kept out of, or inside of.
 
 
-class _Root:
+class _SquareRoot:
     """A square root; what is compared with it is not negative."""
 
     def __init__(self, square: Any) -> None:
@@ -38,63 +38,71 @@ class _Root:
         return other * other <= self._square
 
 
-def _clear(which: str, code: Code) -> Obligation:
+def _clear_obligation(which: str, code: ModuleSource) -> TheoremObligation:
     """An induction over halvings of the way: `kept` is what the code says of a part of it."""
     inside = which == "inside"
     sweep = code.module(SWEEP)
     clear = sweep.clear
     gaps: dict[str, str] = {}
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         def gap(*values: Any) -> Any:
-            found = largest(*values)
+            found = max_stub(*values)
             if len(values) == 3:
                 gaps[found.term] = values[0].term.partition("lower.")[2][0]
             return found
 
         def kept(_: Any, start: Any, edges: Any, way: Any, room: Any) -> bool:
-            whole = [one.term for one in edges] == list(vector("edge")) and room.term == "room"
+            whole = [one.term for one in edges] == list(vector_terms("edge")) and room.term == "room"
             parts = " ".join(map(term_of, (*start, *way)))
             return whole and ask(f"(kept {parts})")
 
-        stubs = {"max": gap, "min": smallest, "sqrt": _Root, "norm": lambda way: length(*way), "clear": kept}
+        stubs = {
+            "max": gap,
+            "min": min_stub,
+            "sqrt": _SquareRoot,
+            "norm": lambda way: length(*way),
+            "clear": kept,
+        }
 
         def length(*parts: Any) -> Any:
-            return Real(f"(norm {' '.join(map(term_of, parts))})", ask)
+            return SymbolicReal(f"(norm {' '.join(map(term_of, parts))})", ask)
 
         vars(sweep).update(stubs)
-        box = SimpleNamespace(lower=symbols(ask, "lower"), upper=symbols(ask, "upper"), inside=inside)
-        given = (symbols(ask, name) for name in ("p", "edge", "way"))
-        return "true" if clear(box, *given, Real("room", ask)) else "false"
+        box = SimpleNamespace(
+            lower=symbolic_vector(ask, "lower"), upper=symbolic_vector(ask, "upper"), inside=inside
+        )
+        given = (symbolic_vector(ask, name) for name in ("p", "edge", "way"))
+        return "true" if clear(box, *given, SymbolicReal("room", ask)) else "false"
 
-    said = Table("said", "Bool", explore(run))
+    said = SymbolicFunction("said", "Bool", execute_symbolically(run))
     if inside:
-        claim = conjunction(f"(<= (+ lower.{x} room) at.{x} (- upper.{x} room))" for x in AXES)
+        claim = smt_and(f"(<= (+ lower.{x} room) at.{x} (- upper.{x} room))" for x in AXES)
     else:
         claim = f"(<= (* room room) (+ {' '.join(f'(* from.{x} from.{x})' for x in AXES)}))"
     half, middle = (
         [f"({form.format(x)})" for x in AXES] for form in ("/ way.{0} 2.0", "+ p.{0} (/ way.{0} 2.0)")
     )
-    first = f"(kept {' '.join((*vector('p'), *half))})"
+    first = f"(kept {' '.join((*vector_terms('p'), *half))})"
     second = f"(kept {' '.join((*middle, *half))})"
 
     def between(low: str, high: str) -> str:
-        return conjunction(
+        return smt_and(
             f"(or (<= {one} gone.{x} {other}) (<= {other} gone.{x} {one}))"
             for x in AXES
             for one, other in ((low.format(x), high.format(x)),)
         )
 
     in_first, in_second = between("0.0", "(/ way.{0} 2.0)"), between("(/ way.{0} 2.0)", "way.{0}")
-    return Obligation(
+    return TheoremObligation(
         f"Where `clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room "
         f"{'inside' if inside else 'from'}\nwhat {'it is to stay in' if inside else 'it is to keep out of'}.",
         (
             SIZE,
             "(declare-fun norm (Real Real Real) Real)",
             "(declare-fun kept (Real Real Real Real Real Real) Bool)",
-            *declared_vectors("lower", "upper", "p", "edge", "way", "gone", "beside", "in"),
-            *declared("room"),
+            *declare_vectors("lower", "upper", "p", "edge", "way", "gone", "beside", "in"),
+            *declare_reals("room"),
             *(f"(define-fun at.{x} () Real (+ p.{x} gone.{x} beside.{x}))" for x in AXES),
             *(f"(define-fun from.{x} () Real (size (- at.{x} in.{x})))" for x in AXES),
         ),
@@ -105,8 +113,8 @@ def _clear(which: str, code: Code) -> Obligation:
             **{f"edge.{x}": f"(<= (size beside.{x}) edge.{x})" for x in AXES},
             **{f"in-the-box.{x}": f"(<= lower.{x} in.{x} upper.{x})" for x in AXES},
             "on-the-way": f"(or {in_first} {in_second})",
-            "first-half": implication(conjunction((first, in_first)), claim),
-            "second-half": implication(conjunction((second, in_second)), claim),
+            "first-half": smt_implies(smt_and((first, in_first)), claim),
+            "second-half": smt_implies(smt_and((second, in_second)), claim),
             **{
                 f"squares.{number}": f"(=> (<= 0.0 {gap} from.{x})"
                 f" (<= (* {gap} {gap}) (* from.{x} from.{x})))"
@@ -131,11 +139,11 @@ _NEXT: Final = {("piece",): (("piece.0",), ("piece.1",)), ("one", "other"): (("o
 """Paths of one piece and of two, and what they are divided into; more pieces are divided as two are."""
 
 
-def _search(pieces: tuple[str, ...], code: Code) -> Obligation:
+def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
     """An induction over the stretches that are searched: `safe` is what is said of a part of one."""
     sweep = code.module(SWEEP)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         ball = SimpleNamespace(link="link")
         box = SimpleNamespace(id="box", in_base=ask("in-base"))
         pairs: Any = [(ball, [box])]
@@ -148,78 +156,82 @@ def _search(pieces: tuple[str, ...], code: Code) -> Obligation:
         def clear(_: Any, start: Any, edges: Any, way: Any, room: Any) -> bool:
             return edges == "edges" and ask(f"(clear {' '.join(map(term_of, (*start, *way, room)))})")
 
-        found = (symbols(ask, "p"), "edges", Real("radius", ask))
+        found = (symbolic_vector(ask, "p"), "edges", SymbolicReal("radius", ask))
         vars(sweep).update(
             clear=clear,
-            enclosures=lambda _, path, __, balls: [found] if (tuple(path), balls) == (pieces, [ball]) else [],
+            ball_enclosures=lambda _, path, __, balls: (
+                [found] if (tuple(path), balls) == (pieces, [ball]) else []
+            ),
             halves=lambda piece: (f"{piece}.0", f"{piece}.1"),
         )
         moving = SimpleNamespace(
             body=None,
             slack=(),
-            base=symbols(ask, "base"),
-            way=symbols(ask, "way"),
-            in_step=ask("in-step"),
+            base=symbolic_vector(ask, "base"),
+            way=symbolic_vector(ask, "way"),
+            is_synchronous=ask("in-step"),
         )
-        searched = sweep._Sweep(moving, Real("clearance", ask))
+        searched = sweep._SweepSearch(moving, SymbolicReal("clearance", ask))
         searched.search = safe
-        low, high = (_Share(name, ask) for name in ("low", "high"))
-        breach: Any = sweep._Sweep.search(searched, list(pieces), low, high, pairs, _Depth(ask))
+        low, high = (_PathParameter(name, ask) for name in ("low", "high"))
+        breach: Any = sweep._SweepSearch.search(
+            searched, list(pieces), low, high, pairs, _SubdivisionDepth(ask)
+        )
         return "true" if breach is None else "false"
 
     start = [f"(ite in-base p.{x} (+ p.{x} base.{x} (ite in-step (times low way.{x}) 0.0)))" for x in AXES]
     way = [f"(ite in-base 0.0 (ite in-step (times (- high low) way.{x}) way.{x}))" for x in AXES]
     first, second = ("-".join(part) for part in _NEXT[pieces])
-    return Obligation(
-        "`_Sweep.search` of a stretch finds nothing only where a ball is clear of a volume on all of the\n"
+    return TheoremObligation(
+        "`_SweepSearch.search` of a stretch finds nothing only where a ball is clear of a volume on all of the\n"
         "way that the base may be on meanwhile, or nothing is found on either half of the stretch.",
         (
             "(declare-datatypes ((Path 0)) (((piece.0) (piece.1) (one) (other))))",
             "(declare-fun safe (Path Real Real) Bool)",
             "(declare-fun times (Real Real) Real)",
             "(declare-fun clear (Real Real Real Real Real Real Real) Bool)",
-            *declared_vectors("p", "base", "way"),
-            *declared("low", "high", "radius", "clearance"),
+            *declare_vectors("p", "base", "way"),
+            *declare_reals("low", "high", "radius", "clearance"),
             *(f"(declare-const {name} Bool)" for name in ("in-step", "in-base", "is-deepest")),
         ),
         f"(=> nothing (or (clear {' '.join((*start, *way))} (+ radius clearance))"
         f" (and (safe {first} low (/ (+ low high) 2.0)) (safe {second} (/ (+ low high) 2.0) high))))",
-        tables=(Table("nothing", "Bool", explore(run)),),
+        tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),
     )
 
 
-class _Share(Real):
+class _PathParameter(SymbolicReal):
     """A place on the path; what is multiplied by it stays a product."""
 
     __slots__ = ()
 
-    def _with(self, operator: str, *parts: Any) -> Real:
-        several = all(isinstance(one, Real) for one in parts)
-        made = Real._with(self, "times" if operator == "*" and several else operator, *parts)
-        return _Share(made.term, made.ask)
+    def _apply(self, operator: str, *parts: Any) -> SymbolicReal:
+        several = all(isinstance(one, SymbolicReal) for one in parts)
+        made = SymbolicReal._apply(self, "times" if operator == "*" and several else operator, *parts)
+        return _PathParameter(made.term, made.ask)
 
 
-class _Depth:
+class _SubdivisionDepth:
     """How often a piece has been halved."""
 
-    def __init__(self, ask: Ask) -> None:
+    def __init__(self, ask: DecideBranch) -> None:
         self._ask = ask
 
     def __eq__(self, _: object) -> bool:
         return self._ask("is-deepest")
 
-    def __add__(self, _: int) -> _Depth:
+    def __add__(self, _: int) -> _SubdivisionDepth:
         return self
 
     __hash__ = None  # type: ignore[assignment]
 
 
-def _breach(code: Code) -> Obligation:
+def _breach_obligation(code: ModuleSource) -> TheoremObligation:
     """Of two balls, volumes and paths, which stand for any number."""
     sweep = code.module(SWEEP)
     balls, boxes, paths = ("here", "there"), ("first", "second"), ("one", "other")
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         def searching(_: Any, clearance: Any) -> Any:
             def search(path: str, low: float, high: float, pairs: Any, depth: int) -> Any:
                 if (low, high, depth) != (0.0, 1.0, 0) or clearance < 0.0:
@@ -229,7 +241,7 @@ def _breach(code: Code) -> Obligation:
 
             return SimpleNamespace(search=search)
 
-        vars(sweep).update(_Sweep=searching)
+        vars(sweep).update(_SweepSearch=searching)
         moving = SimpleNamespace(
             body=SimpleNamespace(balls=[SimpleNamespace(link=one) for one in balls]), paths=paths
         )
@@ -247,33 +259,33 @@ def _breach(code: Code) -> Obligation:
             SimpleNamespace(id=box, links=None if ask(f"everyone-heeds.{box}") else Links(box))
             for box in boxes
         ]
-        return "true" if sweep.breach_of(moving, given, 0.0) is None else "false"
+        return "true" if sweep.find_breach(moving, given, 0.0) is None else "false"
 
     each = list(product(paths, balls, boxes))
-    return Obligation(
-        "`breach_of` finds nothing only where the search finds nothing on any path, of any ball and any\n"
+    return TheoremObligation(
+        "`find_breach` finds nothing only where the search finds nothing on any path, of any ball and any\n"
         "volume that its link heeds.",
         (
             *(f"(declare-const safe.{path}.{ball}.{box} Bool)" for path, ball, box in each),
             *(f"(declare-const heeds.{box}.{ball} Bool)" for ball, box in product(balls, boxes)),
             *(f"(declare-const everyone-heeds.{box} Bool)" for box in boxes),
         ),
-        implication(
+        smt_implies(
             "nothing",
-            conjunction(
+            smt_and(
                 f"(=> (or everyone-heeds.{box} heeds.{box}.{ball}) safe.{path}.{ball}.{box})"
                 for path, ball, box in each
             ),
         ),
-        tables=(Table("nothing", "Bool", explore(run)),),
+        tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),
     )
 
 
-def search_obligations() -> dict[str, Callable[[Code], Obligation]]:
+def search_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
     """Of the whole motion, where the enclosures of each stretch are known."""
     return {
         "search": partial(_search, ("piece",)),
         "search-of-two": partial(_search, ("one", "other")),
-        "breach": _breach,
-        **{f"clear-{which}": partial(_clear, which) for which in ("inside", "outside")},
+        "breach": _breach_obligation,
+        **{f"clear-{which}": partial(_clear_obligation, which) for which in ("inside", "outside")},
     }

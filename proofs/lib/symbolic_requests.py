@@ -13,42 +13,44 @@ from functools import cache, partial
 from types import ModuleType
 from typing import Any, Final, cast
 
-from aeros.runtime.ports import Moment, Names, Reading
+from aeros.runtime.ports import ColumnNames, Reading, Snapshot
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.types import BOOL, EnumType, IntegerType, RealType, VectorType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.model import Declared
-from aeros.spec.theorems.smtlib import literal
-from aeros.spec.theorems.symbolic_execution import Ask, Symbol
+from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue
 
-LIMIT: Final = Fraction(1, 10)
+MAX_AGE: Final = Fraction(1, 10)
 _TOOLS: Final = EnumType("tool", ("brush", "knife"))
 
 
-def _declared(name: str, type_: Any, role: t.Role, **more: Any) -> Declared:
+def _declared(name: str, type_: Any, role: t.VariableRole, **more: Any) -> Declared:
     # Where it is written is nothing that a form looks at.
     return Declared(t.Variable(name, type_, role), cast("Any", None), **more)
 
 
-UNIT: Final = (Fraction(0), Fraction(1))
+UNIT_RANGE: Final = (Fraction(0), Fraction(1))
 PARAMETERS: Final = {
     one.name: one
     for one in (
-        _declared("speed", RealType(NUMBER), t.Role.PARAMETER, range=UNIT),
-        _declared("times", IntegerType(NUMBER), t.Role.PARAMETER, range=UNIT),
-        _declared("gently", BOOL, t.Role.PARAMETER),
-        _declared("tool", _TOOLS, t.Role.PARAMETER),
-        _declared("place", VectorType(NUMBER), t.Role.PARAMETER, range=UNIT),
+        _declared("speed", RealType(NUMBER), t.VariableRole.PARAMETER, range=UNIT_RANGE),
+        _declared("times", IntegerType(NUMBER), t.VariableRole.PARAMETER, range=UNIT_RANGE),
+        _declared("gently", BOOL, t.VariableRole.PARAMETER),
+        _declared("tool", _TOOLS, t.VariableRole.PARAMETER),
+        _declared("place", VectorType(NUMBER), t.VariableRole.PARAMETER, range=UNIT_RANGE),
     )
 }
-INPUT: Final = _declared("inputs.size", RealType(NUMBER), t.Role.INPUT, range=UNIT, default=Fraction(1, 2))
+INPUT: Final = _declared(
+    "inputs.size", RealType(NUMBER), t.VariableRole.INPUT, range=UNIT_RANGE, default=Fraction(1, 2)
+)
 STATE: Final = {
     one.name: one
     for one in (
-        _declared("near", RealType(NUMBER), t.Role.STATE, range=UNIT, max_age=LIMIT),
-        _declared("warm", RealType(NUMBER), t.Role.STATE, range=UNIT, max_age=LIMIT),
-        _declared("lit", BOOL, t.Role.STATE, max_age=LIMIT),
+        _declared("near", RealType(NUMBER), t.VariableRole.STATE, range=UNIT_RANGE, max_age=MAX_AGE),
+        _declared("warm", RealType(NUMBER), t.VariableRole.STATE, range=UNIT_RANGE, max_age=MAX_AGE),
+        _declared("lit", BOOL, t.VariableRole.STATE, max_age=MAX_AGE),
     )
 }
 REQUIRED: Final = frozenset(("near", "warm"))
@@ -112,7 +114,7 @@ SPECIFICATION: Final = (
     *(
         f"(define-fun {name}-serves () Bool (and has.{name} {name}-is-reading"
         f" (is-time time-of-{name}) (leq time-of-{name} now) formed.{name}"
-        f" (<= (- (number now) (number time-of-{name})) {literal(LIMIT)})))"
+        f" (<= (- (number now) (number time-of-{name})) {smt_literal(MAX_AGE)})))"
         for name in sorted(REQUIRED)
     ),
     "(define-fun lit-serves () Bool (=> has.lit (and lit-is-reading"
@@ -124,33 +126,33 @@ Readings are given one by one or as a moment, that is with one time for all.
 """
 
 
-class Given:
+class GivenValue:
     """A value that was given: what type it has is asked when somebody looks."""
 
-    def __init__(self, name: str, ask: Ask, *, double: bool = False) -> None:
+    def __init__(self, name: str, ask: DecideBranch, *, double: bool = False) -> None:
         self.name, self._ask, self._double = name, ask, double
 
     def type(self) -> Any:
         """What `type(value)` is of it."""
         if self._double or self._ask(f"(is-double {self.name})"):
             return _float
-        return int if self._ask(f"((_ is a-whole) {self.name})") else Strange
+        return int if self._ask(f"((_ is a-whole) {self.name})") else UndeclaredValue
 
     def is_finite(self) -> bool:
         """Stands for `math.isfinite`."""
         return self._double or self._ask(f"((_ is a-double) {self.name})")
 
-    def is_integer(self) -> Symbol:
+    def is_integer(self) -> SymbolicValue:
         """As that of a float."""
-        return Symbol(f"(and (is-number {self.name}) (is_int (number {self.name})))", self._ask)
+        return SymbolicValue(f"(and (is-number {self.name}) (is_int (number {self.name})))", self._ask)
 
-    def as_double(self) -> Given:
+    def as_double(self) -> GivenValue:
         """A whole number as the double that it is."""
-        return Given(self.name, self._ask, double=True)
+        return GivenValue(self.name, self._ask, double=True)
 
-    def exactly(self) -> Symbol:
+    def exact_value(self) -> SymbolicValue:
         """The number that it denotes."""
-        return Symbol(f"(number {self.name})", self._ask)
+        return SymbolicValue(f"(number {self.name})", self._ask)
 
     def _leq(self, left: Any, right: Any) -> bool:
         return self._ask(f"(leq {_given_term(left)} {_given_term(right)})")
@@ -167,65 +169,65 @@ class Given:
     def __gt__(self, other: Any) -> bool:
         return self._leq(other, self) and not self._leq(self, other)
 
-    def __sub__(self, other: Given) -> Symbol:
-        return Symbol(f"(rounded (- (number {self.name}) (number {other.name})))", self._ask)
+    def __sub__(self, other: GivenValue) -> SymbolicValue:
+        return SymbolicValue(f"(rounded (- (number {self.name}) (number {other.name})))", self._ask)
 
 
 def _given_term(value: Any) -> str:
-    return value.name if isinstance(value, Given) else _constant(value)
+    return value.name if isinstance(value, GivenValue) else _constant(value)
 
 
 @cache
 def _constant(value: float) -> str:
-    return "not-a-number" if value != value else f"(a-double {literal(Fraction(value))})"
+    return "not-a-number" if value != value else f"(a-double {smt_literal(Fraction(value))})"
 
 
-class Strange:
+class UndeclaredValue:
     """Something of a type that nobody declared."""
 
 
 def _float(value: Any) -> Any:
     """Stands for `float`, the type and the function."""
-    if isinstance(value, Given):
+    if isinstance(value, GivenValue):
         return value.as_double()
-    return 0.0 if isinstance(value, Symbol) else float(value)  # what is said of an age, for people
+    return 0.0 if isinstance(value, SymbolicValue) else float(value)  # what is said of an age, for people
 
 
-def type_of(value: Any) -> Any:
+def type_stub(value: Any) -> Any:
     """Stands for `type`."""
-    if isinstance(value, Given):
+    if isinstance(value, GivenValue):
         return value.type()
-    if isinstance(value, Measured) and value.is_moment():
-        return Moment
-    if isinstance(value, Named):
-        return dict if value.is_mapping() else Strange
+    if isinstance(value, MeasuredReadings) and value.is_snapshot():
+        return Snapshot
+    if isinstance(value, NamedValues):
+        return dict if value.is_mapping() else UndeclaredValue
     return _float if type(value) is float else type(value)
 
 
-def whole(value: Any) -> Any:
+def integer_as_double(value: Any) -> Any:
     """Stands for `writing._whole`: a whole number as the double that it is, else NaN."""
-    if type_of(value) is not int or not -(2**53) <= value <= 2**53:
+    if type_stub(value) is not int or not -(2**53) <= value <= 2**53:
         return float("nan")
     return _float(value)
 
 
-def fraction(value: Any = 0) -> Any:
+def fraction_stub(value: Any = 0) -> Any:
     """Stands for `Fraction`."""
-    return value.exactly() if isinstance(value, Given) else Fraction(value)
+    return value.exact_value() if isinstance(value, GivenValue) else Fraction(value)
 
 
-STANDS_FOR: Final[Mapping[str, Any]] = {"type": type_of, "float": _float}
+STUBS: Final[Mapping[str, Any]] = {"type": type_stub, "float": _float}
 
 
-class Named:
+class NamedValues:
     """What should be a mapping from names to values; which it has is asked when somebody looks."""
 
-    def __init__(self, name: str, ask: Ask, values: Mapping[str, Callable[[], Any]]) -> None:
+    def __init__(self, name: str, ask: DecideBranch, values: Mapping[str, Callable[[], Any]]) -> None:
         self._name, self._ask, self._values = name, ask, values
 
-    def only(self, keys: Iterable[str]) -> Named:
+    def restricted_to(self, keys: Iterable[str]) -> NamedValues:
         """The same, with no name that is known but these."""
-        return Named(self._name, self._ask, {key: self._values[key] for key in keys})
+        return NamedValues(self._name, self._ask, {key: self._values[key] for key in keys})
 
     def is_mapping(self) -> bool:
         """Whether it is one at all."""
@@ -256,133 +258,133 @@ class Named:
 
     def items(self) -> Iterator[tuple[Any, Any]]:
         """Of what is strange, something strange."""
-        return ((key, self._values[key]() if key in self._values else Strange()) for key in self)
+        return ((key, self._values[key]() if key in self._values else UndeclaredValue()) for key in self)
 
     def keys(self) -> set[Any]:
         """The names, strange ones too."""
         return set(self)
 
 
-class Measured(Named):
+class MeasuredReadings(NamedValues):
     """Readings one by one or as a moment, which is asked when somebody looks."""
 
     @property
-    def time(self) -> Given:
+    def time(self) -> GivenValue:
         """When the moment was."""
-        return Given("moment.time", self._ask)
+        return GivenValue("moment.time", self._ask)
 
-    def only(self, keys: Iterable[str]) -> Measured:
+    def restricted_to(self, keys: Iterable[str]) -> MeasuredReadings:
         """The same, with no name that is known but these."""
-        return Measured(self._name, self._ask, {key: self._values[key] for key in keys})
+        return MeasuredReadings(self._name, self._ask, {key: self._values[key] for key in keys})
 
-    def is_moment(self) -> bool:
+    def is_snapshot(self) -> bool:
         """Whether it is given as one."""
         return self._ask("as-moment")
 
     def scalars(self) -> Mapping[str, Any] | None:
-        """Stands for `MomentTaker.scalars`."""
+        """Stands for `SnapshotCache.scalars`."""
         if not self._ask("moment.is-made"):
             raise AttributeError(self._name)  # nothing of it is set
-        return _Scalars(self, self._ask) if self._ask("moment.is-taken") else None
+        return _ScalarValues(self, self._ask) if self._ask("moment.is-taken") else None
 
 
-class _Scalars(dict[str, Any]):
+class _ScalarValues(dict[str, Any]):
     """The doubles that a moment was taken apart into."""
 
-    def __init__(self, readings: Measured, ask: Ask) -> None:
+    def __init__(self, readings: MeasuredReadings, ask: DecideBranch) -> None:
         self._readings, self._ask = readings, ask
 
-    def __getitem__(self, name: str) -> Given:
+    def __getitem__(self, name: str) -> GivenValue:
         if name not in self._readings:
             raise KeyError(name)
-        return Given(name, self._ask, double=True)
+        return GivenValue(name, self._ask, double=True)
 
 
-class Request:
+class SymbolicRequest:
     """A request of any shape."""
 
-    def __init__(self, ask: Ask) -> None:
+    def __init__(self, ask: DecideBranch) -> None:
         self._ask = ask
-        self.now = Given("now", ask)
-        self._times: dict[str, Given] = {}
+        self.now = GivenValue("now", ask)
+        self._times: dict[str, GivenValue] = {}
         self._given = {
-            "speed": lambda: Given("speed", ask),
-            "times": lambda: Given("times", ask),
+            "speed": lambda: GivenValue("speed", ask),
+            "times": lambda: GivenValue("times", ask),
             "gently": lambda: self._flag("gently"),
             "tool": self._tool,
             "place": self._place,
         }
-        self.parameters = Named("parameters", ask, self._given)
-        self.inputs = Named("inputs", ask, {"size": lambda: Given("size", ask)})
+        self.parameters = NamedValues("parameters", ask, self._given)
+        self.inputs = NamedValues("inputs", ask, {"size": lambda: GivenValue("size", ask)})
         self._measured: Mapping[str, Callable[[], Any]] = {
-            "near": lambda: Given("near", ask),
-            "warm": lambda: Given("warm", ask),
+            "near": lambda: GivenValue("near", ask),
+            "warm": lambda: GivenValue("warm", ask),
             "lit": lambda: self._flag("lit"),
         }
-        self.readings = Measured(
+        self.readings = MeasuredReadings(
             "readings", ask, {one: partial(self._reading, one) for one in self._measured}
         )
-        self.usage = Named("usage", ask, {"rate": lambda: Given("used", ask)})
+        self.usage = NamedValues("usage", ask, {"rate": lambda: GivenValue("used", ask)})
 
     def value(self, name: str) -> Any:
         """A parameter, which is there."""
         return self._given[name]()
 
     def _flag(self, name: str) -> Any:
-        return self._ask(f"{name}.flag") if self._ask(f"{name}.is-flag") else Strange()
+        return self._ask(f"{name}.flag") if self._ask(f"{name}.is-flag") else UndeclaredValue()
 
     def _tool(self) -> Any:
         if self._ask("tool.is-member"):
             return _TOOLS.members[self._ask("tool.which")]
-        return "spoon" if self._ask("tool.is-text") else Strange()
+        return "spoon" if self._ask("tool.is-text") else UndeclaredValue()
 
     def _place(self) -> Any:
         if not self._ask("place.is-list"):
-            return Strange()
-        parts = [Given(f"place.{axis}", self._ask) for axis in "xyz"]
+            return UndeclaredValue()
+        parts = [GivenValue(f"place.{axis}", self._ask) for axis in "xyz"]
         listed = parts if self._ask("place.has-three") else parts[:2]
         return tuple(listed) if self._ask("place.is-tuple") else listed
 
-    def one_by_one(self, names: Iterable[str], gate: ModuleType) -> Any:
+    def individual_readings(self, names: Iterable[str], gate: ModuleType) -> Any:
         """The readings of these names as the long way of that gate is given them."""
-        readings = self.readings.only(names)
-        if not readings.is_moment():
+        readings = self.readings.restricted_to(names)
+        if not readings.is_snapshot():
             return readings
         if not self._ask("moment.is-made"):
-            return gate._one_by_one(object.__new__(Moment))
+            return gate._one_by_one(object.__new__(Snapshot))
         column = {name: self._measured[name]() for name in names if name in readings}
         if self._ask("readings.strange-name"):
-            column["strange"] = Strange()
-        order = Names(column)
+            column["strange"] = UndeclaredValue()
+        order = ColumnNames(column)
         values = tuple(column[name] for name in order.names)
-        return gate._one_by_one(Moment(order, values, cast("Any", readings.time)))
+        return gate._one_by_one(Snapshot(order, values, cast("Any", readings.time)))
 
     def _reading(self, name: str) -> Any:
         if not self._ask(f"{name}.is-reading"):
-            return Strange()
+            return UndeclaredValue()
         if self._ask(f"{name}.is-empty"):
             return tuple.__new__(Reading, ())
         return Reading(self._measured[name](), cast("float", self._time(name)))
 
-    def _time(self, name: str) -> Given:
+    def _time(self, name: str) -> GivenValue:
         """When it was measured: the very same object as another time, or one of its own."""
         if self._ask(f"{name}.is-of-now"):
             return self.now
         if name == "warm" and self._ask("warm.is-of-near"):
             return self._time("near")
-        return self._times.setdefault(name, Given(f"{name}.time", self._ask))
+        return self._times.setdefault(name, GivenValue(f"{name}.time", self._ask))
 
 
-def look_at(read: Mapping[str, Any]) -> None:
+def check_scalars(read: Mapping[str, Any]) -> None:
     """Raise where the value of a scalar variable is not that which was given; of numbers, which these are."""
     for name, value in read.items():
-        if isinstance(value, Given) and value.name != name.removeprefix("inputs."):
+        if isinstance(value, GivenValue) and value.name != name.removeprefix("inputs."):
             raise ValueError(name)
 
 
-def rounding() -> dict[str, str]:
+def rounding_axioms() -> dict[str, str]:
     """Rounding to doubles keeps order, and a double is its own rounding."""
-    fresh = literal(Fraction(_SURELY_FRESH))
+    fresh = smt_literal(Fraction(_LARGEST_FRESH_AGE))
     ages = {name: f"(- (number now) (number time-of-{name}))" for name in sorted(REQUIRED)}
     return {
         f"rounding-keeps-order.{name}": f"(=> (>= {age} {fresh}) (>= (rounded {age}) {fresh}))"
@@ -390,4 +392,4 @@ def rounding() -> dict[str, str]:
     }
 
 
-_SURELY_FRESH: Final = neighbours(LIMIT)[0]
+_LARGEST_FRESH_AGE: Final = adjacent_doubles(MAX_AGE)[0]

@@ -6,10 +6,10 @@ from fractions import Fraction
 from types import ModuleType
 from typing import Any, Final
 
-from aeros.spec.expr.doubles import neighbours
-from aeros.spec.theorems.module_copies import Code
-from aeros.spec.theorems.smtlib import literal
-from aeros.spec.theorems.symbolic_execution import Symbol
+from aeros.spec.expr.doubles import adjacent_doubles
+from aeros.spec.theorems.module_copies import ModuleSource
+from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.symbolic_execution import SymbolicValue
 
 WINDOW: Final = "aeros.runtime.gate.time_window"
 
@@ -22,10 +22,10 @@ TIMES: Final = (
     "(declare-fun rounded (Real) Real)",
 )
 
-APART: Final = "(- later earlier)"
+TIME_DIFFERENCE: Final = "(- later earlier)"
 
 
-class Double(Symbol):
+class SymbolicDouble(SymbolicValue):
     """A double; what is added and subtracted is rounded.  A time that never was is infinitely far away."""
 
     __slots__ = ()
@@ -33,33 +33,33 @@ class Double(Symbol):
     def __sub__(self, other: Any) -> Any:
         if isinstance(other, float):
             return -other
-        return Double(f"(rounded (- {self.term} {other.term}))", self.ask)
+        return SymbolicDouble(f"(rounded (- {self.term} {other.term}))", self.ask)
 
-    def __add__(self, other: Any) -> Double:
-        return Double(f"(rounded (+ {self.term} {other.term}))", self.ask)
+    def __add__(self, other: Any) -> SymbolicDouble:
+        return SymbolicDouble(f"(rounded (+ {self.term} {other.term}))", self.ask)
 
 
-def window_module(code: Code) -> ModuleType:
+def window_module(code: ModuleSource) -> ModuleType:
     """A copy of `window.py` that takes symbols for exact fractions."""
-    return code.module(WINDOW, Fraction=lambda value: Symbol(value.term, value.ask))
+    return code.module(WINDOW, Fraction=lambda value: SymbolicValue(value.term, value.ask))
 
 
-def bounds_of(length: Fraction) -> dict[str, Fraction]:
+def neighbouring_doubles(length: Fraction) -> dict[str, Fraction]:
     """The doubles below and above that length; both it, where it is one."""
-    return dict(zip(("below", "above"), map(Fraction, neighbours(length)), strict=True))
+    return dict(zip(("below", "above"), map(Fraction, adjacent_doubles(length)), strict=True))
 
 
-def rounding(length: Fraction) -> dict[str, str]:
+def rounding_assumptions(length: Fraction) -> dict[str, str]:
     """What is assumed of `rounded`: it keeps order, and TwoSum finds what it took off."""
-    share = f"(rounded (- (rounded {APART}) later))"
-    corrected = f"(rounded (- later (rounded (- (rounded {APART}) {share}))))"
+    share = f"(rounded (- (rounded {TIME_DIFFERENCE}) later))"
+    corrected = f"(rounded (- later (rounded (- (rounded {TIME_DIFFERENCE}) {share}))))"
     error = f"(rounded (- {corrected} (rounded (+ earlier {share}))))"
     return {
         **{
-            f"rounding-keeps-order.{name}": f"(and (=> (<= {APART} {literal(one)})"
-            f" (<= (rounded {APART}) {literal(one)}))"
-            f" (=> (>= {APART} {literal(one)}) (>= (rounded {APART}) {literal(one)})))"
-            for name, one in bounds_of(length).items()
+            f"rounding-keeps-order.{name}": f"(and (=> (<= {TIME_DIFFERENCE} {smt_literal(one)})"
+            f" (<= (rounded {TIME_DIFFERENCE}) {smt_literal(one)}))"
+            f" (=> (>= {TIME_DIFFERENCE} {smt_literal(one)}) (>= (rounded {TIME_DIFFERENCE}) {smt_literal(one)})))"
+            for name, one in neighbouring_doubles(length).items()
         },
-        "twosum": f"(= {error} (- {APART} (rounded {APART})))",
+        "twosum": f"(= {error} (- {TIME_DIFFERENCE} (rounded {TIME_DIFFERENCE})))",
     }

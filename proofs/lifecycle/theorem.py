@@ -7,8 +7,8 @@ from aeros.spec.theorems.theorem import Theorem
 from proofs.lib.lifecycle_executor import GOVERNOR, STEP_CONTROL, executor_obligations
 from proofs.lib.lifecycle_table import LIFECYCLE, PROVING, table_obligations
 from proofs.lib.lifecycle_transaction import transaction_obligations
-from proofs.lib.registry_changes import GOVERNING, changing_obligations
-from proofs.lib.revocation import LIVE, RECORDS, REGISTRY, revocation_obligations
+from proofs.lib.registry_changes import GOVERNING, change_obligations
+from proofs.lib.revocation import CONTROL_PAGE, REGISTRY, REGISTRY_STORE, revocation_obligations
 
 THEOREM = Theorem(
     "only skills of active modules are dispatched, and nothing revoked moves once a change has returned",
@@ -16,7 +16,7 @@ THEOREM = Theorem(
         **table_obligations(),
         **executor_obligations(),
         **transaction_obligations(),
-        **changing_obligations(),
+        **change_obligations(),
         **revocation_obligations(),
     },
     (
@@ -24,23 +24,23 @@ THEOREM = Theorem(
             "removes-what-is-active",
             "history-step",
             LIFECYCLE,
-            "(State.INSTALLED, Verb.REMOVE): State.ABSENT,",
-            "(State.INSTALLED, Verb.REMOVE): State.ABSENT,\n    (State.ACTIVE, Verb.REMOVE): State.ABSENT,",
+            "(ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,",
+            "(ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,\n    (ModuleState.ACTIVE, LifecycleAction.REMOVE): ModuleState.ABSENT,",
         ),
         Mutant(
             "activates-what-is-not-configured",
             "history-step",
             LIFECYCLE,
-            "(State.CONFIGURED, Verb.ACTIVATE): State.ACTIVE,",
-            "(State.INSTALLED, Verb.ACTIVATE): State.ACTIVE,",
+            "(ModuleState.CONFIGURED, LifecycleAction.ACTIVATE): ModuleState.ACTIVE,",
+            "(ModuleState.INSTALLED, LifecycleAction.ACTIVATE): ModuleState.ACTIVE,",
         ),
         Mutant(
             "puts-in-force-what-is-configured",
             "in-force",
             REGISTRY,
-            "active = {name for name, one in new.modules.items() if one.state is State.ACTIVE}",
-            "active = {name for name, one in new.modules.items() if one.state in before(Verb.REMOVE)"
-            " or one.state is State.ACTIVE}",
+            "active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}",
+            "active = {name for name, one in new.modules.items() if one.state in allowed_states(LifecycleAction.REMOVE)"
+            " or one.state is ModuleState.ACTIVE}",
         ),
         Mutant(
             "puts-in-force-what-is-not-what-was-proved",
@@ -67,7 +67,7 @@ THEOREM = Theorem(
             "goes-on-while-a-module-is-kept",
             "goes-on",
             GOVERNING,
-            "if one is None or one.state is not State.ACTIVE:",
+            "if one is None or one.state is not ModuleState.ACTIVE:",
             "if one is None:",
         ),
         Mutant(
@@ -80,7 +80,7 @@ THEOREM = Theorem(
         Mutant(
             "writes-before-the-transaction",
             "transaction",
-            RECORDS,
+            REGISTRY_STORE,
             'database.execute("BEGIN IMMEDIATE")\n            if _is_new(database):\n'
             "                for statement in _SCHEMA:\n                    database.execute(statement)\n",
             'database.execute("DELETE FROM policy")\n            database.execute("BEGIN IMMEDIATE")\n',
@@ -111,7 +111,7 @@ THEOREM = Theorem(
         Mutant(
             "looks-before-it-takes-the-lock",
             "agreeing-act",
-            LIVE,
+            CONTROL_PAGE,
             "        fcntl.flock(lock, fcntl.LOCK_SH)\n        try:\n"
             "            yield self.generation == generation\n",
             "        latest = self.generation\n        fcntl.flock(lock, fcntl.LOCK_SH)\n        try:\n"

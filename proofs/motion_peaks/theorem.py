@@ -8,13 +8,13 @@ from functools import partial
 from itertools import zip_longest
 from typing import Any, Final
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import literal
-from aeros.spec.theorems.symbolic_execution import Ask, explore
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
-from proofs.lib.symbolic_reals import POLYNOMIALS, SIZE, Real, largest
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
+from proofs.lib.symbolic_reals import POLYNOMIALS, SIZE, SymbolicReal, max_stub
 
-PEAKS: Final = "aeros.runtime.motion.kinematic_bounds"
+KINEMATIC_BOUNDS: Final = "aeros.runtime.motion.kinematic_bounds"
 BEZIER: Final = "aeros.runtime.motion.bezier"
 PROFILE: Final = "aeros.sim.robot.profile"
 
@@ -28,20 +28,20 @@ class _Polynomial:
         self.coefficients = coefficients
 
     def __add__(self, other: Any) -> _Polynomial:
-        pairs = zip_longest(self.coefficients, _of(other).coefficients, fillvalue=Fraction(0))
+        pairs = zip_longest(self.coefficients, _to_polynomial(other).coefficients, fillvalue=Fraction(0))
         return _Polynomial(*(a + b for a, b in pairs))
 
     def __neg__(self) -> _Polynomial:
         return self * -1
 
     def __sub__(self, other: Any) -> _Polynomial:
-        return self + -_of(other)
+        return self + -_to_polynomial(other)
 
     def __rsub__(self, other: Any) -> _Polynomial:
-        return _of(other) - self
+        return _to_polynomial(other) - self
 
     def __mul__(self, other: Any) -> _Polynomial:
-        theirs = _of(other).coefficients
+        theirs = _to_polynomial(other).coefficients
         product = [Fraction(0)] * (len(self.coefficients) + len(theirs) - 1)
         for i, a in enumerate(self.coefficients):
             for j, b in enumerate(theirs):
@@ -57,11 +57,11 @@ class _Polynomial:
         """At u, as Horner has it."""
         term = "0.0"
         for one in reversed(self.coefficients):
-            term = f"(+ {literal(one)} (* u {term}))"
+            term = f"(+ {smt_literal(one)} (* u {term}))"
         return term
 
 
-def _of(value: Any) -> _Polynomial:
+def _to_polynomial(value: Any) -> _Polynomial:
     return value if isinstance(value, _Polynomial) else _Polynomial(Fraction(value))
 
 
@@ -72,13 +72,13 @@ def _derivative(polynomial: _Polynomial) -> _Polynomial:
 _U: Final = _Polynomial(Fraction(0), Fraction(1))
 
 
-def _peak(order: int, code: Code) -> Obligation:
+def _peak_bound(order: int, code: ModuleSource) -> TheoremObligation:
     s, _, __ = code.module(PROFILE).minimum_jerk(_U)
     for _ in range(order):
         s = _derivative(s)
-    bound = literal(Fraction(code.module(PEAKS).TIMING[order - 1]))
-    return Obligation(
-        f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than `TIMING`.",
+    bound = smt_literal(Fraction(code.module(KINEMATIC_BOUNDS).TIMING_PEAKS[order - 1]))
+    return TheoremObligation(
+        f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than `TIMING_PEAKS`.",
         (SIZE, "(declare-const u Real)", f"(define-fun derivative () Real {s.term()})"),
         f"(<= (size derivative) {bound})",
         assumptions={"in-the-motion": "(<= 0.0 u 1.0)"},
@@ -86,10 +86,10 @@ def _peak(order: int, code: Code) -> Obligation:
     )
 
 
-def _own(code: Code) -> Obligation:
+def _profile_derivatives(code: ModuleSource) -> TheoremObligation:
     s, first, second = code.module(PROFILE).minimum_jerk(_U)
     names = {"s": s, "first": first, "second": second, "of-s": _derivative(s), "of-first": _derivative(first)}
-    return Obligation(
+    return TheoremObligation(
         "The speed and acceleration that `minimum_jerk` gives are the derivatives of its position, which\n"
         "goes from 0 to 1 and rests at both ends.",
         (
@@ -104,20 +104,20 @@ def _own(code: Code) -> Obligation:
 # Along a path.
 
 
-class _Duration:
+class _SymbolicDuration:
     """A duration, known by its inverse: whatever is divided by it is multiplied by that."""
 
     def __init__(self, inverse: Any) -> None:
         self._inverse = inverse
 
-    def __pow__(self, power: int) -> _Duration:
-        return _Duration(self._inverse**power)
+    def __pow__(self, power: int) -> _SymbolicDuration:
+        return _SymbolicDuration(self._inverse**power)
 
     def __rtruediv__(self, other: float) -> Any:
         return self._inverse * other
 
 
-_MOST: Final = ("first", "second", "third")
+_MAXIMA: Final = ("first", "second", "third")
 _RATES: Final = ("speed", "acceleration", "jerk")
 
 # ẋ, ẍ and x⃛ by the chain rule, where p.N is the derivative of the path of order N and s.N that of the timing.
@@ -128,26 +128,28 @@ _CHAIN: Final = {
 }
 
 
-def _timed(rate: str, code: Code) -> Obligation:
-    peaks = code.module(PEAKS)
+def _time_scaling(rate: str, code: ModuleSource) -> TheoremObligation:
+    peaks = code.module(KINEMATIC_BOUNDS)
     place = _RATES.index(rate)
 
-    def run(ask: Ask) -> str:
-        most = (Real(f"most.{name}", ask) for name in _MOST)
-        found = peaks.timed(*most, _Duration(Real("per-duration", ask)))
+    def run(ask: DecideBranch) -> str:
+        most = (SymbolicReal(f"most.{name}", ask) for name in _MAXIMA)
+        found = peaks.timed(*most, _SymbolicDuration(SymbolicReal("per-duration", ask)))
         return str(found[place].term)
 
     limits = {
-        f"s.{order}": " ".join(["*", literal(Fraction(peaks.TIMING[order - 1])), *["per-duration"] * order])
+        f"s.{order}": " ".join(
+            ["*", smt_literal(Fraction(peaks.TIMING_PEAKS[order - 1])), *["per-duration"] * order]
+        )
         for order in (1, 2, 3)
     }
     declarations = [SIZE, "(declare-const per-duration Real)"]
-    declarations += [f"(declare-const most.{name} Real)" for name in _MOST]
+    declarations += [f"(declare-const most.{name} Real)" for name in _MAXIMA]
     declarations += [f"(declare-const {one}.{order} Real)" for one in "ps" for order in (1, 2, 3)]
 
     def most_of(factor: str) -> str:
         if factor.startswith("p."):
-            return f"most.{_MOST[int(factor[2:]) - 1]}"
+            return f"most.{_MAXIMA[int(factor[2:]) - 1]}"
         return f"({limits[factor]})" if factor in limits else factor
 
     products = {}
@@ -155,18 +157,18 @@ def _timed(rate: str, code: Code) -> Obligation:
         factors = summand.strip("()").split()[1:]
         products[f"product.{number}"] = f"(<= (size {summand}) (* {' '.join(map(most_of, factors))}))"
     total = _CHAIN[rate][0] if len(_CHAIN[rate]) == 1 else f"(+ {' '.join(_CHAIN[rate])})"
-    return Obligation(
+    return TheoremObligation(
         f"`timed` bounds the {rate} of whatever moves along a path, from bounds of the path's\n"
         "derivatives and of the profile's, for every duration.",
         declarations,
         f"(<= (size {total}) bound)",
-        tables=(Table("bound", "Real", explore(run)),),
+        tables=(SymbolicFunction("bound", "Real", execute_symbolically(run)),),
         assumptions={"a-duration": "(< 0.0 per-duration)", **products},
     )
 
 
-def _products(_: Code) -> Obligation:
-    return Obligation(
+def _products(_: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "A product is no larger than that of bounds of its factors; of more than two, by saying so again.",
         (SIZE, *(f"(declare-const {name}{what} Real)" for name in "xy" for what in ("", ".size"))),
         "(<= (size (* x y)) (* x.size y.size))",
@@ -179,14 +181,14 @@ def _products(_: Code) -> Obligation:
 _POINTS: Final = "abcd"
 
 
-def _piece(name: str, code: Code) -> Obligation:
-    bezier = code.module(BEZIER, max=largest)
+def _piece(name: str, code: ModuleSource) -> TheoremObligation:
+    bezier = code.module(BEZIER, max=max_stub)
 
-    def run(ask: Ask, field: str) -> str:
-        piece = tuple((Real(point, ask),) for point in _POINTS)
+    def run(ask: DecideBranch, field: str) -> str:
+        piece = tuple((SymbolicReal(point, ask),) for point in _POINTS)
         return str(getattr(bezier.derivatives(piece), field)[0].term)
 
-    order = _MOST.index(name) + 1
+    order = _MAXIMA.index(name) + 1
     field = ("most_first", "most_second", "third")[order - 1]
     u, v, w = "(- b a)", "(- c b)", "(- d c)"
     exact = {
@@ -194,7 +196,7 @@ def _piece(name: str, code: Code) -> Obligation:
         "second": f"(* 6.0 (+ (* (- {v} {u}) y) (* (- {w} {v}) x)))",
         "third": f"(* 6.0 (- (- {w} {v}) (- {v} {u})))",
     }[name]
-    return Obligation(
+    return TheoremObligation(
         f"`derivatives` bounds the {name} derivative of a cubic piece wherever it is, by its parameter x.",
         (
             SIZE,
@@ -203,29 +205,37 @@ def _piece(name: str, code: Code) -> Obligation:
             "(define-fun y () Real (- 1.0 x))",
         ),
         f"(<= (size {exact}) bound)",
-        tables=(Table("bound", "Real", explore(partial(run, field=field))),),
+        tables=(SymbolicFunction("bound", "Real", execute_symbolically(partial(run, field=field))),),
         assumptions={"on-the-piece": "(<= 0.0 x 1.0)"},
         logic=POLYNOMIALS,
     )
 
 
-_TIMED: dict[str, Callable[[Code], Obligation]] = {f"timed-{one}": partial(_timed, one) for one in _RATES}
+_TIMED: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
+    f"timed-{one}": partial(_time_scaling, one) for one in _RATES
+}
 
 THEOREM = Theorem(
     "the peaks of the motion profile and the bounds in time that the gate decides by are upper bounds",
     {
-        **{f"peak-{order}": partial(_peak, order) for order in (1, 2, 3)},
-        "profile": _own,
+        **{f"peak-{order}": partial(_peak_bound, order) for order in (1, 2, 3)},
+        "profile": _profile_derivatives,
         **_TIMED,
         "products": _products,
-        **{f"piece-{name}": partial(_piece, name) for name in _MOST},
+        **{f"piece-{name}": partial(_piece, name) for name in _MAXIMA},
     },
     (
-        Mutant("takes-the-mean-acceleration", "peak-2", PEAKS, "10.0 / sqrt(3.0) *", "5.0 / sqrt(3.0) *"),
+        Mutant(
+            "takes-the-mean-acceleration",
+            "peak-2",
+            KINEMATIC_BOUNDS,
+            "10.0 / sqrt(3.0) *",
+            "5.0 / sqrt(3.0) *",
+        ),
         Mutant(
             "forgets-that-a-path-bends",
             "timed-acceleration",
-            PEAKS,
+            KINEMATIC_BOUNDS,
             "(second * v * v + first * a) * _ROUNDING",
             "(first * a) * _ROUNDING",
         ),

@@ -9,9 +9,9 @@ from functools import partial
 from typing import Final
 
 from aeros.spec.expr import terms as t
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import conjunction, disjunction, implication, literal
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_and, smt_implies, smt_literal, smt_or
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import past_time_monitors, time_windows
 
 _A, _B = (past_time_monitors.past_term(name) for name in "ab")
@@ -19,40 +19,48 @@ _WINDOW: Final = past_time_monitors.WINDOW
 
 # The reference, moment by moment.
 
-_LOOKED_AT: Final = (
+_UPDATE_DECLARATIONS: Final = (
     *(f"(declare-const {name} Real)" for name in ("present", "at")),
     *(f"(declare-const {name} Bool)" for name in ("is-one", "has-before", "a.held", "b.held", "earlier")),
 )
 
 
-def _looks_back(within: Fraction | None, code: Code) -> Obligation:
-    soon = "true" if within is None else f"(<= (- present at) {literal(within)})"
-    return Obligation(
+def _since_recursion(window_s: Fraction | None, code: ModuleSource) -> TheoremObligation:
+    soon = "true" if window_s is None else f"(<= (- present at) {smt_literal(window_s)})"
+    return TheoremObligation(
         "`evaluate` of `a since b`, at any moment that it looks at: b holds there, or a does and the\n"
         "earlier moments have it so; and it is no longer ago than the window.",
-        _LOOKED_AT,
+        _UPDATE_DECLARATIONS,
         f"(= found (and is-one {soon} (or b.held (and a.held earlier))))",
-        tables=(Table("found", "Bool", past_time_monitors.explore_reference(code, t.Since(_A, _B, within))),),
-    )
-
-
-def _counts_each(code: Code) -> Obligation:
-    return Obligation(
-        "`evaluate` of `count within` counts each moment of the window at which its operand holds, once.",
-        _LOOKED_AT,
-        f"(= found (ite (and a.held (<= (- present at) {literal(_WINDOW)})) 1 0))",
         tables=(
-            Table("found", "Int", past_time_monitors.explore_reference(code, t.Occurrences(_A, _WINDOW))),
+            SymbolicFunction(
+                "found", "Bool", past_time_monitors.execute_reference(code, t.Since(_A, _B, window_s))
+            ),
         ),
     )
 
 
-def _is_of_before(code: Code) -> Obligation:
-    return Obligation(
+def _count_recursion(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
+        "`evaluate` of `count within` counts each moment of the window at which its operand holds, once.",
+        _UPDATE_DECLARATIONS,
+        f"(= found (ite (and a.held (<= (- present at) {smt_literal(_WINDOW)})) 1 0))",
+        tables=(
+            SymbolicFunction(
+                "found", "Int", past_time_monitors.execute_reference(code, t.Occurrences(_A, _WINDOW))
+            ),
+        ),
+    )
+
+
+def _previously_recursion(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "`evaluate` of `previously a` is a at the moment before; false at the first.",
-        _LOOKED_AT,
+        _UPDATE_DECLARATIONS,
         "(= found (and has-before a.held))",
-        tables=(Table("found", "Bool", past_time_monitors.explore_reference(code, t.Previously(_A))),),
+        tables=(
+            SymbolicFunction("found", "Bool", past_time_monitors.execute_reference(code, t.Previously(_A))),
+        ),
     )
 
 
@@ -60,55 +68,57 @@ def _is_of_before(code: Code) -> Obligation:
 
 
 @dataclass(frozen=True)
-class _Look:
+class _MonitorUpdate:
     """Formulas about a look at the state, by a monitor that reads these variables."""
 
-    read: tuple[str, ...]
+    variables: tuple[str, ...]
 
     @property
     def gap(self) -> str:
         """Some reading did not speak until now."""
-        return disjunction(
+        return smt_or(
             f"(not (or (= ({one}.spoke before) first) (and ((_ is at) ({one}.spoke before))"
             f" (<= (- now (when ({one}.spoke before))) max-age))))"
-            for one in self.read
+            for one in self.variables
         )
 
     @property
-    def whole(self) -> str:
+    def no_gap(self) -> str:
         """Everything was measured, without a gap."""
-        return conjunction((f"(not {self.gap})", *map(self.measured, self.read)))
+        return smt_and((f"(not {self.gap})", *map(self.is_measured, self.variables)))
 
     @staticmethod
-    def measured(name: str) -> str:
+    def is_measured(name: str) -> str:
         return f"(and {name}.serves (<= (- now {name}.time) max-age))"
 
     @property
-    def spoken(self) -> str:
+    def last_times(self) -> str:
         """What is kept of the readings: when they were, of those that speak now."""
-        return conjunction(
-            f"(= ({one}.spoke after) (ite {self.measured(one)} (at {one}.time) lapsed))" for one in self.read
+        return smt_and(
+            f"(= ({one}.spoke after) (ite {self.is_measured(one)} (at {one}.time) lapsed))"
+            for one in self.variables
         )
 
-    def fresh(self, kept: str) -> str:
+    def no_earlier_sample(self, state_term: str) -> str:
         """There was no moment at which anything could have spoken."""
-        return conjunction(f"(= ({one}.spoke {kept}) first)" for one in self.read)
+        return smt_and(f"(= ({one}.spoke {state_term}) first)" for one in self.variables)
 
     @property
-    def stopped(self) -> str:
+    def all_stale(self) -> str:
         """Nothing that was read speaks, until it is read again."""
-        return conjunction(
-            f"(= ({one}.spoke after) (ite (= ({one}.spoke before) first) first lapsed))" for one in self.read
+        return smt_and(
+            f"(= ({one}.spoke after) (ite (= ({one}.spoke before) first) first lapsed))"
+            for one in self.variables
         )
 
     @property
-    def given(self) -> dict[str, str]:
+    def time_assumptions(self) -> dict[str, str]:
         """What was measured before was so at a time; what is measured now is so, and the rest is unknown."""
         return {
-            **{f"{one}-spoke": f"(not (= ({one}.spoke before) never))" for one in self.read},
+            **{f"{one}-spoke": f"(not (= ({one}.spoke before) never))" for one in self.variables},
             **{
-                f"{one}-is-true": implication(self.measured(one), f"(= {one}.held {one}.value)")
-                for one in self.read
+                f"{one}-is-true": smt_implies(self.is_measured(one), f"(= {one}.held {one}.value)")
+                for one in self.variables
             },
         }
 
@@ -120,30 +130,30 @@ _LATER: Final = "(and (<= now later) (<= (latest before) later))"
 
 
 @dataclass(frozen=True)
-class _Since:
+class _SinceInvariant:
     """A condition `kept since reset`; of `once`, `kept` is true."""
 
     term: t.Since
 
     @property
-    def is_kept(self) -> bool:
-        return self.term.kept == t.TRUE
+    def is_once(self) -> bool:
+        return self.term.sustained == t.TRUE
 
     @property
-    def look(self) -> _Look:
-        return _Look(("b",) if self.is_kept else ("a", "b"))
+    def update(self) -> _MonitorUpdate:
+        return _MonitorUpdate(("b",) if self.is_once else ("a", "b"))
 
     @property
-    def kept(self) -> str:
-        return "true" if self.is_kept else "a.held"
+    def sustained_term(self) -> str:
+        return "true" if self.is_once else "a.held"
 
-    def soon(self, time: str, present: str) -> str:
+    def is_in_window(self, time: str, present: str) -> str:
         """Whether that time is in the window."""
-        return "true" if self.term.within is None else f"(<= (- {present} {time}) window)"
+        return "true" if self.term.window_s is None else f"(<= (- {present} {time}) window)"
 
     def definitions(self) -> tuple[str, ...]:
         """What is kept tells of the reference; `held` is that of the trace before, `missed` with the gap."""
-        recent = "((_ is at) time)" if self.term.within is None else "(is-recent time present)"
+        recent = "((_ is at) time)" if self.term.window_s is None else "(is-recent time present)"
         return (
             f"(define-fun within ((time Time) (present Real)) Bool {recent})",
             "(define-fun tells ((k Kept) (is Bool) (present Real)) Bool"
@@ -151,15 +161,15 @@ class _Since:
             "(define-fun is-time ((k Kept) (time Time)) Bool"
             " (or (= time never) (and ((_ is at) time) (<= (when time) (latest k)))))",
             "(define-fun in-order ((k Kept)) Bool (and (is-time k (surely k)) (is-time k (maybe k))))",
-            f"(define-fun looked ((missed Bool) (present Real)) Bool {self.next('now', 'missed')})",
+            f"(define-fun looked ((missed Bool) (present Real)) Bool {self.next_value('now', 'missed')})",
             "(define-fun may-be-missed ((held Bool) (missed Bool) (present Real)) Bool"
-            f" (and (=> missed (or held {self.soon('now', 'present')}))"
-            f"{' (=> held missed)' if self.is_kept else ''}))",
+            f" (and (=> missed (or held {self.is_in_window('now', 'present')}))"
+            f"{' (=> held missed)' if self.is_once else ''}))",
         )
 
-    def next(self, at: str, before: str) -> str:
+    def next_value(self, at: str, before: str) -> str:
         """What `since-looks-back` says, of a moment at that time."""
-        return f"(and {self.soon(at, 'present')} (or b.held (and {self.kept} {before})))"
+        return f"(and {self.is_in_window(at, 'present')} (or b.held (and {self.sustained_term} {before})))"
 
 
 _HELD: Final = tuple(
@@ -167,74 +177,81 @@ _HELD: Final = tuple(
 )
 
 
-def _since(since: _Since, code: Code) -> Obligation:
-    look = since.look
+def _since(since: _SinceInvariant, code: ModuleSource) -> TheoremObligation:
+    look = since.update
     both = {"now": "now", "later": "later"}
-    return Obligation(
+    return TheoremObligation(
         "A look: where what was kept told of the reference, now and at any later time, it does so again,\n"
         "whatever was missed; what is said of now is so; and where all was measured, it is known.",
-        (*past_time_monitors.TIMES, *past_time_monitors.kept_by(t.Since), *_HELD, *since.definitions()),
+        (
+            *past_time_monitors.TIMES,
+            *past_time_monitors.monitor_state_sort(t.Since),
+            *_HELD,
+            *since.definitions(),
+        ),
         f"(ite {_CLOCK}"
         " (and (in-order after) (= (latest after) now)"
         " (tells after (looked missed.now now) now) (tells after (looked missed.later later) later)"
         " (=> (not (= (told after) unknown)) (= (told after) (told-of (looked missed.now now))))"
-        f" {look.spoken}"
-        f" (=> (and {look.whole} (= (surely before) (maybe before)))"
+        f" {look.last_times}"
+        f" (=> (and {look.no_gap} (= (surely before) (maybe before)))"
         " (and (= (surely after) (maybe after)) (not (= (told after) unknown)))))"
         " (and (= (told after) unknown) (= (surely after) (surely before)) (= (maybe after) (maybe before))"
-        f" (= (latest after) (latest before)) {look.stopped}))",
-        tables=(Table("after", "Kept", past_time_monitors.explore_step(code, since.term)),),
+        f" (= (latest after) (latest before)) {look.all_stale}))",
+        tables=(SymbolicFunction("after", "Kept", past_time_monitors.execute_step(code, since.term)),),
         assumptions={
             "in-order": f"(and (in-order before) {_LATER})",
-            **{f"tells-{one}": implication(_CLOCK, f"(tells before held.{one} {one})") for one in both},
+            **{f"tells-{one}": smt_implies(_CLOCK, f"(tells before held.{one} {one})") for one in both},
             **{
-                f"missed-{one}": implication(
+                f"missed-{one}": smt_implies(
                     _CLOCK,
                     f"(ite {look.gap} (may-be-missed held.{one} missed.{one} {one})"
                     f" (= missed.{one} held.{one}))",
                 )
                 for one in both
             },
-            **look.given,
+            **look.time_assumptions,
         },
     )
 
 
-def _missed(since: _Since, code: Code) -> Obligation:
+def _gap_obligation(since: _SinceInvariant, code: ModuleSource) -> TheoremObligation:
     """An induction over the moments of a gap, of which there may be any number."""
-    return Obligation(
+    return TheoremObligation(
         "Of a gap that ends now, `may-be-missed` allows whatever the reference makes of any number of\n"
         "moments in it: of none, and of one more.",
         (
             *past_time_monitors.TIMES,
-            *past_time_monitors.kept_by(t.Since),
+            *past_time_monitors.monitor_state_sort(t.Since),
             *since.definitions(),
             *(f"(declare-const {name} Bool)" for name in ("held", "missed")),
             *(f"(declare-const {name} Real)" for name in ("present", "time", "one-before")),
         ),
-        conjunction(
+        smt_and(
             (
                 "(may-be-missed held held present)",
-                f"(may-be-missed held {since.next('time', 'missed')} present)",
+                f"(may-be-missed held {since.next_value('time', 'missed')} present)",
                 # The reference holds of nothing that is longer ago than the window.
-                implication(since.next("time", "missed"), since.soon("time", "present")),
+                smt_implies(since.next_value("time", "missed"), since.is_in_window("time", "present")),
             )
         ),
         assumptions={
             "in-the-gap": "(<= one-before time now present)",
             "so-far": "(may-be-missed held missed present)",
-            "in-the-window": implication("held", since.soon("one-before", "present")),
+            "in-the-window": smt_implies("held", since.is_in_window("one-before", "present")),
         },
     )
 
 
-def _since_begins(code: Code) -> Obligation:
+def _since_initial(code: ModuleSource) -> TheoremObligation:
     since = _SINCE["since"]
-    return Obligation(
+    return TheoremObligation(
         "Before the first moment `since` holds of nothing, and nothing was missed.",
-        (*past_time_monitors.TIMES, *past_time_monitors.kept_by(t.Since), *since.definitions()),
-        f"(and (in-order begins) (tells begins false later) {since.look.fresh('begins')})",
-        tables=(Table("begins", "Kept", past_time_monitors.explore_beginning(code, since.term)),),
+        (*past_time_monitors.TIMES, *past_time_monitors.monitor_state_sort(t.Since), *since.definitions()),
+        f"(and (in-order begins) (tells begins false later) {since.update.no_earlier_sample('begins')})",
+        tables=(
+            SymbolicFunction("begins", "Kept", past_time_monitors.execute_initial_state(code, since.term)),
+        ),
     )
 
 
@@ -242,7 +259,7 @@ def _since_begins(code: Code) -> Obligation:
 
 _COUNTED: Final = (
     *past_time_monitors.TIMES,
-    *past_time_monitors.kept_by(t.Occurrences),
+    *past_time_monitors.monitor_state_sort(t.Occurrences),
     *(f"(declare-const {what}.{when} Int)" for what in ("happened", "missed") for when in ("now", "later")),
     "(define-fun in-window ((time Real) (present Real)) Int (ite (<= (- present time) window) 1 0))",
     "(define-fun counted ((k Kept) (present Real)) Int"
@@ -258,10 +275,10 @@ _COUNTED: Final = (
 )
 
 
-def _count(code: Code) -> Obligation:
-    look = _Look(("a",))
+def _count(code: ModuleSource) -> TheoremObligation:
+    look = _MonitorUpdate(("a",))
     both = ("now", "later")
-    return Obligation(
+    return TheoremObligation(
         "A look: where what was kept told how often it happened in the window, now and at any later time,\n"
         "it does so again, whatever was missed; what is said of now is so; and where all was measured,\n"
         "and is no more than is kept, it is known.",
@@ -270,12 +287,16 @@ def _count(code: Code) -> Obligation:
         " (and (in-order after) (= (latest after) now)"
         " (tells after (looked missed.now now) now) (tells after (looked missed.later later) later)"
         " (=> (not (= (told after) (- 1))) (= (told after) (looked missed.now now)))"
-        f" {look.spoken}"
-        f" (=> (and {look.whole} (not (is-recent (uncounted before) now)) (<= (looked missed.now now) 2))"
+        f" {look.last_times}"
+        f" (=> (and {look.no_gap} (not (is-recent (uncounted before) now)) (<= (looked missed.now now) 2))"
         " (and (not (= (told after) (- 1))) (= (uncounted after) (uncounted before)))))"
         " (and (= (told after) (- 1)) (tells after happened.later later) (in-order after)"
-        f" (= (latest after) (latest before)) {look.stopped}))",
-        tables=(Table("after", "Kept", past_time_monitors.explore_step(code, t.Occurrences(_A, _WINDOW))),),
+        f" (= (latest after) (latest before)) {look.all_stale}))",
+        tables=(
+            SymbolicFunction(
+                "after", "Kept", past_time_monitors.execute_step(code, t.Occurrences(_A, _WINDOW))
+            ),
+        ),
         assumptions={
             "in-order": f"(and (in-order before) {_LATER})",
             **{f"tells-{one}": f"(tells before happened.{one} {one})" for one in both},
@@ -284,19 +305,21 @@ def _count(code: Code) -> Obligation:
                 f" (=> (< happened.{one} missed.{one}) (and {look.gap} (<= (- {one} now) window))))"
                 for one in both
             },
-            **look.given,
+            **look.time_assumptions,
         },
     )
 
 
-def _count_begins(code: Code) -> Obligation:
-    return Obligation(
+def _count_initial(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Before the first moment nothing has happened, and nothing was missed.",
         _COUNTED,
-        f"(and (in-order begins) (tells begins 0 later) {_Look(('a',)).fresh('begins')}"
+        f"(and (in-order begins) (tells begins 0 later) {_MonitorUpdate(('a',)).no_earlier_sample('begins')}"
         " (= (uncounted begins) never))",
         tables=(
-            Table("begins", "Kept", past_time_monitors.explore_beginning(code, t.Occurrences(_A, _WINDOW))),
+            SymbolicFunction(
+                "begins", "Kept", past_time_monitors.execute_initial_state(code, t.Occurrences(_A, _WINDOW))
+            ),
         ),
     )
 
@@ -304,47 +327,51 @@ def _count_begins(code: Code) -> Obligation:
 # `previously`.
 
 
-def _previously(code: Code) -> Obligation:
-    look = _Look(("a",))
-    return Obligation(
+def _previously(code: ModuleSource) -> TheoremObligation:
+    look = _MonitorUpdate(("a",))
+    return TheoremObligation(
         "A look: what is said is a at the moment before, unknown where something was missed; what is kept\n"
         "of this moment is a, where that was measured.",
         (
             *past_time_monitors.TIMES,
-            *past_time_monitors.kept_by(t.Previously),
+            *past_time_monitors.monitor_state_sort(t.Previously),
             *(f"(declare-const {name} Bool)" for name in ("held", "missed")),
         ),
         f"(ite {_CLOCK}"
         " (and (= (latest after) now) (=> (not (= (told after) unknown)) (= (told after) (told-of missed)))"
         " (=> (not (= (last after) unknown)) (= (last after) (told-of a.held)))"
-        f" {look.spoken}"
-        f" (=> (and {look.whole} (not (= (last before) unknown)))"
+        f" {look.last_times}"
+        f" (=> (and {look.no_gap} (not (= (last before) unknown)))"
         " (not (or (= (told after) unknown) (= (last after) unknown)))))"
         " (and (= (told after) unknown) (= (last after) (last before))"
-        f" (= (latest after) (latest before)) {look.stopped}))",
-        tables=(Table("after", "Kept", past_time_monitors.explore_step(code, t.Previously(_A))),),
+        f" (= (latest after) (latest before)) {look.all_stale}))",
+        tables=(SymbolicFunction("after", "Kept", past_time_monitors.execute_step(code, t.Previously(_A))),),
         assumptions={
             "tells": "(=> (not (= (last before) unknown)) (= (last before) (told-of held)))",
             "missed": f"(=> (not {look.gap}) (= missed held))",
-            **look.given,
+            **look.time_assumptions,
         },
     )
 
 
-def _previously_begins(code: Code) -> Obligation:
-    return Obligation(
+def _previously_initial(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Before the first moment nothing was so, and nothing was missed.",
-        (*past_time_monitors.TIMES, *past_time_monitors.kept_by(t.Previously)),
-        f"(and (= (last begins) no) {_Look(('a',)).fresh('begins')})",
-        tables=(Table("begins", "Kept", past_time_monitors.explore_beginning(code, t.Previously(_A))),),
+        (*past_time_monitors.TIMES, *past_time_monitors.monitor_state_sort(t.Previously)),
+        f"(and (= (last begins) no) {_MonitorUpdate(('a',)).no_earlier_sample('begins')})",
+        tables=(
+            SymbolicFunction(
+                "begins", "Kept", past_time_monitors.execute_initial_state(code, t.Previously(_A))
+            ),
+        ),
     )
 
 
 # Windows, and whole traces.
 
 
-def _recent(length: Fraction, code: Code) -> Obligation:
-    return Obligation(
+def _recent(length: Fraction, code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         f"The code that `_is_recent` writes of {length} s: exactly where a time is that long ago at most;\n"
         "not of what never was.",
         (
@@ -352,30 +379,30 @@ def _recent(length: Fraction, code: Code) -> Obligation:
             "(declare-datatypes ((Which 0)) (((never) (first) (known))))",
             "(declare-const which Which)",
         ),
-        f"(= recent (or (= which first) (and (= which known) (<= {time_windows.APART} {literal(length)}))))",
-        tables=(Table("recent", "Bool", past_time_monitors.explore_recent(code, length)),),
-        assumptions=time_windows.rounding(length),
+        f"(= recent (or (= which first) (and (= which known) (<= {time_windows.TIME_DIFFERENCE} {smt_literal(length)}))))",
+        tables=(SymbolicFunction("recent", "Bool", past_time_monitors.execute_is_recent(code, length)),),
+        assumptions=time_windows.rounding_assumptions(length),
     )
 
 
 @dataclass(frozen=True)
-class _Trace:
+class _TraceMeaning:
     """A condition as people write it, and what it means at the last of so many moments."""
 
     text: str
-    moments: int
-    means: Callable[[int], str]
+    length: int
+    meaning: Callable[[int], str]
 
 
-def _soon(last: int, number: int) -> str:
+def _in_window(last: int, number: int) -> str:
     return f"(<= (- time.{last} time.{number}) 1.0)"
 
 
 def _since_means(last: int, *, within: bool) -> str:
-    return disjunction(
-        conjunction(
+    return smt_or(
+        smt_and(
             (
-                _soon(last, number) if within else "true",
+                _in_window(last, number) if within else "true",
                 f"b.{number}",
                 *(f"a.{after}" for after in range(number + 1, last + 1)),
             )
@@ -385,69 +412,73 @@ def _since_means(last: int, *, within: bool) -> str:
 
 
 def _once_means(last: int) -> str:
-    return disjunction(f"(and {_soon(last, number)} a.{number})" for number in range(last + 1))
+    return smt_or(f"(and {_in_window(last, number)} a.{number})" for number in range(last + 1))
 
 
 def _historically_means(last: int) -> str:
-    return conjunction(implication(_soon(last, number), f"a.{number}") for number in range(last + 1))
+    return smt_and(smt_implies(_in_window(last, number), f"a.{number}") for number in range(last + 1))
 
 
 def _count_means(last: int) -> str:
-    each = (f"(ite (and {_soon(last, number)} a.{number}) 1 0)" for number in range(last + 1))
+    each = (f"(ite (and {_in_window(last, number)} a.{number}) 1 0)" for number in range(last + 1))
     return f"(= 2 (+ {' '.join(each)}))"
 
 
 def _nested_means(last: int) -> str:
-    once = (f"(and {_soon(last, number)} a.{number} b.{number - 1})" for number in range(1, last + 1))
-    return f"(and {disjunction(once)} (not a.{last - 1}))"
+    once = (f"(and {_in_window(last, number)} a.{number} b.{number - 1})" for number in range(1, last + 1))
+    return f"(and {smt_or(once)} (not a.{last - 1}))"
 
 
 _TRACES: Final = {
-    "since": _Trace("a since within 1 s b", 3, partial(_since_means, within=True)),
-    "since-ever": _Trace("a since b", 4, partial(_since_means, within=False)),
-    "once": _Trace("once within 1 s a", 4, _once_means),
-    "historically": _Trace("historically within 1 s a", 4, _historically_means),
-    "count": _Trace("count within 1 s (a) == 2", 4, _count_means),
-    "previously": _Trace("previously a", 4, lambda last: f"a.{last - 1}"),
-    "nested": _Trace("once within 1 s (a and previously b) and not previously a", 3, _nested_means),
+    "since": _TraceMeaning("a since within 1 s b", 3, partial(_since_means, within=True)),
+    "since-ever": _TraceMeaning("a since b", 4, partial(_since_means, within=False)),
+    "once": _TraceMeaning("once within 1 s a", 4, _once_means),
+    "historically": _TraceMeaning("historically within 1 s a", 4, _historically_means),
+    "count": _TraceMeaning("count within 1 s (a) == 2", 4, _count_means),
+    "previously": _TraceMeaning("previously a", 4, lambda last: f"a.{last - 1}"),
+    "nested": _TraceMeaning("once within 1 s (a and previously b) and not previously a", 3, _nested_means),
 }
 
 
-def _trace(trace: _Trace, code: Code) -> Obligation:
-    numbers = range(trace.moments)
+def _trace(trace: _TraceMeaning, code: ModuleSource) -> TheoremObligation:
+    numbers = range(trace.length)
     times = [f"time.{number}" for number in numbers]
-    return Obligation(
+    return TheoremObligation(
         f"`{trace.text}`, as parser and type checker make it:\n"
-        f"along any {trace.moments} measured moments, monitors and `evaluate` say what it means.",
+        f"along any {trace.length} measured moments, monitors and `evaluate` say what it means.",
         (
-            *past_time_monitors.TOLD,
+            *past_time_monitors.TRUTH_SORT,
             *(f"(declare-const {time} Real)" for time in times),
             *(f"(declare-const {name}.{number} Bool)" for name in "ab" for number in numbers),
         ),
-        f"(= found (told-of {trace.means(trace.moments - 1)}))",
-        tables=(Table("found", "Told", past_time_monitors.explore_traces(code, trace.text, trace.moments)),),
+        f"(= found (told-of {trace.meaning(trace.length - 1)}))",
+        tables=(
+            SymbolicFunction(
+                "found", "Told", past_time_monitors.execute_traces(code, trace.text, trace.length)
+            ),
+        ),
         assumptions={"in-order": f"(<= (- 9007199254740992) {' '.join(times)} 9007199254740992)"},
     )
 
 
 _SINCE: Final = {
-    "since": _Since(t.Since(_A, _B, _WINDOW)),
-    "since-ever": _Since(t.Since(_A, _B, None)),
-    "once": _Since(t.Since(t.TRUE, _B, _WINDOW)),
-    "once-ever": _Since(t.Since(t.TRUE, _B, None)),
+    "since": _SinceInvariant(t.Since(_A, _B, _WINDOW)),
+    "since-ever": _SinceInvariant(t.Since(_A, _B, None)),
+    "once": _SinceInvariant(t.Since(t.TRUE, _B, _WINDOW)),
+    "once-ever": _SinceInvariant(t.Since(t.TRUE, _B, None)),
 }
 
-_MADE: dict[str, Callable[[Code], Obligation]] = {
-    "since-looks-back": partial(_looks_back, _WINDOW),
-    "since-ever-looks-back": partial(_looks_back, None),
-    "count-looks-back": _counts_each,
-    "previously-looks-back": _is_of_before,
-    **{f"{name}-missed": partial(_missed, one) for name, one in _SINCE.items()},
+_OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
+    "since-looks-back": partial(_since_recursion, _WINDOW),
+    "since-ever-looks-back": partial(_since_recursion, None),
+    "count-looks-back": _count_recursion,
+    "previously-looks-back": _previously_recursion,
+    **{f"{name}-missed": partial(_gap_obligation, one) for name, one in _SINCE.items()},
     **{name: partial(_since, one) for name, one in _SINCE.items()},
-    "since-begins": _since_begins,
-    "count-begins": _count_begins,
+    "since-begins": _since_initial,
+    "count-begins": _count_initial,
     "count": _count,
-    "previously-begins": _previously_begins,
+    "previously-begins": _previously_initial,
     "previously": _previously,
     **{f"recent-{name}": partial(_recent, length) for name, length in time_windows.LENGTHS.items()},
     **{f"traces-of-{name}": partial(_trace, one) for name, one in _TRACES.items()},
@@ -455,21 +486,21 @@ _MADE: dict[str, Callable[[Code], Obligation]] = {
 
 THEOREM = Theorem(
     "a history that is known is what the definition says along the whole trace, in bounded memory",
-    _MADE,
+    _OBLIGATIONS,
     (
         Mutant(
             "has-an-open-window",
             "since-looks-back",
             past_time_monitors.SEMANTICS,
-            "_age(trace, end) > within:",
-            "_age(trace, end) >= within:",
+            "_age_of_last(trace, end) > window_s:",
+            "_age_of_last(trace, end) >= window_s:",
         ),
         Mutant(
             "counts-what-is-longer-ago",
             "count-looks-back",
             past_time_monitors.SEMANTICS,
-            "if _age(looked_at, end) <= within]",
-            "if _age(looked_at, end) <= 2 * within]",
+            "if _age_of_last(looked_at, end) <= within]",
+            "if _age_of_last(looked_at, end) <= 2 * within]",
         ),
         Mutant(
             "starts-again-only-where-it-is-known-not-to-be-kept",
@@ -489,7 +520,7 @@ THEOREM = Theorem(
             "forgets-that-it-is-not-kept-any-more",
             "since-ever",
             past_time_monitors.HISTORY,
-            'self.line(f"if {kept} is False: maybe{number} = -inf")',
+            'self.add_line(f"if {kept} is False: maybe{number} = -inf")',
             "pass",
         ),
         Mutant(
@@ -510,15 +541,15 @@ THEOREM = Theorem(
             "says-what-is-so-now",
             "previously",
             past_time_monitors.HISTORY,
-            'self.line(f"if h{number} is not None: known[{one.declared.name!r}] = h{number}")',
-            'self.line(f"if last{number} is not None: known[{one.declared.name!r}] = last{number}")',
+            'self.add_line(f"if h{number} is not None: known[{one.declared.name!r}] = h{number}")',
+            'self.add_line(f"if last{number} is not None: known[{one.declared.name!r}] = last{number}")',
         ),
         Mutant(
             "keeps-one-time-too-few",
             "count",
             past_time_monitors.HISTORY,
-            'f"if len({times}) > {most}: ',
-            'f"if len({times}) >= {most}: ',
+            'f"if len({times}) > {max_count}: ',
+            'f"if len({times}) >= {max_count}: ',
         ),
         Mutant(
             "forgets-that-more-happened-than-is-kept",
@@ -537,14 +568,14 @@ THEOREM = Theorem(
         Mutant(
             "holds-where-it-held-once",
             "traces-of-historically",
-            past_time_monitors.CHECK,
+            past_time_monitors.TYPECHECK,
             "term = t.Not(t.Since(t.TRUE, t.Not(operands[0]), within))",
             "term = t.Not(t.Since(t.TRUE, operands[0], within))",
         ),
         Mutant(
             "keeps-one-history-for-all",
             "traces-of-nested",
-            past_time_monitors.PAST,
+            past_time_monitors.PAST_TIME,
             "if name in self._kept:\n            return self._kept[name].declared.variable",
             "if name and self._kept:\n            return self.kept[0].declared.variable",
         ),

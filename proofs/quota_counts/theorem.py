@@ -9,10 +9,10 @@ from types import ModuleType, SimpleNamespace
 from typing import Any, Final, cast
 
 from aeros.spec.model.model import Quota
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import literal
-from aeros.spec.theorems.symbolic_execution import Ask, Symbol, explore
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import time_windows
 
 USAGE: Final = "aeros.runtime.gate.quotas"
@@ -20,31 +20,35 @@ USAGE: Final = "aeros.runtime.gate.quotas"
 # A window of time.
 
 
-def _window(length: Fraction, code: Code) -> Obligation:
+def _window(length: Fraction, code: ModuleSource) -> TheoremObligation:
     window = time_windows.window_module(code)
 
-    def run(ask: Ask) -> str:
+    def run(ask: DecideBranch) -> str:
         made = window.Window(length)
-        return literal(
-            bool(made.spans(time_windows.Double("earlier", ask), time_windows.Double("later", ask)))
+        return smt_literal(
+            bool(
+                made.spans(
+                    time_windows.SymbolicDouble("earlier", ask), time_windows.SymbolicDouble("later", ask)
+                )
+            )
         )
 
-    bounds = time_windows.bounds_of(length)
-    return Obligation(
+    bounds = time_windows.neighbouring_doubles(length)
+    return TheoremObligation(
         f"`Window.spans` exactly where one time is at most {length} s after another; that is\n"
         f"{'a double' if bounds['below'] == bounds['above'] else 'no double'}.",
         time_windows.TIMES,
-        f"(= spans (<= {time_windows.APART} {literal(length)}))",
-        tables=(Table("spans", "Bool", explore(run)),),
-        assumptions=time_windows.rounding(length),
+        f"(= spans (<= {time_windows.TIME_DIFFERENCE} {smt_literal(length)}))",
+        tables=(SymbolicFunction("spans", "Bool", execute_symbolically(run)),),
+        assumptions=time_windows.rounding_assumptions(length),
     )
 
 
 # What is kept of the actions of one quota.
 
-_KEPT: Final = ("first", "second")
+_STORED_TIMES: Final = ("first", "second")
 
-_USE: Final = (
+_USAGE_SORT: Final = (
     "(declare-datatypes ((Use 0))"
     " (((use (kept Int) (first-of Real) (second-of Real) (latest-of Real)) (refused))))",
     "(declare-const before Use)",
@@ -76,12 +80,12 @@ _INVARIANT: Final = {
 """What holds of what is kept, now and at any later time."""
 
 
-def _usage(ask: Ask, usage: ModuleType) -> Any:
+def _symbolic_usage(ask: DecideBranch, usage: ModuleType) -> Any:
     """A usage in any state, of a quota of two actions."""
-    made = usage.Usage((Quota("q", frozenset(("a",)), 2, Fraction(1), cast("Any", None)),))
+    made = usage.QuotaUsageCounter((Quota("q", frozenset(("a",)), 2, Fraction(1), cast("Any", None)),))
     number = 2 if ask("(= (kept before) 2)") else 1 if ask("(= (kept before) 1)") else 0
-    made._times["q"].extend(Symbol(f"({name}-of before)", ask) for name in _KEPT[:number])
-    made._latest = Symbol("(latest-of before)", ask)
+    made._times["q"].extend(SymbolicValue(f"({name}-of before)", ask) for name in _STORED_TIMES[:number])
+    made._latest = SymbolicValue("(latest-of before)", ask)
     return made
 
 
@@ -90,46 +94,46 @@ def _state(made: Any) -> str:
     return f"(use {len(times)} {' '.join([*times, '0.0', '0.0'][:2])} {made._latest.term})"
 
 
-def _copy(code: Code) -> ModuleType:
+def _copy_usage(code: ModuleSource) -> ModuleType:
     def window(_: Fraction) -> Any:
-        def spans(earlier: Symbol, later: Symbol) -> bool:
+        def spans(earlier: SymbolicValue, later: SymbolicValue) -> bool:
             return later.ask(f"(<= (- {later.term} {earlier.term}) window)")
 
         return SimpleNamespace(spans=spans)
 
-    return code.module(USAGE, Window=window, type=lambda _: float, float=float, isfinite=lambda _: True)
+    return code.module(USAGE, TimeWindow=window, type=lambda _: float, float=float, isfinite=lambda _: True)
 
 
-def _executed(code: Code) -> Obligation:
-    usage = _copy(code)
+def _executed(code: ModuleSource) -> TheoremObligation:
+    usage = _copy_usage(code)
 
-    def run(ask: Ask) -> str:
-        made = _usage(ask, usage)
+    def run(ask: DecideBranch) -> str:
+        made = _symbolic_usage(ask, usage)
         try:
-            made.executed("a" if ask("governed") else "b", Symbol("now", ask))
+            made.executed("a" if ask("governed") else "b", SymbolicValue("now", ask))
         except usage.ClockError:
             return "refused"
         return _state(made)
 
-    return Obligation(
-        "After `Usage.executed`, what is kept still tells at any later time how many actions the window\n"
+    return TheoremObligation(
+        "After `QuotaUsageCounter.executed`, what is kept still tells at any later time how many actions the window\n"
         "holds, up to the quota's number, however many there have been; a clock that goes back is refused.",
-        _USE,
+        _USAGE_SORT,
         "(ite (< now (latest-of before)) (= after refused)"
         " (and (not (= after refused)) (in-order after) (= (latest-of after) now)"
         " (= (counted after later) (at-most-two (+ executed.later (ite governed (within now later) 0))))))",
-        tables=(Table("after", "Use", explore(run)),),
+        tables=(SymbolicFunction("after", "Use", execute_symbolically(run)),),
         assumptions=_INVARIANT,
     )
 
 
-def _count(code: Code) -> Obligation:
-    usage = _copy(code)
+def _count(code: ModuleSource) -> TheoremObligation:
+    usage = _copy_usage(code)
 
-    def run(ask: Ask, told: Callable[[Any, int], str]) -> str:
-        made = _usage(ask, usage)
+    def run(ask: DecideBranch, told: Callable[[Any, int], str]) -> str:
+        made = _symbolic_usage(ask, usage)
         try:
-            found = made.count(Symbol("now", ask))["q"]
+            found = made.count(SymbolicValue("now", ask))["q"]
         except usage.ClockError:
             return told(None, -1)
         return told(made, found)
@@ -138,43 +142,43 @@ def _count(code: Code) -> Obligation:
         return "refused" if made is None else _state(made)
 
     def number(_: Any, found: int) -> str:
-        return literal(found)
+        return smt_literal(found)
 
-    return Obligation(
-        "`Usage.count` says how many actions the window holds now, up to the quota's number; and forgets\n"
+    return TheoremObligation(
+        "`QuotaUsageCounter.count` says how many actions the window holds now, up to the quota's number; and forgets\n"
         "none that a later window could hold.",
-        _USE,
+        _USAGE_SORT,
         "(ite (< now (latest-of before)) (= after refused)"
         " (and (= told (at-most-two executed.now)) (not (= after refused)) (in-order after)"
         " (= (counted after later) (at-most-two executed.later))))",
         tables=(
-            Table("told", "Int", explore(partial(run, told=number))),
-            Table("after", "Use", explore(partial(run, told=state))),
+            SymbolicFunction("told", "Int", execute_symbolically(partial(run, told=number))),
+            SymbolicFunction("after", "Use", execute_symbolically(partial(run, told=state))),
         ),
         assumptions=_INVARIANT,
     )
 
 
-def _begins(code: Code) -> Obligation:
-    usage = _copy(code)
+def _initial_obligation(code: ModuleSource) -> TheoremObligation:
+    usage = _copy_usage(code)
 
-    def run(ask: Ask) -> str:
-        made = usage.Usage((Quota("q", frozenset(("a",)), 2, Fraction(1), cast("Any", None)),))
-        made._latest = Symbol("now", ask)
+    def run(ask: DecideBranch) -> str:
+        made = usage.QuotaUsageCounter((Quota("q", frozenset(("a",)), 2, Fraction(1), cast("Any", None)),))
+        made._latest = SymbolicValue("now", ask)
         return _state(made)
 
-    return Obligation(
+    return TheoremObligation(
         "Before anything was executed, nothing is kept, and that counts as nothing.",
-        _USE,
+        _USAGE_SORT,
         "(and (in-order begins) (= (counted begins later) 0))",
-        tables=(Table("begins", "Use", explore(run)),),
+        tables=(SymbolicFunction("begins", "Use", execute_symbolically(run)),),
     )
 
 
 THEOREM = Theorem(
     "a quota counts the actions that its window holds, exactly and in bounded memory",
     {
-        "begins": _begins,
+        "begins": _initial_obligation,
         "executed": _executed,
         "count": _count,
         **{f"window-of-{name}": partial(_window, length) for name, length in time_windows.LENGTHS.items()},
@@ -184,15 +188,15 @@ THEOREM = Theorem(
             "keeps-one-time-too-few",
             "executed",
             USAGE,
-            "deque(maxlen=quota.at_most)",
-            "deque(maxlen=quota.at_most - 1)",
+            "deque(maxlen=quota.max_count)",
+            "deque(maxlen=quota.max_count - 1)",
         ),
         Mutant(
             "forgets-what-is-in-the-window-still",
             "count",
             USAGE,
-            "while times and not window.spans(times[0], at):",
-            "if times and not window.spans(times[-1], at) or len(times) > 1:",
+            "while times and not window.contains(times[0], at):",
+            "if times and not window.contains(times[-1], at) or len(times) > 1:",
         ),
         Mutant(
             "lets-the-clock-go-back",

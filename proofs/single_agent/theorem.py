@@ -10,10 +10,18 @@ from itertools import count
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import conjunction, disjunction
-from aeros.spec.theorems.theorem import Obligation, Theorem
-from proofs.lib.process_model import Do, Program, Way, changed, later, program, variables
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_and, smt_or
+from aeros.spec.theorems.theorem import Theorem, TheoremObligation
+from proofs.lib.process_model import (
+    PerformStep,
+    ProcessGraph,
+    StepPath,
+    declare_state,
+    execute_process,
+    primed,
+    transition,
+)
 
 IDENTITY: Final = "aeros.agent.identity"
 LOCKS: Final = "aeros.files"
@@ -29,20 +37,20 @@ _STATE: Final[Mapping[str, str]] = {
 """`child`: a process that this one forked has its open files still."""
 
 
-class _Folder:
+class _FolderStub:
     """The state folder, and files in it."""
 
-    def __truediv__(self, _: str) -> _Folder:
+    def __truediv__(self, _: str) -> _FolderStub:
         return self
 
     def mkdir(self, **_: Any) -> None:
         """It is there."""
 
 
-def _agent(code: Code) -> Program:
-    """`sole_identity`: an agent comes awake, lives, and lets go."""
+def _agent(code: ModuleSource) -> ProcessGraph:
+    """`acquire_identity`: an agent comes awake, lives, and lets go."""
 
-    def run(do: Do) -> str:
+    def run(do: PerformStep) -> str:
         def flock(_: int, how: int) -> None:
             kind = "exclude" if how & fcntl.LOCK_EX else "share"
             if do(kind, "taken", "busy") == "busy":
@@ -78,28 +86,28 @@ def _agent(code: Code) -> Program:
             _write=write,
         )
         try:
-            with identity.sole_identity(_Folder(), "name"):
-                _live(do)
+            with identity.acquire_identity(_FolderStub(), "name"):
+                _run_agent(do)
         except identity.RefusedError:
             return "refused"
         except RuntimeError:
             return "broken"
         return "slept"
 
-    return program(run)
+    return execute_process(run)
 
 
-def _live(do: Do) -> None:
+def _run_agent(do: PerformStep) -> None:
     if do("live", "well", "raises") == "raises":
         raise RuntimeError
 
 
-def _since(way: Way, step: tuple[str, str]) -> bool:
-    return step in way and "close" not in [what for what, _ in way[way.index(step) :]]
+def _done_since(path: StepPath, step: tuple[str, str]) -> bool:
+    return step in path and "close" not in [what for what, _ in path[path.index(step) :]]
 
 
-def _facts(who: str, way: Way) -> Iterator[str]:
-    if _since(way, ("exclude", "taken")):
+def _path_facts(who: str, path: StepPath) -> Iterator[str]:
+    if _done_since(path, ("exclude", "taken")):
         yield f"(= lock {_AGENTS[who]})"
 
 
@@ -110,63 +118,63 @@ def _effect(who: str) -> Callable[[str, str, int], str]:
         state = [one for one in _STATE if one != f"{who}.pc"]
         match what, answer:
             case "exclude", "taken":
-                return changed(state, {"lock": str(mine)}, "(= lock 0)")
+                return transition(state, {"lock": str(mine)}, "(= lock 0)")
             case "share", "taken":
-                return changed(state, {}, "(= lock 0)")
+                return transition(state, {}, "(= lock 0)")
             case "close", _:
-                return changed(state, {"lock": f"(ite (and (= lock {mine}) (not {who}.child)) 0 lock)"})
-        return changed(state, {})
+                return transition(state, {"lock": f"(ite (and (= lock {mine}) (not {who}.child)) 0 lock)"})
+        return transition(state, {})
 
     return effect
 
 
-def _places(one: Program, who: str, is_there: Callable[[Way], bool]) -> str:
-    return disjunction(f"(= {who}.pc {at})" for at, way in enumerate(one.ways) if is_there(way))
+def _place_invariant(graph: ProcessGraph, who: str, is_there: Callable[[StepPath], bool]) -> str:
+    return smt_or(f"(= {who}.pc {at})" for at, way in enumerate(graph.paths) if is_there(way))
 
 
-def _kernel(one: Program) -> str:
+def _process_transitions(graph: ProcessGraph) -> str:
     """What happens to a process, at any place: it forks, its child ends, it is killed, it begins anew."""
     steps = []
     for who, mine in _AGENTS.items():
-        holds = _places(one, who, lambda way: _since(way, ("exclude", "taken")))
+        holds = _place_invariant(graph, who, lambda way: _done_since(way, ("exclude", "taken")))
         left = f"(ite (and (= lock {mine}) (not {holds})) 0 lock)"
         dropped = f"(ite (and (= lock {mine}) (not {who}.child)) 0 lock)"
         steps += [
-            changed(tuple(_STATE), {f"{who}.child": "true"}),
-            changed(tuple(_STATE), {f"{who}.child": "false", "lock": left}),
-            changed(tuple(_STATE), {f"{who}.pc": "0", "lock": dropped}),
+            transition(tuple(_STATE), {f"{who}.child": "true"}),
+            transition(tuple(_STATE), {f"{who}.child": "false", "lock": left}),
+            transition(tuple(_STATE), {f"{who}.pc": "0", "lock": dropped}),
         ]
     steps += [
-        changed(tuple(_STATE), {"lock": "3"}, "(= lock 0)"),
-        changed(tuple(_STATE), {"lock": "0"}, "(= lock 3)"),
+        transition(tuple(_STATE), {"lock": "3"}, "(= lock 0)"),
+        transition(tuple(_STATE), {"lock": "0"}, "(= lock 3)"),
     ]
-    return disjunction(steps)
+    return smt_or(steps)
 
 
-def _definitions(one: Program) -> tuple[str, ...]:
-    facts = [one.everywhere(f"{who}.pc", partial(_facts, who)) for who in _AGENTS]
-    invariant = conjunction(["(<= 0 lock 3)", *facts])
+def _definitions(graph: ProcessGraph) -> tuple[str, ...]:
+    facts = [graph.invariant_formula(f"{who}.pc", partial(_path_facts, who)) for who in _AGENTS]
+    invariant = smt_and(["(<= 0 lock 3)", *facts])
     return (
-        *variables(_STATE),
+        *declare_state(_STATE),
         f"(define-fun invariant () Bool {invariant})",
-        f"(define-fun invariant-after () Bool {later(invariant, _STATE)})",
+        f"(define-fun invariant-after () Bool {primed(invariant, _STATE)})",
     )
 
 
-def _base(code: Code) -> Obligation:
-    return Obligation(
+def _base(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
         "Base: where nobody has begun and nobody holds the lock, the invariant holds.",
         _definitions(_agent(code)),
         "(=> (and (= lock 0) (= one.pc 0) (= two.pc 0)) invariant)",
     )
 
 
-def _step(who: str) -> Callable[[Code], Obligation]:
-    def make(code: Code) -> Obligation:
+def _step(who: str) -> Callable[[ModuleSource], TheoremObligation]:
+    def make(code: ModuleSource) -> TheoremObligation:
         one = _agent(code)
-        step = _kernel(one) if who == "kernel" else one.moves(f"{who}.pc", _effect(who))
+        step = _process_transitions(one) if who == "kernel" else one.step_formula(f"{who}.pc", _effect(who))
         does = "the kernel: forks, ends, crashes, other agents" if who == "kernel" else f"agent `{who}`"
-        return Obligation(
+        return TheoremObligation(
             f"Step: the invariant survives what is done by {does}.",
             (*_definitions(one), f"(define-fun step () Bool {step})"),
             "(=> (and invariant step) invariant-after)",
@@ -175,10 +183,10 @@ def _step(who: str) -> Callable[[Code], Obligation]:
     return make
 
 
-def _claim(code: Code) -> Obligation:
+def _claim(code: ModuleSource) -> TheoremObligation:
     one = _agent(code)
-    awake = [_places(one, who, _is_awake) for who in _AGENTS]
-    return Obligation(
+    awake = [_place_invariant(one, who, _is_awake) for who in _AGENTS]
+    return TheoremObligation(
         "Where the invariant holds, no two agents are awake, nor between reading and writing who they are;\n"
         "and while a child of one that ended has its lock, nobody else is.",
         _definitions(one),
@@ -187,12 +195,12 @@ def _claim(code: Code) -> Obligation:
     )
 
 
-def _is_awake(way: Way) -> bool:
+def _is_awake(path: StepPath) -> bool:
     """Whether it is between reading its identity and the end of its life, at this place."""
-    done = [what for what, _ in way]
+    done = [what for what, _ in path]
     if "live" in done:
         return False  # all that it has left to do is let go
-    return "read-identity" in done and ("write-identity", "fails") not in way
+    return "read-identity" in done and ("write-identity", "fails") not in path
 
 
 THEOREM = Theorem(
@@ -215,7 +223,7 @@ THEOREM = Theorem(
             "claim",
             IDENTITY,
             "if time.monotonic() >= latest:",
-            "if time.monotonic() >= latest + 1:\n                    break\n                if patience < 0:",
+            "if time.monotonic() >= latest + 1:\n                    break\n                if timeout_s < 0:",
         ),
         Mutant(
             "lets-go-before-it-lives",

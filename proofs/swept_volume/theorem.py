@@ -55,8 +55,8 @@ THEOREM = Theorem(
             "has-the-second-half-begin-late",
             "part-second",
             BEZIER,
-            "(whole, bcd, cd, d)\n\n\ndef rest_of",
-            "(bcd, bcd, cd, d)\n\n\ndef rest_of",
+            "(whole, bcd, cd, d)\n\n\ndef remaining_path",
+            "(bcd, bcd, cd, d)\n\n\ndef remaining_path",
         ),
         Mutant(
             "forgets-the-slack-of-the-joints",
@@ -76,7 +76,7 @@ THEOREM = Theorem(
             "looks-at-the-first-half-of-the-way-alone",
             "clear-outside",
             SWEEP,
-            "        and clear(box, middle, edges, half, room)\n",
+            "        and is_clear(box, middle, edges, half, room)\n",
             "",
         ),
         Mutant(
@@ -91,7 +91,7 @@ THEOREM = Theorem(
             "search-of-two",
             SWEEP,
             "            return base, way\n",
-            "            return base, _NOWHERE\n",
+            "            return base, _NO_DISPLACEMENT\n",
         ),
         Mutant(
             "looks-at-one-path",

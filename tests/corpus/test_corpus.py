@@ -29,10 +29,10 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
-from aeros.spec.model.model import Block, Site
-from aeros.spec.obligations.obligation import Claim, Obligation
-from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.model.model import OperatorOverride, Site
+from aeros.spec.obligations.obligation import ClaimMode, Obligation
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.reports import Report, SubjectReport
 from aeros.spec.verification.verify import verify
 
@@ -128,7 +128,9 @@ def _site_of(source: Source) -> tuple[Site | None, SubjectReport]:
     return _proved_site(source, Oracle())
 
 
-def _examine_site(source: Source, _: Oracle, __: Sequence[Block]) -> tuple[Site | None, SubjectReport]:
+def _examine_site(
+    source: Source, _: Oracle, __: Sequence[OperatorOverride]
+) -> tuple[Site | None, SubjectReport]:
     """Proved once, and not for each of its modules."""
     return _site_of(source)
 
@@ -151,14 +153,14 @@ def test_the_case_is_judged_as_its_header_says(path: Path) -> None:
 def test_every_witness_of_the_case_replays(path: Path) -> None:
     report = outcome_of(case_at(path)).report
     for finding in (finding for subject in report.subjects for finding in subject.findings):
-        always = finding.obligation.claim is Claim.ALWAYS
+        always = finding.obligation.mode is ClaimMode.ALWAYS
         settled_by_example = Verdict.REFUTED if always else Verdict.PROVED
         assert (finding.witness is not None) == (finding.verdict is settled_by_example)
         if finding.witness is not None:
             env = finding.witness.values
-            assert all(holds(assumption, env) for assumption in finding.obligation.space.assumptions)
-            assert holds(finding.obligation.conclusion, env) != always
-            for one in finding.witness.declared:
+            assert all(is_true(assumption, env) for assumption in finding.obligation.space.assumptions)
+            assert is_true(finding.obligation.conclusion, env) != always
+            for one in finding.witness.variables:
                 value = env[one.name]
                 parts = value if isinstance(value, tuple) else (value,)
                 assert one.range is None or all(one.range[0] <= part <= one.range[1] for part in parts)  # type: ignore[operator]
@@ -184,7 +186,7 @@ def test_no_golden_file_is_left_over() -> None:
 
 # Broken twins: a verifier that is wrong in one place is noticed by at least one case.
 
-Claims = Iterator[Obligation | Settled]
+Claims = Iterator[Obligation | StaticClaim]
 Change = Callable[[Obligation], Obligation | None]
 BUILDERS = (
     "policy_obligations",
@@ -221,12 +223,14 @@ def about(part: str) -> Callable[[Obligation], bool]:
 
 
 def negation_dropped(one: Obligation) -> Obligation:
-    return replace(one, conclusion=t.Not(one.conclusion)) if one.claim is Claim.ALWAYS else one
+    return replace(one, conclusion=t.Not(one.conclusion)) if one.mode is ClaimMode.ALWAYS else one
 
 
 def impossible_assumed(one: Obligation) -> Obligation:
     assumed = (*one.space.assumptions, t.FALSE)
-    return replace(one, space=replace(one.space, assumptions=assumed)) if one.claim is Claim.ALWAYS else one
+    return (
+        replace(one, space=replace(one.space, assumptions=assumed)) if one.mode is ClaimMode.ALWAYS else one
+    )
 
 
 def assumptions_forgotten(one: Obligation) -> Obligation:
@@ -244,24 +248,24 @@ def all_but_one_assumed(one: Obligation) -> Obligation:
 def one_state_for_all(one: Obligation) -> Obligation:
     renamed: dict[str, t.Term] = {
         f"{role}.{now.name}": now.variable
-        for now in one.space.declared
+        for now in one.space.variables
         for role in ("a", "b", "hand_action", "table_action")
-        if now.variable.role is t.Role.STATE
+        if now.variable.role is t.VariableRole.STATE
     }
     assumed = tuple(t.substitute(term, renamed) for term in one.space.assumptions)
     return replace(one, space=replace(one.space, assumptions=assumed))
 
 
 def always_left_to_the_gate(one: Obligation) -> Obligation:
-    return replace(one, guard=str(one.id)) if one.code == "AE501" else one
+    return replace(one, runtime_checked_rule=str(one.id)) if one.code == "AE501" else one
 
 
 def never_left_to_the_gate(one: Obligation) -> Obligation:
-    return replace(one, guard=None)
+    return replace(one, runtime_checked_rule=None)
 
 
 def permission_left_to_the_gate(one: Obligation) -> Obligation:
-    return replace(one, guard=str(one.id)) if one.code == "AE403" else one
+    return replace(one, runtime_checked_rule=str(one.id)) if one.code == "AE403" else one
 
 
 def ranges_halved(one: Obligation) -> Obligation:
@@ -269,9 +273,9 @@ def ranges_halved(one: Obligation) -> Obligation:
         replace(variable, range=(variable.range[0] / 2, variable.range[1] / 2))
         if variable.range
         else variable
-        for variable in one.space.declared
+        for variable in one.space.variables
     )
-    return replace(one, space=replace(one.space, declared=declared))
+    return replace(one, space=replace(one.space, variables=declared))
 
 
 def ranges_doubled(one: Obligation) -> Obligation:
@@ -279,9 +283,9 @@ def ranges_doubled(one: Obligation) -> Obligation:
         replace(variable, range=(variable.range[0] * 2, variable.range[1] * 2))
         if variable.range
         else variable
-        for variable in one.space.declared
+        for variable in one.space.variables
     )
-    return replace(one, space=replace(one.space, declared=declared))
+    return replace(one, space=replace(one.space, variables=declared))
 
 
 def _order_changed(term: t.Term, old: str, new: str) -> t.Term:
@@ -402,9 +406,9 @@ def _break(patch: pytest.MonkeyPatch, builder: str, change: Change, silenced: st
 
     def broken(*arguments: object) -> Claims:
         for claim in original(*arguments):
-            if isinstance(claim, Settled):
+            if isinstance(claim, StaticClaim):
                 is_silent = claim.diagnostic is not None and claim.diagnostic.code == silenced
-                yield Settled(claim.id, None) if is_silent else claim
+                yield StaticClaim(claim.id, None) if is_silent else claim
             elif (changed := change(claim)) is not None:
                 yield changed
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from aeros.spec.backends import compiled, z3_solver
-from aeros.spec.backends.solver_results import Result, Scalar
+from aeros.spec.backends.solver_results import SatResult, ScalarValue
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, scalars_of
-from aeros.spec.expr.random_conditions import Ranges, Raw, exact_environment, raw_scalars
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.lower import lower, values_by_scalar
+from aeros.spec.expr.random_conditions import Ranges, Raw, exact_environment, to_scalars
+from aeros.spec.expr.semantics import is_true
 
 Variables = Mapping[str, t.Variable]
 Values = Mapping[str, Raw]
@@ -22,7 +22,7 @@ class Closure:
     name: str = "closure"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        return compiled.compile_condition(term, ranges)(raw_scalars(values))
+        return compiled.compile_condition(term, ranges)(to_scalars(values))
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Inline:
     name: str = "closure on local variables"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        scalars = raw_scalars(values)
+        scalars = to_scalars(values)
         local = {name: f"x{number}" for number, name in enumerate(scalars)}
         (code,), names = compiled.inline_conditions([term], ranges, local)
         function = eval(f"lambda {', '.join(local.values())}: {code}", dict(names))  # noqa: S307
@@ -42,9 +42,9 @@ class Together:
     name: str = "closure of several conditions"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        scalars = raw_scalars(values)
-        truths = compiled.compile_truths([term, t.Not(term)], ranges)
-        held, failed = truths.at(*(scalars[name] for name in truths.read))
+        scalars = to_scalars(values)
+        truths = compiled.compile_conditions([term, t.Not(term)], ranges)
+        held, failed = truths.evaluate(*(scalars[name] for name in truths.argument_names))
         assert held is not failed
         return held
 
@@ -56,12 +56,12 @@ class Smt:
     name: str = "smt"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        session = z3_solver.Session(variables.values(), ranges)
-        scalars = scalars_of(variables, exact_environment(values))
-        given = cast("Mapping[str, Scalar]", scalars)
-        results = [session.ask_given(given, question).result for question in (term, t.Not(term))]
-        assert set(results) == {Result.SAT, Result.UNSAT}, results
-        return results[0] is Result.SAT
+        session = z3_solver.IncrementalSolver(variables.values(), ranges)
+        scalars = values_by_scalar(variables, exact_environment(values))
+        given = cast("Mapping[str, ScalarValue]", scalars)
+        results = [session.check_at_values(given, question).result for question in (term, t.Not(term))]
+        assert set(results) == {SatResult.SAT, SatResult.UNSAT}, results
+        return results[0] is SatResult.SAT
 
 
 @dataclass
@@ -69,7 +69,7 @@ class Lowered:
     name: str = "semantics of the lowered term"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        return holds(lower(term), scalars_of(variables, exact_environment(values)))
+        return is_true(lower(term), values_by_scalar(variables, exact_environment(values)))
 
 
 @dataclass
@@ -79,11 +79,11 @@ class Floats:
     name: str = "floats without a filter"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        generator = compiled._Generator(ranges)
-        generator._filtered = (  # type: ignore[method-assign]
+        generator = compiled._CodeGenerator(ranges)
+        generator._filtered_comparison = (  # type: ignore[method-assign]
             lambda term, a, b: f"({a.code} {term.op} {b.code})"
         )
-        return bool(generator.function("v", generator.condition(lower(term)))(raw_scalars(values)))
+        return bool(generator.function("v", generator.condition(lower(term)))(to_scalars(values)))
 
 
 @dataclass
@@ -93,12 +93,12 @@ class StrictOrder:
     name: str = "strict order"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        generator = compiled._Generator(ranges)
+        generator = compiled._CodeGenerator(ranges)
         right = generator._comparison
         generator._comparison = (  # type: ignore[method-assign]
             lambda term: right(replace(term, op="<") if term.op == "<=" else term)
         )
-        return bool(generator.function("v", generator.condition(lower(term)))(raw_scalars(values)))
+        return bool(generator.function("v", generator.condition(lower(term)))(to_scalars(values)))
 
 
 @dataclass
@@ -108,12 +108,12 @@ class NarrowBand:
     name: str = "narrow band"
 
     def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
-        generator = compiled._Generator(ranges)
-        right = generator._filtered
-        generator._filtered = (  # type: ignore[method-assign]
+        generator = compiled._CodeGenerator(ranges)
+        right = generator._filtered_comparison
+        generator._filtered_comparison = (  # type: ignore[method-assign]
             lambda term, a, b: right(term, _shrunk(a), _shrunk(b))
         )
-        return bool(generator.function("v", generator.condition(lower(term)))(raw_scalars(values)))
+        return bool(generator.function("v", generator.condition(lower(term)))(to_scalars(values)))
 
 
 @dataclass
@@ -126,5 +126,5 @@ class Constant:
         return True
 
 
-def _shrunk(real: compiled._Real) -> compiled._Real:
-    return compiled._Real(real.code, real.magnitude / 10**6, real.error / 10**6, real.peak)
+def _shrunk(real: compiled._RealCode) -> compiled._RealCode:
+    return compiled._RealCode(real.code, real.magnitude / 10**6, real.error / 10**6, real.peak)

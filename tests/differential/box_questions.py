@@ -49,7 +49,7 @@ _TYPES: Mapping[str, Type] = {
     "side": _PAIR,
     "f": FamilyType(_PAIR, _REAL),
 }
-VARIABLES = {name: t.Variable(name, type_, t.Role.STATE) for name, type_ in _TYPES.items()}
+VARIABLES = {name: t.Variable(name, type_, t.VariableRole.STATE) for name, type_ in _TYPES.items()}
 _FAMILY = VARIABLES["f"]
 _EACH = t.BoundVariable("each", _PAIR)
 _REALS = ("x", "x", "y", "y", "n")

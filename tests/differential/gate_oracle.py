@@ -12,7 +12,7 @@ from typing import Any
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import Environment, holds
+from aeros.spec.expr.semantics import Environment, is_true
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, Type, VectorType
 from aeros.spec.model.model import Declared
 from tests.unit.runtime.bench import Request
@@ -29,7 +29,7 @@ def admits(configuration: Configuration, asked: Request) -> bool:
     known = {quota.id for quota in configuration.site.quotas}
     if not all(name in known and type(used) is int and used >= 0 for name, used in asked.usage.items()):
         return False
-    if not all(quota.id in asked.usage and asked.usage[quota.id] < quota.at_most for quota in quotas):
+    if not all(quota.id in asked.usage and asked.usage[quota.id] < quota.max_count for quota in quotas):
         return False
     return not objections(configuration, skill, kind, values, asked.caller.module)
 
@@ -40,9 +40,9 @@ def objections(
     """Which of envelope, permission and Φ object, where all their variables have exact values."""
     ecm = configuration.modules[module]
     clauses = [("AE730", kind, ecm.skills[skill].envelope[kind].term)]
-    clauses += [("AE731", kind, ecm.permission[kind].term)]
-    clauses += [("AE750", rule.id, rule.terms[kind]) for rule in configuration.site.rules_on(kind)]
-    return {(code, rule) for code, rule, term in clauses if not holds(term, values)}
+    clauses += [("AE731", kind, ecm.permitted_actions[kind].term)]
+    clauses += [("AE750", rule.id, rule.terms[kind]) for rule in configuration.site.rules_for_kind(kind)]
+    return {(code, rule) for code, rule, term in clauses if not is_true(term, values)}
 
 
 def exact(value: Any) -> Any:
@@ -67,28 +67,28 @@ def _well_formed(configuration: Configuration, asked: Request) -> dict[str, Any]
     for name, one in kind.parameters.items():
         values[name] = _checked(one, asked.action.parameters[name])
     for name, one in skill.inputs.items():
-        given = asked.caller.inputs.get(name, one.default)
+        given = asked.caller.inputs.get(name, one.default_value)
         values[f"inputs.{name}"] = exact(given) if name not in asked.caller.inputs else _checked(one, given)
     now = _time(asked.now)
     needed = _needed(configuration, asked)
-    _require(needed <= set(asked.readings) <= set(site.observed))
+    _require(needed <= set(asked.readings) <= set(site.observed_variables))
     for name, reading in asked.readings.items():
         _require(type(reading) is Reading)
         age = now - _time(reading.time)
-        limit = site.observed[name].max_age
+        limit = site.observed_variables[name].max_age
         _require(age >= 0 and (name not in needed or limit is None or age <= limit))
-        values[name] = _checked(site.observed[name], reading.value)
+        values[name] = _checked(site.observed_variables[name], reading.value)
     return values
 
 
 def _needed(configuration: Configuration, asked: Request) -> set[str]:
     ecm, kind = configuration.modules[asked.caller.module], asked.action.kind
-    rules = configuration.site.rules_on(kind)
-    terms = [ecm.skills[asked.caller.skill].envelope[kind].term, ecm.permission[kind].term]
+    rules = configuration.site.rules_for_kind(kind)
+    terms = [ecm.skills[asked.caller.skill].envelope[kind].term, ecm.permitted_actions[kind].term]
     terms += [rule.terms[kind] for rule in rules]
     terms += [term for rule in rules for term in rule.attenuations.get(kind, {}).values()]
     read = {name: one for term in terms for name, one in t.variables_of(term).items()}
-    return {name for name, one in read.items() if one.role is t.Role.STATE}
+    return {name for name, one in read.items() if one.role is t.VariableRole.STATE}
 
 
 def _require(condition: bool) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.model import Ecm, Outcome, Site, Skill, TaskInvariant
 from tests.unit.agent.dumplings import PREDICATES, SPAN, module, site, skill, term
 
@@ -101,11 +101,11 @@ class Enumeration:
 
     def holds(self, condition: t.Term, state: Values) -> bool:
         values = dict(state)
-        return all(name in values for name in t.variables_of(condition)) and holds(condition, values)
+        return all(name in values for name in t.variables_of(condition)) and is_true(condition, values)
 
     def is_forbidden(self, state: Values) -> bool:
         return any(
-            t.variables_of(one.term).keys() <= dict(state).keys() and not holds(one.term, dict(state))
+            t.variables_of(one.term).keys() <= dict(state).keys() and not is_true(one.term, dict(state))
             for one in self.problem.invariants
         )
 

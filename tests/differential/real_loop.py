@@ -9,14 +9,14 @@ from typing import Any
 
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
-from aeros.agent.execution.step_attempt import Attempts
-from aeros.agent.memory.posterior import Record
-from aeros.agent.memory.store import Beginning, Ending, Memory
+from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.planning.base import Planner, RulePlanner
-from aeros.agent.planning.routing import Routed
-from aeros.agent.task_loop import Pursuit
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.task_loop import TaskLoop
 from aeros.runtime.ports import Runtime, StepRequest, StepResult
-from aeros.spec.closed_loop.outcome_probabilities import shares_of
+from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.model.model import Ecm, Site, Task
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -27,22 +27,22 @@ class Forgetful(Memory):
     def __init__(self) -> None:
         pass
 
-    def begin(self, step: Beginning) -> int:
+    def start_episode(self, step: EpisodeStart) -> int:
         return 0
 
-    def end(self, episode: int, how: Ending) -> None:
+    def end_episode(self, episode: int, how: EpisodeEnd) -> None:
         pass
 
-    def remember(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
+    def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
         pass
 
-    def record_of(self, module: str, skill: str, context: str | None = None) -> Record:
-        return Record(0, 0)
+    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
+        return SuccessRecord(0, 0)
 
-    def usual(self, module: str, skill: str) -> None:
+    def typical_duration(self, module: str, skill: str) -> None:
         return None
 
-    def episodes(self) -> int:
+    def latest_episode(self) -> int:
         return 0
 
 
@@ -72,11 +72,11 @@ class Run:
 
 def pursue(ecm: Ecm, task: Task, runtime: Runtime, planner: Planner | None = None) -> RunReport:
     """One run of the agent's loop, by the task's rules unless by another planner."""
-    routed = Routed(ecm.id, task)
+    routed = RoutedTask(ecm.id, task)
     memory = Forgetful()
     journal = Journal(runtime, memory, None)
-    attempts = Attempts(runtime, memory, journal, str(routed))
-    return Pursuit(runtime, planner or RulePlanner(), attempts, journal, routed).run("compared")
+    attempts = StepRunner(runtime, memory, journal, str(routed))
+    return TaskLoop(runtime, planner or RulePlanner(), attempts, journal, routed).run("compared")
 
 
 def run_with(
@@ -90,7 +90,9 @@ def run_with(
 def every_run(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Iterator[tuple[Fraction, Run]]:
     """Every run there can be, with its probability."""
     shares = {
-        name: [(outcome.id, share) for outcome, share in shares_of(skill.outcomes.values()) if share]
+        name: [
+            (outcome.id, share) for outcome, share in outcome_probabilities(skill.outcomes.values()) if share
+        ]
         for name, skill in ecm.skills.items()
     }
     script: list[int] = []

@@ -11,7 +11,7 @@ from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilitie
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.differential.small_tasks import Case
 from tests.differential.tree_expansion import Expected, variables
 
@@ -22,7 +22,7 @@ REFERENCE = ("make_dumplings", "clean_table", "fetch_object")
 def reference(name: str, replans: int) -> Case:
     """A reference module in which every skill that can fail fails in three tries of ten."""
     sink = Diagnostics()
-    cell = load_site(reference_site(), sink)
+    cell = load_site(reference_site_path(), sink)
     loaded = None if cell is None else load_ecm(MODULES / name, cell, sink)
     assert cell is not None
     assert loaded is not None

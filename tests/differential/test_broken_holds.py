@@ -1,6 +1,7 @@
 """The agent's own loop, in which hold-conditions break at any time, comes to no state that was not explored.
 
-What breaks is drawn here and not from `aeros.spec.model.hold_conditions`: the skill is halted before it has done anything, or
+What breaks is drawn here and not from `aeros.spec.model.hold_conditions`: the skill is halted before it has
+done anything, or
 after it has done all of an outcome, and what its condition reads is then anything that some skill sets.
 """
 
@@ -14,10 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
-from aeros.spec.closed_loop.reachability import explore
+from aeros.spec.closed_loop.reachability import explore_task
 from aeros.spec.expr import terms as t
-from aeros.spec.model.hold_conditions import starting
-from aeros.spec.model.model import Clause, Conjunct, Ecm, Skill
+from aeros.spec.model.hold_conditions import start_condition
+from aeros.spec.model.model import ActionCondition, Conjunct, Ecm, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from tests.differential.real_loop import Recording, pursue
@@ -42,23 +43,23 @@ class Slipping(Recording):
 
     def submit(self, request: StepRequest) -> StepResult:
         skill = self.modules[request.module].skills[request.skill]
-        if skill.hold is None or self.drawn.random() < 0.3:
+        if skill.hold_condition is None or self.drawn.random() < 0.3:
             possible = [one.id for one in skill.outcomes.values() if one.probability != 0]
             self.chance = lambda name, outcomes: self.drawn.choice(possible)
             return super().submit(request)
         done = self.drawn.choice([{}, *(o.effects for o in skill.outcomes.values() if o.probability != 0)])
         self.state |= done
-        for name in t.variables_of(skill.hold.term).keys() & self.settable:
+        for name in t.variables_of(skill.hold_condition.term).keys() & self.settable:
             self.state[name] = self.drawn.choice(("table", "pot") if name == "area" else (False, True))
         self.submitted.append(request.skill)
         self.clock += 1.0
         self.states.append(dict(self.state))
-        return StepResult(StepStatus.UNHELD, "it slipped", allowed=1)
+        return StepResult(StepStatus.HOLD_LOST, "it slipped", allowed=1)
 
 
 def held(skill: Skill, text: str) -> Skill:
-    clause = Clause(term(text), text, SPAN, (Conjunct(term(text), SPAN),))
-    return replace(skill, hold=clause, precondition=starting(skill.precondition, clause))
+    clause = ActionCondition(term(text), text, SPAN, (Conjunct(term(text), SPAN),))
+    return replace(skill, hold_condition=clause, precondition=start_condition(skill.precondition, clause))
 
 
 def test_the_loop_comes_to_no_state_that_was_not_explored() -> None:
@@ -75,7 +76,7 @@ def _walked(case: Case, held_to: dict[int, str], seed: int) -> None:
         names[at]: held(case.ecm.skills[names[at]], text) for at, text in held_to.items() if at < len(names)
     }
     ecm = replace(case.ecm, skills={**case.ecm.skills, **changed})
-    explored = explore(ecm, case.task, case.site)
+    explored = explore_task(ecm, case.task, case.site)
     states = {node.state for node in explored.graph}
     refused = {one.id for one in closed_loop_obligations(ecm, case.site) if one.diagnostic is not None}
     limits = replace(case.site.limits, replans=2)
@@ -85,7 +86,7 @@ def _walked(case: Case, held_to: dict[int, str], seed: int) -> None:
         report = pursue(ecm, case.task, runtime)
         for state in runtime.states:
             assert tuple(state[name] for name in explored.system.names) in states
-        _SEEN["broken"] += sum(step.status is StepStatus.UNHELD for step in report.steps)
+        _SEEN["broken"] += sum(step.status is StepStatus.HOLD_LOST for step in report.steps)
         assert "broken-assumption" not in runtime.kinds()
         if not any(one.form is ClaimForm.RULES_DISPATCH for one in refused):
             _SEEN["proved"] += 1

@@ -14,15 +14,15 @@ from hypothesis import strategies as st
 
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
-from aeros.agent.execution.step_attempt import Attempts
-from aeros.agent.memory.posterior import Record
+from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.planning.base import RulePlanner
-from aeros.agent.planning.routing import Routed
-from aeros.agent.task_loop import Pursuit
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.task_loop import TaskLoop
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
-from aeros.spec.closed_loop.outcome_probabilities import shares_of
-from aeros.spec.closed_loop.reachability import Exploration, explore
-from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
+from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
+from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from tests.differential.real_loop import Forgetful, Recording
 from tests.differential.small_tasks import Case, cases, loops
 from tests.hypothesis_profiles import examples
@@ -78,10 +78,10 @@ class _Choosing(Forgetful):
         self._script = script
         self.order: tuple[str, ...] = ()
 
-    def record_of(self, module: str, skill: str, context: str | None = None) -> Record:
+    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
         return _Drawn(0, 0, self, skill)
 
-    def episodes(self) -> int:
+    def latest_episode(self) -> int:
         # Asked for once a choice, before anything is drawn.
         share = Fraction(1, len(self._orders))
         self.order = self._orders[self._script.fork([share] * len(self._orders))]
@@ -89,13 +89,13 @@ class _Choosing(Forgetful):
 
 
 @dataclass(frozen=True)
-class _Drawn(Record):
+class _Drawn(SuccessRecord):
     """Draws by the place of its skill in the order that is due."""
 
     memory: _Choosing
     skill: str
 
-    def drawn(self, random: Random) -> float:
+    def sample(self, random: Random) -> float:
         order = self.memory.order
         return order.index(self.skill) / 10 if self.skill in order else 0.5
 
@@ -108,15 +108,17 @@ def every_run(case: Case) -> list[tuple[Fraction, RunReport]]:
         script = Script(given_, [])
 
         def chance(skill: str, _: list[str], script: Script = script) -> str:
-            likely = [(one.id, p) for one, p in shares_of(case.ecm.skills[skill].outcomes.values()) if p]
+            likely = [
+                (one.id, p) for one, p in outcome_probabilities(case.ecm.skills[skill].outcomes.values()) if p
+            ]
             return likely[script.fork([p for _, p in likely])][0]
 
         runtime = Recording(case.ecm, case.site, case.start, chance)
         memory = _Choosing(case.ecm.capabilities["capability"], script)
         journal = Journal(runtime, memory, None)
-        routed = Routed(case.ecm.id, case.task)
-        attempts = Attempts(runtime, memory, journal, str(routed))
-        report = Pursuit(runtime, RulePlanner(), attempts, journal, routed).run("compared")
+        routed = RoutedTask(case.ecm.id, case.task)
+        attempts = StepRunner(runtime, memory, journal, str(routed))
+        report = TaskLoop(runtime, RulePlanner(), attempts, journal, routed).run("compared")
         found.append((script.probability, report))
         given_ = script.next()
     return found
@@ -138,13 +140,13 @@ def test_the_prediction_is_the_mean_over_all_runs_and_choices(case: Case) -> Non
     assert found == Prediction(mean("reached"), invocations, *counts)
 
 
-def resolved(explored: Exploration, choices: Mapping[Node, str]) -> set[Node]:
+def resolved(explored: ReachableStates, choices: Mapping[LoopState, str]) -> set[LoopState]:
     """The nodes with a way to the goal where the agent always chooses so."""
     hopeful = {node for node in explored.graph if node.phase == "reached"}
-    ways: dict[Node, list[Node]] = {
+    ways: dict[LoopState, list[LoopState]] = {
         node: [
             move.target
-            for move in explored.system.moves(node)
+            for move in explored.system.transitions(node)
             if move.probability and move.choice == choices.get(node, move.choice)
         ]
         for node in explored.graph
@@ -154,8 +156,8 @@ def resolved(explored: Exploration, choices: Mapping[Node, str]) -> set[Node]:
     return hopeful
 
 
-def _choices(system: TransitionSystem, node: Node) -> list[str]:
-    return sorted({move.choice for move in system.moves(node)})
+def _choices(system: TransitionSystem, node: LoopState) -> list[str]:
+    return sorted({move.choice for move in system.transitions(node)})
 
 
 def test_a_way_to_the_goal_is_claimed_exactly_where_every_way_to_choose_has_one() -> None:
@@ -168,13 +170,13 @@ def test_a_way_to_the_goal_is_claimed_exactly_where_every_way_to_choose_has_one(
 def _ways_are_judged(case: Case) -> None:
     start: dict[str, Any] = {name: case.start[name] for name in case.start}
     task = replace(case.task, initial=start)
-    explored = explore(replace(case.ecm, tasks={task.id: task}), task, case.site)
+    explored = explore_task(replace(case.ecm, tasks={task.id: task}), task, case.site)
     forks = {node: options for node in explored.graph if len(options := _choices(explored.system, node)) > 1}
     if len(forks) > 8:
         return
-    stuck: set[Node] = set()
+    stuck: set[LoopState] = set()
     for made in itertools.product(*forks.values()):
         hopeful = resolved(explored, dict(zip(forks, made, strict=True)))
         stuck |= {node for node in explored.graph if node.phase == "plan" and node not in hopeful}
-    SEEN.compare("AE802", proved=not [*explored.without_way_to_goal()], expected=not stuck)
-    assert set(explored.without_way_to_goal()) == stuck
+    SEEN.compare("AE802", proved=not [*explored.nodes_that_can_miss_goal()], expected=not stuck)
+    assert set(explored.nodes_that_can_miss_goal()) == stuck

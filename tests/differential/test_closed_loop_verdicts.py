@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.model import TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from tests.differential.small_tasks import NAMES, START, Case, cases, loops, marking_loops
@@ -70,7 +70,9 @@ class Walk:
             return
         rules = self.case.task.rules
         if due == "plan":
-            plan = tuple(n for n, rule in enumerate(rules) if not holds(rule.unless, dict(state)))
+            plan = tuple(
+                n for n, rule in enumerate(rules) if not is_true(rule.satisfied_condition, dict(state))
+            )
             if not self.tree._is_rejected([rules[n] for n in plan]):
                 yield Place(state, "rest", plan), True
             return
@@ -78,14 +80,14 @@ class Walk:
             yield Place(state, "plan"), True
             return
         rule = rules[rest[0]]
-        if due != "try again" and holds(rule.unless, dict(state)):
+        if due != "try again" and is_true(rule.satisfied_condition, dict(state)):
             yield Place(state, "rest", rest[1:]), True
         elif due == "rest":
             yield Place(state, "try", rest, rule.retry), True
         elif due == "recover":
             ends = None if rule.on_failure is None else self.ends(rule.on_failure, {}, state)
             for after, likely, _ in [(state, True, False)] if ends is None else ends:
-                served = self.is_goal(after) or holds(rule.unless, dict(after))
+                served = self.is_goal(after) or is_true(rule.satisfied_condition, dict(after))
                 yield Place(after, "rest" if served else "try again", rest, left), likely
         else:
             ends = self.ends(rule.skill, rule.inputs, state)
@@ -94,7 +96,7 @@ class Walk:
                 yield Place(state, "plan"), True
                 return
             for after, likely, failed in ends:
-                if not failed or holds(rule.unless, dict(after)):
+                if not failed or is_true(rule.satisfied_condition, dict(after)):
                     yield Place(after, "rest", rest[1:]), likely
                 elif left:
                     yield Place(after, "recover", rest, left - 1), likely
@@ -104,8 +106,8 @@ class Walk:
     def ends(self, name: str, given: Any, state: State) -> list[tuple[State, bool, bool]] | None:
         """Each state after it, whether it has a chance and is a failure; None where it does not start."""
         skill = self.case.ecm.skills[name]
-        inputs = {f"inputs.{key}": given.get(key, one.default) for key, one in skill.inputs.items()}
-        if skill.precondition is not None and not holds(skill.precondition.term, {**dict(state), **inputs}):
+        inputs = {f"inputs.{key}": given.get(key, one.default_value) for key, one in skill.inputs.items()}
+        if skill.precondition is not None and not is_true(skill.precondition.term, {**dict(state), **inputs}):
             return None
         found = []
         for outcome, share in _shares(skill):
@@ -115,7 +117,7 @@ class Walk:
         return found
 
     def is_goal(self, state: State) -> bool:
-        return holds(self.case.task.goal, dict(state))
+        return is_true(self.case.task.goal, dict(state))
 
     def stuck(self) -> bool:
         """Whether some plan is due from which no run reaches the goal."""
@@ -171,7 +173,7 @@ def _loops_are_judged(case: Case) -> None:
     }
     states = [dict(state) for state in {place.state for place in walk.edges}]
     for kept in case.task.invariants:
-        expected[f"invariant/{kept.id}"] = "AE804", all(holds(kept.term, state) for state in states)
+        expected[f"invariant/{kept.id}"] = "AE804", all(is_true(kept.term, state) for state in states)
     assert found.keys() == expected.keys()
     for claim, (code, right) in expected.items():
         told = found[claim]

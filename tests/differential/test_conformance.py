@@ -8,7 +8,7 @@ import pytest
 
 from aeros.spec.backends import compiled
 from aeros.spec.expr.conformance import Backend, ConformanceError, check_backend
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from tests.differential.backends import (
     Closure,
     Constant,
@@ -42,7 +42,7 @@ def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it
     def counted(term: Any, env: Mapping[str, Any]) -> bool:
         nonlocal taken
         taken += 1
-        return holds(term, env)
+        return is_true(term, env)
 
     monkeypatch.setattr(compiled, "holds", counted)
     _check(Closure(), 250)

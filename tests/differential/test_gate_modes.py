@@ -13,11 +13,11 @@ from hypothesis import event, given
 from hypothesis import strategies as st
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.skill import Action
 from aeros.spec.backends import compiled
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, VectorType
 from aeros.spec.model.model import Declared
 from tests.differential.gate_oracle import admits, exact, objections
@@ -67,8 +67,8 @@ MORE = examples(160)
 def doubles(declared: Declared) -> st.SearchStrategy[Any]:
     """Doubles in the declared range: anywhere, and next to every bound that any rule has."""
     assert declared.range is not None
-    low, high = neighbours(declared.range[0])[1], neighbours(declared.range[1])[0]
-    beside = [one for bound in BOUNDS for one in neighbours(bound)]
+    low, high = adjacent_doubles(declared.range[0])[1], adjacent_doubles(declared.range[1])[0]
+    beside = [one for bound in BOUNDS for one in adjacent_doubles(bound)]
     near = {*beside, *(nextafter(one, to) for one in beside for to in (-inf, inf))}
     inside = sorted(one for one in {*near, low, high, -0.0, 5e-324} if low <= one <= high)
     return (
@@ -134,7 +134,7 @@ def fast_requests(draw: st.DrawFn) -> Request:
 def environment(asked: Request) -> dict[str, Any]:
     """The exact values of a well-formed request by vocabulary name."""
     skill = configuration().modules["handling"].skills[asked.caller.skill]
-    inputs = {name: one.default for name, one in skill.inputs.items()} | dict(asked.caller.inputs)
+    inputs = {name: one.default_value for name, one in skill.inputs.items()} | dict(asked.caller.inputs)
     given = {f"inputs.{name}": value for name, value in inputs.items()}
     state = {name: reading.value for name, reading in asked.readings.items()}
     return {name: exact(value) for name, value in {**given, **state, **asked.action.parameters}.items()}
@@ -160,13 +160,13 @@ def larger(asked: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
 @given(requests() | fast_requests())
 def test_every_mode_decides_as_the_definition_does(asked: Request) -> None:
     decision = asked.decided_by(gate())
-    event(decision.verdict.value)
+    event(decision.kind.value)
     assert asked.decided_by(gate(GateMode.Z3)) == decision
     assert asked.decided_by(gate(GateMode.SHADOW)) == decision
     expected = objections(configuration(), asked.caller.skill, asked.action.kind, environment(asked))
     assert set(codes(decision)) == expected
     assert len(decision.reasons) == len(expected)
-    assert (decision.verdict is Verdict.ALLOW) == (not expected) == admits(configuration(), asked)
+    assert (decision.kind is DecisionKind.ALLOW) == (not expected) == admits(configuration(), asked)
     if decision.action is not None:
         assert admits(configuration(), replace(asked, action=decision.action))
         assert not larger(asked.action.parameters, decision.action.parameters)
@@ -186,22 +186,22 @@ def test_attenuation_reduces_only_what_the_violated_rules_declare(asked: Request
     name, within = {"move": ("speed", Fraction(1, 2)), "sweep": ("pace", Fraction(4))}[kind]
     wanted = asked.action.parameters[name]
     decision = asked.decided_by(gate())
-    event(f"{kind}: {decision.verdict.value}")
-    assert (decision.verdict is Verdict.DENY) == (abs(Fraction(wanted)) > within)
-    if decision.verdict is Verdict.ATTENUATE:
+    event(f"{kind}: {decision.kind.value}")
+    assert (decision.kind is DecisionKind.DENY) == (abs(Fraction(wanted)) > within)
+    if decision.kind is DecisionKind.ATTENUATE:
         assert decision.action is not None
         assert {reason.code for reason in decision.reasons} == {"AE750"}
         reduced = decision.action.parameters[name]
         assert decision.action.parameters == {**PARAMETERS[kind], name: reduced}
         assert abs(Fraction(reduced)) < abs(Fraction(wanted))
         again = replace(asked, action=decision.action).decided_by(gate())
-        assert (again.verdict, again.action) == (Verdict.ALLOW, decision.action)
+        assert (again.kind, again.action) == (DecisionKind.ALLOW, decision.action)
 
 
 @pytest.mark.parametrize("bound", BOUNDS)
 @pytest.mark.parametrize("steps", range(-2, 3))
 def test_both_sides_of_every_bound(bound: Fraction, steps: int) -> None:
-    value = neighbours(bound)[0]
+    value = adjacent_doubles(bound)[0]
     for _ in range(abs(steps)):
         value = nextafter(value, inf if steps > 0 else -inf)
     cases = [
@@ -214,7 +214,7 @@ def test_both_sides_of_every_bound(bound: Fraction, steps: int) -> None:
     for kind, name in cases:
         asked = request("quickly", kind, **{name: value})
         decision = asked.decided_by(gate(GateMode.SHADOW))
-        assert (decision.verdict is Verdict.ALLOW) == admits(configuration(), asked)
+        assert (decision.kind is DecisionKind.ALLOW) == admits(configuration(), asked)
 
 
 # Broken twins: what the tests above would notice.
@@ -268,7 +268,9 @@ def test_a_condition_compiled_without_its_rounding_filter_halts_the_shadow_gate(
     stopped: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        compiled._Generator, "_filtered", lambda self, term, a, b: f"({a.code} {term.op} {b.code})"
+        compiled._CodeGenerator,
+        "_filtered_comparison",
+        lambda self, term, a, b: f"({a.code} {term.op} {b.code})",
     )
     twin = CompiledGate(configuration(), GateMode.SHADOW)
     asked = request("quickly", "carry", load=1.6, gait=0.0625, stop_pressed=stopped)

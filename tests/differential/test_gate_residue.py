@@ -21,24 +21,24 @@ from hypothesis import strategies as st
 
 from aeros.cli.author.example_requests import example_requests
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Reading
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.skill import Action
-from aeros.spec.diagnostics.codes import Label
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.doubles import neighbours
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.doubles import adjacent_doubles
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import EnumType, FamilyType, VectorType
 from aeros.spec.model.model import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
-from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.safety import envelope_space, safety_obligations
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.certificate import Certificate
-from aeros.spec.verification.discharge import discharge
+from aeros.spec.verification.discharge import discharge_obligations
 from aeros.spec.verification.verify import verify
 from tests.hypothesis_profiles import examples
 from tests.property.test_verdicts import (
@@ -90,8 +90,8 @@ MOST_ROUNDINGS = 200
 def shipped() -> tuple[Configuration, tuple[Request, ...]]:
     """The modules of this repository, and requests of their skills: allowed ones with values drawn again."""
     paths = sorted((ROOT / "ecms").glob("*/"))
-    configuration, _ = prove(paths, reference_site(), certified=False)
-    report = verify(paths, reference_site())
+    configuration, _ = prove_configuration(paths, reference_site_path(), certified=False)
+    report = verify(paths, reference_site_path())
     gate, site = CompiledGate(configuration), configuration.site
     found: list[Request] = []
     for module in configuration.modules.values():
@@ -99,7 +99,7 @@ def shipped() -> tuple[Configuration, tuple[Request, ...]]:
             own = replace(report, modules=tuple(one for one in report.modules if one.ecm == module))
             for line in example_requests(gate, site, module, skill, own):
                 base = _request(json.loads(line), module.id, skill.id)
-                declared = {**site.observed, **site.kinds[base.action.kind].parameters}
+                declared = {**site.observed_variables, **site.kinds[base.action.kind].parameters}
                 conditions = _conditions(configuration, module.id, skill.id, base.action.kind)
                 chance = random.Random(f"{module.id} {skill.id} {base.action.kind}")  # noqa: S311 - repeats
                 bounds = _bounds(conditions)
@@ -119,8 +119,8 @@ def _request(line: dict[str, Any], module: str, skill: str) -> Request:
 
 def _conditions(configuration: Configuration, module: str, skill: str, kind: str) -> list[t.Term]:
     ecm = configuration.modules[module]
-    rules = [rule.terms[kind] for rule in configuration.site.rules_on(kind)]
-    return [*rules, ecm.skills[skill].envelope[kind].term, ecm.permission[kind].term]
+    rules = [rule.terms[kind] for rule in configuration.site.rules_for_kind(kind)]
+    return [*rules, ecm.skills[skill].envelope[kind].term, ecm.permitted_actions[kind].term]
 
 
 def _bounds(conditions: list[t.Term]) -> list[float]:
@@ -132,9 +132,9 @@ def _bounds(conditions: list[t.Term]) -> list[float]:
         terms += t.children(term)
         if isinstance(term, t.Literal) and isinstance(term.value, Fraction):
             numbers |= {term.value, -term.value}
-        if isinstance(term, t.Table):
+        if isinstance(term, t.ConstantTable):
             numbers |= {one for one in term.values if isinstance(one, Fraction)}
-    return sorted(double for number in numbers for double in neighbours(number))
+    return sorted(double for number in numbers for double in adjacent_doubles(number))
 
 
 def _drawn_again(
@@ -175,7 +175,7 @@ def _part(one: Declared, old: Any, bounds: list[float], chance: random.Random) -
     if isinstance(old, bool):
         return not old
     assert one.range is not None
-    low, high = neighbours(one.range[0])[1], neighbours(one.range[1])[0]
+    low, high = adjacent_doubles(one.range[0])[1], adjacent_doubles(one.range[1])[0]
     near = [low, *(bound for bound in bounds if low <= bound <= high), high]
     between = chance.uniform(chance.choice(near), chance.choice(near))
     return chance.choice([low, high, old, chance.choice(near), between])
@@ -185,8 +185,8 @@ def test_for_the_shipped_modules_the_residue_decides_as_everything_does() -> Non
     configuration, requests = shipped()
     gate = CompiledGate(configuration)
     assert not differing(gate, everything_of(configuration), requests)
-    verdicts = Counter(one.decided_by(gate).verdict for one in requests)
-    assert min(verdicts[Verdict.ALLOW], verdicts[Verdict.DENY]) > len(requests) / 10
+    verdicts = Counter(one.decided_by(gate).kind for one in requests)
+    assert min(verdicts[DecisionKind.ALLOW], verdicts[DecisionKind.DENY]) > len(requests) / 10
 
 
 def test_a_false_proof_of_any_guarded_rule_is_noticed_in_the_shipped_modules() -> None:
@@ -243,18 +243,18 @@ def _alone(
     """Values, found by the solver, at which nothing but the rule objects; none where there are none."""
     site, ecm = configuration.site, configuration.modules[module]
     clause = ecm.skills[skill].envelope[kind]
-    rest = [one.terms[kind] for one in site.rules_on(kind) if one.id != rule]
-    broken = next(one.terms[kind] for one in site.rules_on(kind) if one.id == rule)
-    (finding,) = discharge(
+    rest = [one.terms[kind] for one in site.rules_for_kind(kind) if one.id != rule]
+    broken = next(one.terms[kind] for one in site.rules_for_kind(kind) if one.id == rule)
+    (finding,) = discharge_obligations(
         [
             Obligation(
                 id=ClaimForm.ENVELOPE_OBEYS(skill, kind, rule),
                 code="AE502",
-                claim=Claim.SOMETIMES,
+                mode=ClaimMode.SOMETIMES,
                 space=envelope_space(site, ecm.skills[skill], kind, clause),
-                conclusion=t.conjunction(t.Not(broken), ecm.permission[kind].term, *rest),
+                conclusion=t.conjunction(t.Not(broken), ecm.permitted_actions[kind].term, *rest),
                 headline="",
-                primary=Label(clause.span, ""),
+                primary=SpanLabel(clause.span, ""),
             )
         ]
     )
@@ -283,7 +283,7 @@ def _with_values(base: Request, values: Mapping[str, Any], chance: random.Random
 def _rounded(value: Any, chance: random.Random) -> Any:
     if isinstance(value, tuple):
         return [_rounded(part, chance) for part in value]
-    return chance.choice(neighbours(value)) if isinstance(value, Fraction) else value
+    return chance.choice(adjacent_doubles(value)) if isinstance(value, Fraction) else value
 
 
 # Generated sites and modules.
@@ -358,16 +358,16 @@ def _residue_decides_as_everything_does(
     terms[ClaimForm.ENVELOPE_PERMITTED("skill", "move")] = permission
     SEEN["relied on"] += sum(claims.values())
     for asked, values in requests:
-        is_inside = holds(envelope, values)
-        expected = is_inside and all(holds(term, values) for term in terms.values())
-        assert (asked.decided_by(gate).verdict is Verdict.ALLOW) is expected
+        is_inside = is_true(envelope, values)
+        expected = is_inside and all(is_true(term, values) for term in terms.values())
+        assert (asked.decided_by(gate).kind is DecisionKind.ALLOW) is expected
         SEEN["allowed" if expected else "inside" if is_inside else "outside"] += 1
-    for name in (name for name, is_true in claims.items() if not is_true and terms[name] != t.FALSE):
+    for name in (name for name, is_claimed in claims.items() if not is_claimed and terms[name] != t.FALSE):
         rest = [term for other, term in terms.items() if other != name] + [envelope]
         telling = [
             asked
             for asked, values in requests
-            if not holds(terms[name], values) and all(holds(term, values) for term in rest)
+            if not is_true(terms[name], values) and all(is_true(term, values) for term in rest)
         ]
         twin = CompiledGate(claiming(configuration, "module", name))
         # Where nothing else objects, the twin allows what everything denies.
@@ -391,11 +391,11 @@ def test_a_request_with_two_objections_needs_both_to_be_left_out(rule: str) -> N
 
 def test_a_rule_whose_claim_would_bear_the_name_of_another_one_is_not_left_out() -> None:
     clashing = SITE.parent / "clashing_names"
-    configuration, _ = prove([clashing], clashing / "site.yaml", certified=False)
+    configuration, _ = prove_configuration([clashing], clashing / "site.yaml", certified=False)
     near = Request(
         Caller(MODULE.name, "goal", {}),
         measured({**STATE_OF_BENCH, "human_distance": 0.75}),
         Action("move", {**PARAMETERS_OF_BENCH["move"], "speed": 0.4375}),
     )
     assert near.decided_by(CompiledGate(configuration)) == near.decided_by(everything_of(configuration))
-    assert near.decided_by(CompiledGate(configuration)).verdict is Verdict.ATTENUATE
+    assert near.decided_by(CompiledGate(configuration)).kind is DecisionKind.ATTENUATE

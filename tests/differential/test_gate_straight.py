@@ -11,7 +11,7 @@ import pytest
 from hypothesis import event, given
 
 from aeros.runtime.gate.compiled import fast_path
-from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate
 from tests.differential.test_gate_modes import fast_requests, requests
 from tests.differential.test_gate_residue import shipped
@@ -21,13 +21,13 @@ from tests.unit.runtime.bench import ALLOWED, Request, configuration, request
 
 def in_full(gate: CompiledGate, asked: Request) -> Decision:
     """What the gate decides without its short way."""
-    return gate._decider._in_full(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
+    return gate._decider._decide_slow_path(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
 
 
 def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | None:
     """What the short way answers."""
     functions = gate._decider._straight
-    return fast_path.decide_straight(
+    return fast_path.decide_fast(
         functions, asked.caller, asked.readings, asked.action, asked.now, asked.usage
     )
 
@@ -47,7 +47,7 @@ GATE = CompiledGate(configuration())
 def test_the_short_way_answers_as_the_full_way_on_well_formed_requests(asked: Request) -> None:
     assert not differs(GATE, asked)
     decided = in_full(GATE, asked)
-    event(decided.verdict.value)
+    event(decided.kind.value)
     answer = shortly(GATE, asked)
     assert (answer is not None) is _gives_every_input(asked)
     if type(answer) is Decision:
@@ -60,7 +60,7 @@ def test_the_short_way_answers_as_the_full_way_on_the_shipped_modules() -> None:
     configuration, asked = shipped()
     gate = CompiledGate(configuration)
     answers = [shortly(gate, one) for one in asked]
-    denied = [one for one in answers if type(one) is Decision and one.verdict is Verdict.DENY]
+    denied = [one for one in answers if type(one) is Decision and one.kind is DecisionKind.DENY]
     assert len({one.reasons for one in denied}) > 20
     assert None not in answers
     assert not any(differs(gate, one) for one in asked)
@@ -76,14 +76,14 @@ def _gives_every_input(asked: Request) -> bool:
 def test_what_is_usual_is_allowed_the_short_way(skill: str, kind: str) -> None:
     answer = shortly(GATE, request(skill, kind))
     assert type(answer) is Decision
-    assert answer.verdict is Verdict.ALLOW
+    assert answer.kind is DecisionKind.ALLOW
 
 
 def test_what_breaks_rules_is_denied_the_short_way() -> None:
     asked = request(stop_pressed=True, human_distance=0.0)
     answer = shortly(GATE, asked)
     assert type(answer) is Decision
-    assert answer.verdict is Verdict.DENY
+    assert answer.kind is DecisionKind.DENY
     assert repr(answer) == repr(in_full(GATE, asked))
 
 
@@ -95,15 +95,15 @@ def test_what_the_quotas_leave_is_decided_the_short_way(used: int) -> None:
 
 
 def test_the_short_way_takes_no_corrupted_request_that_the_full_way_refuses() -> None:
-    answered: Counter[Verdict] = Counter()
+    answered: Counter[DecisionKind] = Counter()
     for asked in corruptions(seed=3, count=COUNT):
         assert not differs(GATE, asked)
         answer = shortly(GATE, asked)
         if type(answer) is Decision:
-            answered[answer.verdict] += 1
+            answered[answer.kind] += 1
     # Zeros, whole numbers, lists, state that no rule reads.
-    assert answered[Verdict.ALLOW] > COUNT / 100
-    assert answered[Verdict.DENY] > COUNT / 1000
+    assert answered[DecisionKind.ALLOW] > COUNT / 100
+    assert answered[DecisionKind.DENY] > COUNT / 1000
 
 
 Mistake = Callable[[pytest.MonkeyPatch], None]
@@ -111,12 +111,12 @@ Mistake = Callable[[pytest.MonkeyPatch], None]
 
 def _without(part: str, instead: str = "True") -> Mistake:
     """A short way whose checks leave out those that hold `part`."""
-    right = fast_path._Writer.require
+    right = fast_path._FastPathWriter.write_guard
 
-    def require(writer: fast_path._Writer, code: str) -> None:
+    def require(writer: fast_path._FastPathWriter, code: str) -> None:
         right(writer, code.replace(part, instead))
 
-    return lambda patch: patch.setattr(fast_path._Writer, "require", require)
+    return lambda patch: patch.setattr(fast_path._FastPathWriter, "require", require)
 
 
 MISTAKES: dict[str, Mistake] = {
@@ -145,18 +145,18 @@ def test_a_check_left_out_of_the_short_way_is_noticed(mistake: str, monkeypatch:
 
 
 def test_conditions_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fast_path._Writer, "conditions", lambda _, terms, __: ["True"] * len(terms))
+    monkeypatch.setattr(fast_path._FastPathWriter, "conditions", lambda _, terms, __: ["True"] * len(terms))
     twin = CompiledGate(configuration())
     assert differs(twin, request(speed=5.0))
 
 
 def test_reasons_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = fast_path._Writer.deny
+    right = fast_path._FastPathWriter.write_deny
 
-    def deny(writer: fast_path._Writer, conditions: Sequence[str], criteria: Any, read: Any) -> None:
+    def deny(writer: fast_path._FastPathWriter, conditions: Sequence[str], criteria: Any, read: Any) -> None:
         right(writer, ["True"] * len(conditions), criteria, read)
 
-    monkeypatch.setattr(fast_path._Writer, "deny", deny)
+    monkeypatch.setattr(fast_path._FastPathWriter, "deny", deny)
     twin = CompiledGate(configuration())
     assert differs(twin, replace(request("quickly", "carry"), usage={"carry-rate": 10**30}))
 

@@ -17,12 +17,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.monitor.history import Histories
+from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.ports import Reading
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.past_time import Histories as Flattened
+from aeros.spec.elaborate.past_time import HistoryCollector as Flattened
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import Moment, evaluate
+from aeros.spec.expr.semantics import TimedState, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.model import Declared, Site
@@ -35,7 +35,7 @@ PAIR = EnumType("Pair", ("left", "right"))
 _TYPES: Mapping[str, Type] = {"a": BOOL, "b": BOOL, "x": RealType(NUMBER), "f": FamilyType(PAIR, BOOL)}
 STATE: Mapping[str, Declared] = {
     name: Declared(
-        t.Variable(name, type_, t.Role.STATE),
+        t.Variable(name, type_, t.VariableRole.STATE),
         SPAN,
         range=(Fraction(0), Fraction(3)) if name == "x" else None,
         max_age=AGE,
@@ -99,8 +99,8 @@ traces = st.lists(st.tuples(steps, values), min_size=1, max_size=7)
 def kept(term: t.Term) -> tuple[t.Term, Site]:
     """The condition over histories, and a site that has them."""
     flattened = Flattened()
-    flat = flattened.flat(term, SPAN)
-    return flat, replace(configuration().site, state=STATE, histories=flattened.kept)
+    flat = flattened.replace_past_terms(term, SPAN)
+    return flat, replace(configuration().site, state=STATE, histories=flattened.collected)
 
 
 def exact(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -121,10 +121,10 @@ def test_a_history_of_measured_moments_is_what_the_definition_says(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]]
 ) -> None:
     flat, site = kept(term)
-    histories = Histories(site)
-    moments: list[Moment] = []
+    histories = HistoryTracker(site)
+    moments: list[TimedState] = []
     for now, seen in timed(trace):
-        moments.append(Moment(Fraction(now), exact(seen)))
+        moments.append(TimedState(Fraction(now), exact(seen)))
         known = histories.advance({name: Reading(one, now) for name, one in seen.items()}, now)
         assert known.keys() == histories.names
         env = {**moments[-1].values, **exact(known)}
@@ -138,40 +138,40 @@ def test_a_history_that_is_known_is_so_whatever_was_missed(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]], chance: random.Random, slow: bool
 ) -> None:
     _, site = kept(term)
-    histories = Histories(site)
+    histories = HistoryTracker(site)
     named = {one.declared.name: one.term for one in site.histories}
     looks = [
         (2.0 * now if slow else now, {name: one for name, one in seen.items() if chance.random() < 0.8})
         for now, seen in timed(trace)
     ]
     missed = 3.0  # how long a gap has to be for something to happen in it: longer than a reading speaks
-    completions: list[list[Moment]] = [[] for _ in range(4)]
+    completions: list[list[TimedState]] = [[] for _ in range(4)]
     last = None
     for now, seen in looks:
         known = histories.advance({name: Reading(one, now) for name, one in seen.items()}, now)
         for moments in completions:
             if last is not None and now - last > missed:
-                moments.append(Moment(Fraction(now + last) / 2 + AGE / 2, _completed({}, chance)))
-            moments.append(Moment(Fraction(now), _completed(seen, chance)))
+                moments.append(TimedState(Fraction(now + last) / 2 + AGE / 2, _completed({}, chance)))
+            moments.append(TimedState(Fraction(now), _completed(seen, chance)))
             env = dict(moments[-1].values)
             for name, past in named.items():
-                value = evaluate(past, env, [*moments[:-1], Moment(moments[-1].time, env)])
+                value = evaluate(past, env, [*moments[:-1], TimedState(moments[-1].time, env)])
                 # Earlier moments need the histories that they were judged by.
                 env[name] = value
                 if name in known:
                     assert known[name] == value, (name, looks)
-            moments[-1] = Moment(moments[-1].time, env)
+            moments[-1] = TimedState(moments[-1].time, env)
             for index, before in enumerate(moments[:-1]):
                 if not named.keys() <= before.values.keys():
                     moments[index] = _judged(named, moments, index)
         last = now
 
 
-def _judged(named: Mapping[str, t.Term], moments: list[Moment], index: int) -> Moment:
+def _judged(named: Mapping[str, t.Term], moments: list[TimedState], index: int) -> TimedState:
     env = dict(moments[index].values)
     for name, past in named.items():
-        env[name] = evaluate(past, env, [*moments[:index], Moment(moments[index].time, env)])
-    return Moment(moments[index].time, env)
+        env[name] = evaluate(past, env, [*moments[:index], TimedState(moments[index].time, env)])
+    return TimedState(moments[index].time, env)
 
 
 def _completed(given: Mapping[str, Any], chance: random.Random) -> dict[str, Any]:
@@ -189,7 +189,7 @@ def test_most_histories_of_a_broken_trace_are_unknown_for_a_while_and_then_known
     once = t.Since(t.TRUE, A, Fraction(3))
     _, site = kept(once)
     (name,) = (one.declared.name for one in site.histories)
-    histories = Histories(site)
+    histories = HistoryTracker(site)
 
     def at(now: float, **given: Any) -> Any:
         known = histories.advance({key: Reading(one, now) for key, one in given.items()}, now)
@@ -210,7 +210,7 @@ def test_most_histories_of_a_broken_trace_are_unknown_for_a_while_and_then_known
 @pytest.mark.parametrize("later", [float("nan"), float("inf"), -1.0, True, None])
 def test_a_clock_that_stands_still_goes_back_or_tells_no_time_leaves_nothing_known(later: Any) -> None:
     _, site = kept(t.Since(t.TRUE, A, Fraction(3)))
-    histories = Histories(site)
+    histories = HistoryTracker(site)
     readings = {"a": Reading(False, 0.0)}
     assert histories.advance(readings, 0.0).keys() == histories.names
     assert histories.advance(readings, later) == {}
@@ -241,7 +241,7 @@ def test_a_reading_that_does_not_serve_leaves_unknown_what_reads_it_and_nothing_
     of_x, of_a = (one.declared.name for one in site.histories)
 
     def known(reading: Any) -> set[str]:
-        histories = Histories(site)
+        histories = HistoryTracker(site)
         readings = {"x": Reading(2.0, 4.0), "a": Reading(True, 4.0)}
         assert histories.advance(readings, 4.0) == {of_x: False, of_a: True}
         return set(histories.advance({"a": Reading(True, 5.0), "x": reading}, 5.0))
@@ -256,7 +256,7 @@ def test_memory_is_bounded_whatever_is_counted() -> None:
     assert isinstance(flat, t.Compare)
     (history,) = site.histories
     most = int((history.declared.range or (0, 0))[1])
-    histories = Histories(site)
+    histories = HistoryTracker(site)
     for tick in range(most):
         known = histories.advance({"a": Reading(True, float(tick))}, float(tick))
     assert known[history.declared.name] == most
@@ -267,7 +267,7 @@ def test_what_nobody_knows_stays_unknown_also_where_more_than_is_kept_happens() 
     _, site = kept(t.Compare("<=", _ONE, t.Occurrences(A, Fraction(10))))
     (history,) = site.histories
     few = replace(history, declared=replace(history.declared, range=(Fraction(0), Fraction(2))))
-    histories = Histories(replace(site, histories=(few,)))
+    histories = HistoryTracker(replace(site, histories=(few,)))
 
     def at(now: float, **given: Any) -> Any:
         known = histories.advance({key: Reading(one, now) for key, one in given.items()}, now)

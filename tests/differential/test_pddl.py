@@ -9,12 +9,12 @@ from typing import Any
 
 from hypothesis import given
 
-from aeros.agent.planning.pddl import Finder
-from aeros.spec.planning.pddl import as_pddl
-from aeros.spec.planning.plan_check import problems_of
-from aeros.spec.planning.search_result import Avoided
-from aeros.spec.planning.shortest import enumerated_plan
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.agent.planning.pddl import OptimisticPlanFinder
+from aeros.spec.planning.pddl import write_pddl
+from aeros.spec.planning.plan_check import find_step_problems
+from aeros.spec.planning.search_result import AvoidSet
+from aeros.spec.planning.shortest import breadth_first_plan
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from tests.differential.planning_problems import Enumeration, Problem, problems
 from tests.differential.test_planning import domain_of
 from tests.hypothesis_profiles import examples
@@ -90,13 +90,13 @@ def test_classical_plans_of_the_export_are_as_short_and_are_judged() -> None:
         problem = replace(drawn, invariants=())
         domain = domain_of(problem)
         start = domain.state(problem.start)
-        plan = shortest(*as_pddl(domain, start))
-        ours = enumerated_plan(domain, start, Avoided(), 10_000)
+        plan = shortest(*write_pddl(domain, start))
+        ours = breadth_first_plan(domain, start, AvoidSet(), 10_000)
         assert (plan is None) is (ours is None)
         found[plan is None] += 1
         if plan is not None and ours is not None:
             assert len(plan) == len(ours)
-            said = problems_of(Strategy(domain), start, plan)
+            said = find_step_problems(StrongCyclicStrategy(domain), start, plan)
             assert not any("no such skill" in text for text in said)
 
     law()
@@ -117,11 +117,14 @@ def test_with_a_classical_planner_a_strategy_is_found_exactly_where_there_is_one
     @given(problems())
     def law(problem: Problem) -> None:
         domain, every = domain_of(problem), Enumeration(problem)
-        strategy, start = Strategy(domain, Finder(Interpreter())), domain.state(problem.start)
+        strategy, start = (
+            StrongCyclicStrategy(domain, OptimisticPlanFinder(Interpreter())),
+            domain.state(problem.start),
+        )
         seen.compare("strategy", proved=strategy.solves(start), expected=every.start in every.hopeful)
         if every.start in every.hopeful:
             hopeful = {domain.state(dict(state)) for state in every.hopeful}
-            assert set(strategy.states_from(start)) <= hopeful
+            assert set(strategy.reachable_from(start)) <= hopeful
 
     law()
     seen.assert_both("strategy", at_least=15)

@@ -14,21 +14,21 @@ import pytest
 from hypothesis import Phase, given
 from hypothesis import strategies as st
 
-from aeros.agent.planning.check_plan import Judge
-from aeros.agent.planning.plan_json import form_of, graph_of, read_json
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.check_plan import PlanChecker
+from aeros.agent.planning.plan_json import parse_strict_json, plan_from_json, plan_to_json
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.smt import SmtPlanner
-from aeros.agent.planning.strategy_to_graph import task_graph
-from aeros.agent.planning.task_graph import Step, TaskGraph, verify_plan
-from aeros.agent.world.world import World, measured_world
+from aeros.agent.planning.strategy_to_graph import strategy_to_graph
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph, verify_plan
+from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.model.model import Ecm, Outcome
-from aeros.spec.model.step_graph import If, parts_of
-from aeros.spec.planning.domain import Choice, Domain, domain_for
-from aeros.spec.planning.plan_check import problems_of
-from aeros.spec.planning.search_result import Avoided, NotDecidedError, Path
+from aeros.spec.model.step_graph import If, walk_parts
+from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
+from aeros.spec.planning.plan_check import find_step_problems
+from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
 from aeros.spec.planning.shortest import shortest_plan
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from tests.differential.planning_problems import Enumeration, Problem, problems
 from tests.differential.real_loop import Recording, pursue
 from tests.hypothesis_profiles import examples
@@ -36,12 +36,12 @@ from tests.property.mix import Mix
 from tests.unit.agent.dumplings import task
 
 
-def domain_of(problem: Problem) -> Domain:
+def domain_of(problem: Problem) -> PlanningDomain:
     modules = {problem.ecm.id: problem.ecm}
     return domain_for(modules, problem.site, problem.start, problem.goal, problem.invariants)
 
 
-def judge(problem: Problem, strategy: Strategy, seen: Mix) -> None:
+def judge(problem: Problem, strategy: StrongCyclicStrategy, seen: Mix) -> None:
     """A strategy exists exactly where enumeration finds one; then it is closed, and its way as short."""
     domain, every = strategy.domain, Enumeration(problem)
     start = domain.state(problem.start)
@@ -50,21 +50,21 @@ def judge(problem: Problem, strategy: Strategy, seen: Mix) -> None:
     if every.start not in hopeful:
         assert strategy.dead_ends
         return
-    assert strategy.steps_from(start) == every.distances(hopeful)[every.start]
+    assert strategy.distance_to_goal(start) == every.distances(hopeful)[every.start]
     projected = {domain.state(dict(state)) for state in hopeful}
-    for state in strategy.states_from(start):
+    for state in strategy.reachable_from(start):
         assert state in projected
-        assert strategy.steps_from(state) >= 0
+        assert strategy.distance_to_goal(state) >= 0
 
 
-def by_solver(domain: Domain, start: State, avoided: Avoided) -> Path | None:
+def by_solver(domain: PlanningDomain, start: State, avoided: AvoidSet) -> PlanPath | None:
     """So few states are looked at that Z3 decides most of it."""
     return shortest_plan(domain, start, avoided, few=3)
 
 
 def test_a_strategy_is_found_exactly_where_there_is_one_and_none_is_shorter() -> None:
     seen = Mix()
-    _law(lambda problem: judge(problem, Strategy(domain_of(problem)), seen), 150)
+    _law(lambda problem: judge(problem, StrongCyclicStrategy(domain_of(problem)), seen), 150)
     seen.assert_both("strategy", at_least=15)
 
 
@@ -74,13 +74,13 @@ def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None
     def compare(problem: Problem) -> None:
         domain = domain_of(problem)
         try:
-            judge(problem, Strategy(domain, by_solver), Mix())
+            judge(problem, StrongCyclicStrategy(domain, by_solver), Mix())
             decided[True] += 1
-        except NotDecidedError:
+        except PlanUndecidedError:
             decided[False] += 1
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("aeros.spec.planning.bounded.LONGEST", 8)
+        patch.setattr("aeros.spec.planning.bounded.MAX_PLAN_LENGTH", 8)
         _law(compare, 60)
     assert decided[True] > 40
 
@@ -118,28 +118,28 @@ def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
     assert ends[True] > 20
 
 
-class _Careless(Domain):
+class _Careless(PlanningDomain):
     """A twin: nothing ever fails."""
 
-    def after(self, choice: Choice, state: State) -> list[tuple[State, Outcome, Fraction]]:
+    def after(self, choice: GroundSkill, state: State) -> list[tuple[State, Outcome, Fraction]]:
         return [way for way in super().after(choice, state) if not way[1].failure]
 
 
-class _Bold(Domain):
+class _Bold(PlanningDomain):
     """A twin: what is unknown is taken to be as it should be."""
 
-    def can_start(self, choice: Choice, state: State) -> bool:
+    def can_start(self, choice: GroundSkill, state: State) -> bool:
         return choice.condition(state) is not False
 
 
-class _Ruthless(Domain):
+class _Ruthless(PlanningDomain):
     """A twin: invariants are for others."""
 
-    def broken(self, state: State) -> str | None:
+    def violated_invariant(self, state: State) -> str | None:
         return None
 
 
-def roundabout(domain: Domain, start: State, avoided: Avoided) -> Path | None:
+def roundabout(domain: PlanningDomain, start: State, avoided: AvoidSet) -> PlanPath | None:
     """A twin: it makes a detour where there is one."""
     direct = shortest_plan(domain, start, avoided)
     for choice in domain.choices if direct else ():
@@ -152,10 +152,14 @@ def roundabout(domain: Domain, start: State, avoided: Avoided) -> Path | None:
 
 
 @pytest.mark.parametrize("twin", [_Careless, _Bold, _Ruthless])
-def test_a_domain_that_is_wrong_in_one_way_is_noticed(twin: type[Domain]) -> None:
+def test_a_domain_that_is_wrong_in_one_way_is_noticed(twin: type[PlanningDomain]) -> None:
     def compare(problem: Problem) -> None:
         right = domain_of(problem)
-        judge(problem, Strategy(twin(**{one.name: getattr(right, one.name) for one in fields(right)})), Mix())
+        judge(
+            problem,
+            StrongCyclicStrategy(twin(**{one.name: getattr(right, one.name) for one in fields(right)})),
+            Mix(),
+        )
 
     with pytest.raises((AssertionError, KeyError)):
         _law(compare, 400, phases=[Phase.generate])
@@ -164,7 +168,7 @@ def test_a_domain_that_is_wrong_in_one_way_is_noticed(twin: type[Domain]) -> Non
 def test_plans_that_are_not_the_shortest_are_noticed() -> None:
     with pytest.raises(AssertionError):
         _law(
-            lambda problem: judge(problem, Strategy(domain_of(problem), roundabout), Mix()),
+            lambda problem: judge(problem, StrongCyclicStrategy(domain_of(problem), roundabout), Mix()),
             400,
             phases=[Phase.generate],
         )
@@ -181,11 +185,11 @@ def _law(check: Callable[[Problem], None], count: int, **more: Any) -> None:
 
 def test_a_plan_from_elsewhere_is_accepted_exactly_where_it_works() -> None:
     seen = Mix()
-    _plans_are_judged(Strategy, seen)
+    _plans_are_judged(StrongCyclicStrategy, seen)
     seen.assert_both("plan", at_least=15)
 
 
-class _Hopeful(Strategy):
+class _Hopeful(StrongCyclicStrategy):
     """A twin: it will turn out well."""
 
     def solves(self, start: State) -> bool:
@@ -197,7 +201,7 @@ def test_a_judge_that_minds_no_outcome_is_noticed() -> None:
         _plans_are_judged(_Hopeful, Mix(), phases=[Phase.generate])
 
 
-def _plans_are_judged(strategy: type[Strategy], seen: Mix, **more: Any) -> None:
+def _plans_are_judged(strategy: type[StrongCyclicStrategy], seen: Mix, **more: Any) -> None:
     @examples(150, **more)
     @given(problems(), st.data())
     def law(problem: Problem, data: st.DataObject) -> None:
@@ -205,9 +209,9 @@ def _plans_are_judged(strategy: type[Strategy], seen: Mix, **more: Any) -> None:
         labels = [f"{problem.ecm.id}.{name}" for name in steps]
         modules = {problem.ecm.id: problem.ecm}
         domain = domain_for(
-            modules, problem.site, problem.start, problem.goal, problem.invariants, also=labels
+            modules, problem.site, problem.start, problem.goal, problem.invariants, extra_variables=labels
         )
-        wrong = problems_of(strategy(domain), domain.state(problem.start), labels)
+        wrong = find_step_problems(strategy(domain), domain.state(problem.start), labels)
         seen.compare("plan", proved=not wrong, expected=works(Enumeration(problem), steps))
 
     law()
@@ -216,7 +220,7 @@ def _plans_are_judged(strategy: type[Strategy], seen: Mix, **more: Any) -> None:
 @st.composite
 def _steps(draw: st.DrawFn, problem: Problem) -> list[str]:
     """Any skills, or what a strategy does where its steps succeed one way."""
-    strategy = Strategy(domain_of(problem))
+    strategy = StrongCyclicStrategy(domain_of(problem))
     domain, state = strategy.domain, strategy.domain.state(problem.start)
     if not strategy.solves(state) or draw(st.booleans()):
         return draw(st.lists(st.sampled_from([*problem.ecm.skills]), max_size=4))
@@ -253,7 +257,7 @@ class Proposing:
     def __init__(self, graph: TaskGraph) -> None:
         self._graph = graph
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         return self._graph
 
 
@@ -261,13 +265,13 @@ class Proposing:
 def _graphs(draw: st.DrawFn, problem: Problem) -> TaskGraph:
     """What the planner without rules would do, or that with parts in between or in place; or any steps."""
     names = [*problem.ecm.skills]
-    strategy = Strategy(domain_of(problem))
+    strategy = StrongCyclicStrategy(domain_of(problem))
     start = strategy.domain.state(problem.start)
     solved = strategy.solves(start) and draw(st.booleans())
-    parts = list(task_graph(strategy, start, 3).parts) if solved else []
+    parts = list(strategy_to_graph(strategy, start, 3).parts) if solved else []
     for _ in range(draw(st.integers(0 if solved else 1, 3))):
         helper = draw(st.sampled_from([None, *names]))
-        step = Step("small", draw(st.sampled_from(names)), {}, draw(st.integers(0, 3)), helper)
+        step = PlanStep("small", draw(st.sampled_from(names)), {}, draw(st.integers(0, 3)), helper)
         at = draw(st.integers(0, len(parts)))
         parts[at : at + draw(st.integers(0, 1))] = [step]
     return TaskGraph(tuple(parts))
@@ -289,8 +293,8 @@ def _judged_plans_are_run(problem: Problem, graph: TaskGraph, seed: int, seen: C
         return
     for _ in range(8):
         runtime = Recording(problem.ecm, once, problem.start, lambda name, _: chance.choice(likely[name]))
-        world = measured_world(once.state, runtime.observe(), runtime.now())
-        accepted = not Judge(Routed("small", pursued), world, modules, once).problems(graph)
+        world = world_from_readings(once.state, runtime.observe(), runtime.now())
+        accepted = not PlanChecker(RoutedTask("small", pursued), world, modules, once).problems(graph)
         report = pursue(problem.ecm, pursued, runtime, Proposing(graph))
         seen[f"accepted {accepted}, reached {report.reached}"] += 1
         if accepted:
@@ -306,7 +310,7 @@ def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_
 
 
 def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("aeros.agent.planning.check_plan.Strategy", _Hopeful)
+    monkeypatch.setattr("aeros.agent.planning.check_plan.StrongCyclicStrategy", _Hopeful)
     with pytest.raises(AssertionError):
         _judged_in_runs(Counter(), phases=[Phase.generate])
 
@@ -326,15 +330,15 @@ def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
     @examples(200)
     @given(problems())
     def law(problem: Problem) -> None:
-        strategy = Strategy(domain_of(problem))
+        strategy = StrongCyclicStrategy(domain_of(problem))
         start = strategy.domain.state(problem.start)
         if strategy.solves(start):
-            graph = task_graph(strategy, start, 3)
-            read = graph_of(read_json(json.dumps(form_of(graph))), problem.site)
+            graph = strategy_to_graph(strategy, start, 3)
+            read = plan_from_json(parse_strict_json(json.dumps(plan_to_json(graph))), problem.site)
             # An `else` that is one `if` is read as a sequence of one part, which is the same to do.
-            assert form_of(read) == form_of(graph)
+            assert plan_to_json(read) == plan_to_json(graph)
             conditions = [
-                [part.condition for part in parts_of(one.body) if isinstance(part, If)]
+                [part.condition for part in walk_parts(one.body) if isinstance(part, If)]
                 for one in (graph, read)
             ]
             assert conditions[0] == conditions[1]

@@ -22,17 +22,21 @@ from aeros.agent.planning import task_graph
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.canonical_json import Encoded
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate.configuration import configure
+from aeros.runtime.gate.configuration import make_configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.ports import BEGINNING, Head
+from aeros.runtime.ports import EMPTY_LOG_HEAD, LogHead
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.closed_loop import transition_system
 from aeros.spec.closed_loop.markov_chain import Prediction
-from aeros.spec.closed_loop.outcome_probabilities import shares_of, with_retries, with_skill_probabilities
-from aeros.spec.closed_loop.reachability import explore
-from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.closed_loop.outcome_probabilities import (
+    outcome_probabilities,
+    with_retries,
+    with_skill_probabilities,
+)
+from aeros.spec.closed_loop.reachability import explore_task
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.verification.certificate import certificate_for
 from tests.differential.real_loop import Run, every_run, pursue, run_with
 from tests.differential.reference_cases import REFERENCE, as_tuple, in_small, predicted, reference
@@ -65,30 +69,30 @@ def enumerated(case: Case, most: int) -> Expected | None:
 
 def assert_is_a_path(system: TransitionSystem, case: Case, run: Run) -> None:
     """Every step of the run is a move of the transition system, and so is how it ended."""
-    here = _silently(system, Node("plan", tuple(case.start[name] for name in system.names)))
+    here = _silently(system, LoopState("plan", tuple(case.start[name] for name in system.names)))
     for step, state in zip(run.report.steps, run.states, strict=True):
         said = (step.role.value, f"{step.skill} → {step.outcome}", tuple(state[n] for n in system.names))
         targets = {
             move.target
             for node in here
-            for move in system.moves(node)
-            if (move.role, move.said, move.target.state) == said
+            for move in system.transitions(node)
+            if (move.role, move.label, move.target.state) == said
         }
         assert len(targets) == 1, f"the system knows no such step: {said}"
         here = _silently(system, targets.pop())
     assert any(node.phase == "reached" for node in here) is run.report.reached
 
 
-def _silently(system: TransitionSystem, node: Node) -> list[Node]:
+def _silently(system: TransitionSystem, node: LoopState) -> list[LoopState]:
     """`node` and what it leads to without a submission; the loop may plan on, so no node comes twice."""
     found = [node]
     for one in found:
-        found += [m.target for m in system.moves(one) if m.role is None and m.target not in found]
+        found += [m.target for m in system.transitions(one) if m.role is None and m.target not in found]
     return found
 
 
 def test_the_agent_and_the_analysis_accept_plans_of_the_same_length() -> None:
-    assert transition_system.MOST_STEPS == task_graph.MOST_STEPS
+    assert transition_system.MAX_PLAN_STEPS == task_graph.MAX_STEPS
 
 
 @examples(120)
@@ -108,7 +112,7 @@ def test_the_prediction_is_the_mean_over_every_run_of_the_real_loop(case: Case) 
 @examples(60)
 @given(cases(most_rules=3, most_retries=2, most_replans=4))
 def test_everything_the_real_loop_does_is_in_the_explored_graph(case: Case) -> None:
-    explored = explore(case.ecm, replace(case.task, initial=case.start), case.site)
+    explored = explore_task(case.ecm, replace(case.task, initial=case.start), case.site)
     known = {node.state for node in explored.graph}
     pick = random.Random(7).choice  # noqa: S311  no secret depends on it
 
@@ -138,7 +142,7 @@ def test_a_reference_module_is_predicted_as_every_run_of_the_real_loop_has_it(
 def test_runs_of_the_real_loop_come_to_what_is_predicted(name: str, replans: int, count: int) -> None:
     case = in_small(reference(name, replans))
     weights = {
-        one.id: [float(share) for _, share in shares_of(one.outcomes.values())]
+        one.id: [float(share) for _, share in outcome_probabilities(one.outcomes.values())]
         for one in case.ecm.skills.values()
     }
     draw = random.Random(f"{name} {replans}")  # noqa: S311  no secret depends on it
@@ -157,11 +161,11 @@ def test_runs_of_the_real_loop_come_to_what_is_predicted(name: str, replans: int
 def test_runs_of_the_whole_runtime_on_the_symbolic_plant_come_to_what_is_predicted(name: str) -> None:
     case = reference(name, 1)
     certificate = certificate_for(case.ecm, case.site, {})
-    configuration = configure(case.site, {case.ecm.id: (case.ecm, certificate)})
+    configuration = make_configuration(case.site, {case.ecm.id: (case.ecm, certificate)})
     gate = CompiledGate(configuration, GateMode.COMPILED)
     found = []
     for seed in range(25):
-        plant = SymbolicPlant(case.site, configuration.modules, seed, as_doubles(case.task.initial))
+        plant = SymbolicPlant(case.site, configuration.modules, seed, to_doubles(case.task.initial))
         executor = Executor(configuration, gate, plant, Unwritten(), run_in_process)
         found.append(measured(pursue(case.ecm, case.task, executor)))
     assert_within(found, predicted(case))
@@ -177,8 +181,8 @@ class Unwritten(AuditLog):
         return 0
 
     @property
-    def head(self) -> Head:
-        return BEGINNING
+    def head(self) -> LogHead:
+        return EMPTY_LOG_HEAD
 
 
 def assert_within(found: list[Expected], prediction: Prediction) -> None:

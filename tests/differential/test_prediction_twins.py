@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.spec.closed_loop.invocation import Invocation
-from aeros.spec.closed_loop.transition_system import Move, Node, TransitionSystem
+from aeros.spec.closed_loop.transition_system import LoopState, Transition, TransitionSystem
 from tests.differential.reference_cases import REFERENCE, as_tuple, predicted, reference
 from tests.differential.small_tasks import START, Case
 from tests.differential.tree_expansion import expected
@@ -49,20 +49,20 @@ def _as_drawn(self: Invocation, values: Any) -> Any:
     return next(outcome for outcome, _, _ in reversed(self._outcomes))
 
 
-def _never_recovers(self: TransitionSystem, node: Node) -> list[Move]:
-    return [Move(Node("try", node.state, node.remaining, node.tries))]
+def _never_recovers(self: TransitionSystem, node: LoopState) -> list[Transition]:
+    return [Transition(LoopState("try", node.state, node.remaining_rules, node.tries))]
 
 
-def _replans_although_done(self: TransitionSystem, node: Node) -> list[Move]:
+def _replans_although_done(self: TransitionSystem, node: LoopState) -> list[Transition]:
     return [
-        replace(move, target=Node("plan", move.target.state))
-        if move.target.phase == "try" and node.tries and not move.target.tries and "odd" in move.said
+        replace(move, target=LoopState("plan", move.target.state))
+        if move.target.phase == "try" and node.tries and not move.target.tries and "odd" in move.label
         else move
         for move in _try(self, node)
     ]
 
 
-_after, _try = Invocation.after, TransitionSystem._try
+_after, _try = Invocation.after, TransitionSystem._attempt_transitions
 TWINS: dict[str, tuple[type, str, Callable[..., Any]]] = {
     "ignores failures": (Invocation, "after", _no_failures),
     "takes another outcome than the one measured": (Invocation, "_measured", _as_drawn),

@@ -10,11 +10,11 @@ import pytest
 
 import aeros.spec.verification.examine
 import aeros.spec.verification.second_solver
-from aeros.spec.backends.answer_store import Store
+from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.cvc5_solver import Cvc5
-from aeros.spec.backends.oracle import Question
-from aeros.spec.text.discovery import reference_site
-from aeros.spec.verification.second_solver import Agreement, SecondSolver, agreement_on
+from aeros.spec.backends.oracle import SolverQuery
+from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.verification.second_solver import SecondSolver, SecondSolverReport, cross_check_queries
 from aeros.spec.verification.verify import verify
 
 ROOT = Path(__file__).parents[2]
@@ -24,28 +24,28 @@ BEYOND = {"safety/tidy/reach/short-reach (accepted/distance_within_a_cube/ecm.ya
 
 
 @pytest.fixture(scope="module")
-def questions(tmp_path_factory: pytest.TempPathFactory) -> list[Question]:
+def questions(tmp_path_factory: pytest.TempPathFactory) -> list[SolverQuery]:
     """Each question of the runs once: cases repeat what others ask."""
-    found: dict[object, Question] = {}
+    found: dict[object, SolverQuery] = {}
 
     def collect(
-        asked: Iterable[Question], second: SecondSolver, progress: Callable[[str], None]
-    ) -> Agreement:
+        asked: Iterable[SolverQuery], second: SecondSolver, progress: Callable[[str], None]
+    ) -> SecondSolverReport:
         for one in asked:
             found.setdefault((tuple(one.variables), tuple(one.ranges.items()), tuple(one.terms)), one)
-        return Agreement(second.name, 0, ())
+        return SecondSolverReport(second.name, 0, ())
 
-    store = Store(tmp_path_factory.mktemp("store") / "answers.sqlite3")
+    store = AnswerStore(tmp_path_factory.mktemp("store") / "answers.sqlite3")
     second = Cvc5()
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(CORPUS)
-        patch.setattr(aeros.spec.verification.second_solver, "agreement_on", collect)
+        patch.setattr(aeros.spec.verification.second_solver, "cross_check_queries", collect)
         patch.setattr(
             aeros.spec.verification.examine,
             "examine_site",
             cache(aeros.spec.verification.examine.examine_site),
         )
-        verify([ROOT / "ecms"], reference_site(), store=store, second=second)
+        verify([ROOT / "ecms"], reference_site_path(), store=store, second=second)
         for path in sorted([*Path().glob("accepted/*"), *Path().glob("rejected/*/*")]):
             if (path / "site.yaml").exists():
                 verify([Path("site/idle")], path / "site.yaml", store=store, second=second)
@@ -54,9 +54,11 @@ def questions(tmp_path_factory: pytest.TempPathFactory) -> list[Question]:
     return list(found.values())
 
 
-def test_cvc5_says_what_z3_says_of_the_reference_modules_and_both_corpora(questions: list[Question]) -> None:
-    about = {one.about.partition("/")[0] for one in questions}
+def test_cvc5_says_what_z3_says_of_the_reference_modules_and_both_corpora(
+    questions: list[SolverQuery],
+) -> None:
+    about = {one.description.partition("/")[0] for one in questions}
     assert about == {"policy", "permission", "safety", "composition", "an explanation"}
-    agreement = agreement_on(questions, Cvc5(rlimit=300_000), lambda _: None)
-    assert {about for about, _ in agreement.undecided} == BEYOND
-    assert agreement.agreed > 800
+    agreement = cross_check_queries(questions, Cvc5(rlimit=300_000), lambda _: None)
+    assert {about for about, _ in agreement.undecided_queries} == BEYOND
+    assert agreement.agreed_count > 800

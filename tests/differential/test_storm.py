@@ -8,20 +8,20 @@ from typing import Any
 
 import pytest
 
-from aeros.spec.closed_loop.transition_system import Node, TransitionSystem
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from tests.differential.reference_cases import REFERENCE, predicted, reference
 
 stormpy: Any = pytest.importorskip("stormpy")
 
 
-def prism(system: TransitionSystem, start: Node, replans: int) -> str:
+def prism(system: TransitionSystem, start: LoopState, replans: int) -> str:
     """The chain as a PRISM program: a state for each node and number of re-plans, a reward for each step."""
     numbers = {(0, start): 0}
     commands, rewards, reached = [], [], []
     pending = [(0, start)]
     for made, node in pending:
         here = numbers[made, node]
-        moves = [move for move in system.moves(node) if move.probability]
+        moves = [move for move in system.transitions(node) if move.probability]
         if moves and node.phase == "plan" and made > replans and moves[0].target.phase != "reached":
             moves = []
         targets = []
@@ -50,7 +50,7 @@ def test_storm_finds_the_same_probability_and_work(name: str, replans: int, tmp_
     case = reference(name, replans)
     system = TransitionSystem(case.ecm, case.task, case.site)
     file = tmp_path / "loop.prism"
-    start = Node("plan", tuple(case.start[one] for one in system.names))
+    start = LoopState("plan", tuple(case.start[one] for one in system.names))
     file.write_text(prism(system, start, replans), encoding="utf-8")
     program = stormpy.parse_prism_program(str(file))
     asked = stormpy.parse_properties('P=? [F "reached"]; R{"steps"}=? [C]', program)

@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.model import Ecm, Outcome, PlanningRule, Site, Skill, Task
 
 State = frozenset[tuple[str, Any]]
@@ -48,7 +48,9 @@ class _Tree:
     def _pursue(self, state: State, made: int) -> Expected:
         if self._is_goal(state):
             return Expected(success=Fraction(1))
-        plan = tuple(n for n, rule in enumerate(self._task.rules) if not holds(rule.unless, dict(state)))
+        plan = tuple(
+            n for n, rule in enumerate(self._task.rules) if not is_true(rule.satisfied_condition, dict(state))
+        )
         if self._is_rejected([self._task.rules[n] for n in plan]):
             return Expected(replans=Fraction(int(made < self._cap)))
         return self._follow(state, plan, made)
@@ -63,7 +65,7 @@ class _Tree:
         if self._is_goal(state) or not plan:
             return self._over(state, made)
         rule = self._task.rules[plan[0]]
-        if holds(rule.unless, dict(state)):
+        if is_true(rule.satisfied_condition, dict(state)):
             return self._follow(state, plan[1:], made)
         return self._attempt(state, plan, made, rule.retry, "invocations")
 
@@ -73,7 +75,7 @@ class _Tree:
         def then(after: State, failed: bool) -> Expected:
             if not failed:
                 return self._follow(after, plan[1:], made)
-            done = self._is_goal(after) or holds(rule.unless, dict(after))
+            done = self._is_goal(after) or is_true(rule.satisfied_condition, dict(after))
             if done:
                 return self._follow(after, plan[1:], made)
             if not left:
@@ -89,7 +91,7 @@ class _Tree:
         rule = self._task.rules[plan[0]]
 
         def then(after: State, _: bool) -> Expected:
-            if self._is_goal(after) or holds(rule.unless, dict(after)):
+            if self._is_goal(after) or is_true(rule.satisfied_condition, dict(after)):
                 return self._follow(after, plan[1:], made)
             return self._attempt(after, plan, made, left - 1, "retries")
 
@@ -101,8 +103,8 @@ class _Tree:
         self, skill: Skill, inputs: Mapping[str, Any], state: State, then: Callable[[State, bool], Expected]
     ) -> Expected | None:
         """The mean of `then` over the outcomes; None where the skill does not start."""
-        filled = {f"inputs.{name}": inputs.get(name, one.default) for name, one in skill.inputs.items()}
-        if skill.precondition is not None and not holds(skill.precondition.term, {**dict(state), **filled}):
+        filled = {f"inputs.{name}": inputs.get(name, one.default_value) for name, one in skill.inputs.items()}
+        if skill.precondition is not None and not is_true(skill.precondition.term, {**dict(state), **filled}):
             return None
         means = [Fraction(0)] * 5
         for outcome, share in _shares(skill):
@@ -113,7 +115,7 @@ class _Tree:
         return Expected(*means)
 
     def _is_goal(self, state: State) -> bool:
-        return holds(self._task.goal, dict(state))
+        return is_true(self._task.goal, dict(state))
 
     def _is_rejected(self, rules: list[PlanningRule]) -> bool:
         if not rules or any(rule.retry > self._most_retries for rule in rules):
@@ -122,7 +124,9 @@ class _Tree:
         for rule in rules:
             if rule.on_failure is not None:
                 cures.setdefault(rule.skill, set()).add(rule.on_failure)
-                if any(one.default is None for one in self._ecm.skills[rule.on_failure].inputs.values()):
+                if any(
+                    one.default_value is None for one in self._ecm.skills[rule.on_failure].inputs.values()
+                ):
                     return True
         return any(_comes_to(cures, cure, skill, set()) for skill in cures for cure in cures[skill])
 
@@ -153,7 +157,7 @@ def _judged_a_failure(skill: Skill, after: Mapping[str, Any]) -> bool:
 def variables(ecm: Ecm, task: Task) -> set[str]:
     """The state variables that a task depends on, found anew."""
     used = {rule.skill for rule in task.rules} | {rule.on_failure for rule in task.rules if rule.on_failure}
-    terms = [task.goal, *(rule.unless for rule in task.rules)]
+    terms = [task.goal, *(rule.satisfied_condition for rule in task.rules)]
     found = set()
     for skill in map(ecm.skills.__getitem__, used):
         terms += [] if skill.precondition is None else [skill.precondition.term]

@@ -20,18 +20,18 @@ from hypothesis import strategies as st
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.elaborate.scopes import kind_scope
+from aeros.spec.elaborate.scopes import action_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
-from aeros.spec.expr.semantics import Environment, holds
+from aeros.spec.expr.semantics import Environment, is_true
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.model import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.verification.discharge import Finding, discharge
-from aeros.spec.verification.explain import answered
+from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
+from aeros.spec.verification.explain import explain_findings
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
@@ -104,7 +104,7 @@ class Answered:
         return site
 
     @cached_property
-    def findings(self) -> dict[str, Finding]:
+    def findings(self) -> dict[str, ObligationResult]:
         module = self.folder / "module"
         module.mkdir(exist_ok=True)
         (module / "skills.py").write_text("")
@@ -114,11 +114,11 @@ class Answered:
         assert loaded is not None, list(sink)
         oracle = Oracle()
         claims = [one for one in safety_obligations(loaded.ecm, self.site) if isinstance(one, Obligation)]
-        found = answered(discharge(claims, oracle), self.site, oracle)
+        found = explain_findings(discharge_obligations(claims, oracle), self.site, oracle)
         return {str(one.obligation.id).removeprefix("safety/go/move/"): one for one in found}
 
     def condition(self, text: str) -> t.Term:
-        return check(parse(text), kind_scope(self.site, self.site.kinds["move"]), BOOL)
+        return check(parse(text), action_scope(self.site, self.site.kinds["move"]), BOOL)
 
     def points(self, *texts: str) -> Iterator[Environment]:
         """A point for every way in which the numbers of the texts and of the grid can be ordered."""
@@ -134,8 +134,8 @@ class Answered:
     def accepted(self, text: str) -> bool:
         """Whether every action of the envelope `text` obeys the rule, and some action there is."""
         envelope, rule = self.condition(text), self.condition(self.rule)
-        asked = [point for point in self.points(text, self.rule) if holds(envelope, point)]
-        return bool(asked) and all(holds(rule, point) for point in asked)
+        asked = [point for point in self.points(text, self.rule) if is_true(envelope, point)]
+        return bool(asked) and all(is_true(rule, point) for point in asked)
 
 
 def _moved(text: str) -> Iterator[tuple[Fraction, str]]:
@@ -177,8 +177,8 @@ def test_a_repair_mends_the_line_and_no_smaller_change_of_a_number_would(tmp_pat
     def repairs_are_judged(rule: str, envelope: str) -> None:
         case = Answered(tmp_path, rule, envelope)
         old, required = case.condition(envelope), case.condition(rule)
-        asked = [point for point in case.points(envelope, rule) if holds(old, point)]
-        allowed = [point for point in asked if holds(required, point)]
+        asked = [point for point in case.points(envelope, rule) if is_true(old, point)]
+        allowed = [point for point in asked if is_true(required, point)]
         found = case.findings["bound"]
         seen.compare("AE501", proved=found.verdict is Verdict.PROVED, expected=len(allowed) == len(asked))
         if found.verdict is Verdict.PROVED or not allowed:
@@ -204,7 +204,7 @@ def test_a_repair_mends_the_line_and_no_smaller_change_of_a_number_would(tmp_pat
 
 def _stricter(case: Answered, text: str, old: t.Term) -> bool:
     new = case.condition(text)
-    return all(holds(old, point) for point in case.points(text, case.envelope) if holds(new, point))
+    return all(is_true(old, point) for point in case.points(text, case.envelope) if is_true(new, point))
 
 
 def _is_a_move(old: str, new: str) -> bool:
@@ -260,13 +260,13 @@ def test_a_boundary_is_the_set_of_actions_that_the_rule_allows(tmp_path: Path) -
         nonlocal shorter
         case = Answered(tmp_path, rule, envelope, gated="bound")
         inside, required = case.condition(envelope), case.condition(rule)
-        asked = [point for point in case.points(envelope, rule) if holds(inside, point)]
-        kept = [holds(required, point) for point in asked]
+        asked = [point for point in case.points(envelope, rule) if is_true(inside, point)]
+        kept = [is_true(required, point) for point in asked]
         found = case.findings["bound"]
-        seen.compare("guarded", proved=found.guarded, expected=not all(kept))
-        if found.guarded:
+        seen.compare("guarded", proved=found.is_runtime_checked, expected=not all(kept))
+        if found.is_runtime_checked:
             said = case.condition(found.boundary)
-            assert [holds(said, point) for point in asked] == kept
+            assert [is_true(said, point) for point in asked] == kept
             shorter += found.boundary != rule
 
     boundaries_are_judged()

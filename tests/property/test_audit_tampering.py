@@ -21,11 +21,17 @@ from unittest.mock import patch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.audit.check import GENESIS, end_record, verify_log
-from aeros.runtime.audit.checkpoints import CHECKPOINT, EVERY, Checkpoint, Signing, verify_signed
+from aeros.runtime.audit.check import GENESIS, seal_record, verify_log
+from aeros.runtime.audit.checkpoints import (
+    CHECKPOINT,
+    CHECKPOINT_INTERVAL,
+    AuditCheckpoint,
+    SigningConfiguration,
+    verify_signed,
+)
 from aeros.runtime.audit.keys import SigningKey, make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.canonical_json import canonical
+from aeros.runtime.canonical_json import to_canonical_json
 
 
 @dataclass
@@ -59,7 +65,9 @@ def written(sessions: list[int]) -> Iterator[Written]:
         make_key(folder / "key")
         one = Written(folder, read_signing_key(folder / "key"), [])
         for count in sessions:
-            with AuditLog(one.log, clock=lambda: 1.5, signing=Signing(one.key, one.anchor)) as log:
+            with AuditLog(
+                one.log, clock=lambda: 1.5, signing=SigningConfiguration(one.key, one.anchor)
+            ) as log:
                 for number in range(count):
                     log.append("event", {"number": number})
         one.original = one.log.read_bytes().splitlines(keepends=True)
@@ -72,7 +80,7 @@ def chained(records: list[dict[str, Any]]) -> list[bytes]:
     for sequence, record in enumerate(records):
         body = {**record, "sequence": sequence, "previous": previous}
         body.pop("hash", None)
-        line, previous = end_record(canonical(body))
+        line, previous = seal_record(to_canonical_json(body))
         lines.append(line)
     return lines
 
@@ -110,7 +118,7 @@ def cut(items: list[Any], data: st.DataObject, made_up: Any) -> str:
     return "cut"
 
 
-SESSIONS = st.lists(st.integers(0, 5) | st.just(EVERY + 3), min_size=1, max_size=3)
+SESSIONS = st.lists(st.integers(0, 5) | st.just(CHECKPOINT_INTERVAL + 3), min_size=1, max_size=3)
 ANY = st.sampled_from([edit, delete, insert, reorder, cut])
 
 
@@ -125,8 +133,8 @@ def test_the_chain_alone_finds_all_but_a_cut(
         one.log.write_bytes(b"".join(lines))
         if lines == one.original:
             return
-        assert verify_log(one.log).sound == (kind == "cut")
-        assert not verify_signed(one.log, one.key.public, one.anchor).chain.sound
+        assert verify_log(one.log).is_sound == (kind == "cut")
+        assert not verify_signed(one.log, one.key.public, one.anchor).chain.is_sound
 
 
 @given(sessions=SESSIONS, data=st.data())
@@ -152,7 +160,7 @@ def signed_by(key: SigningKey, records: list[dict[str, Any]]) -> list[dict[str, 
         lines = chained(made)
         if record["event"] == CHECKPOINT and made:
             first, last = (json.loads(line)["hash"] for line in (lines[0], lines[-1]))
-            new = Checkpoint(first, len(made), last, record["written"], False, key.public.id).signed(key)
+            new = AuditCheckpoint(first, len(made), last, record["written"], False, key.public.id).sign(key)
             record = {**record, "details": new.details()}
         made.append(record)
     return made
@@ -172,12 +180,12 @@ def test_key_and_anchor_vouch_for_nothing_that_was_rewritten(
             records = signed_by(read_signing_key(one.folder / "stranger"), records)
         lines = chained(records)
         one.log.write_bytes(b"".join(lines))
-        assert verify_log(one.log).sound
+        assert verify_log(one.log).is_sound
         by_key = verify_signed(one.log, one.key.public)
-        assert not by_key.chain.sound or lines[: by_key.signed] == one.original[: by_key.signed]
+        assert not by_key.chain.is_sound or lines[: by_key.signed] == one.original[: by_key.signed]
         # The anchor holds the last record of a log that was closed.
         by_anchor = verify_signed(one.log, one.key.public, one.anchor)
-        assert by_anchor.chain.sound == (lines[: len(one.original)] == one.original)
+        assert by_anchor.chain.is_sound == (lines[: len(one.original)] == one.original)
 
 
 @given(before=st.integers(0, 3), loose=st.integers(1, 5), data=st.data())
@@ -185,16 +193,16 @@ def test_after_a_crash_the_report_says_from_where_on_nothing_is_vouched_for(
     before: int, loose: int, data: st.DataObject
 ) -> None:
     with written([before]) as one:
-        log = AuditLog(one.log, signing=Signing(one.key, one.anchor))
+        log = AuditLog(one.log, signing=SigningConfiguration(one.key, one.anchor))
         for number in range(loose):
             log.append("event", {"number": number})
         os.close(log._file)  # as a kill would
         records = [json.loads(line) for line in one.log.read_bytes().splitlines()]
         report = verify_signed(one.log, one.key.public, one.anchor)
-        assert (report.chain.sound, report.closed) == (True, False)
+        assert (report.chain.is_sound, report.closed) == (True, False)
         assert report.signed == report.anchored == len(records) - loose
         place = data.draw(st.integers(0, len(records) - 1))
         records[place]["event"] = "made-up"
         one.log.write_bytes(b"".join(chained(records)))
         found = verify_signed(one.log, one.key.public, one.anchor)
-        assert found.chain.sound == (place >= report.signed)
+        assert found.chain.is_sound == (place >= report.signed)

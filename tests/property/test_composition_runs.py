@@ -19,12 +19,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.plan_executor import Engine
-from aeros.agent.execution.step_attempt import Attempts
-from aeros.agent.planning.compositions import graph_of
+from aeros.agent.execution.plan_executor import PlanExecutor
+from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.planning.compositions import composition_to_graph
 from aeros.agent.planning.task_graph import verify_plan
-from aeros.runtime.ports import Ended
-from aeros.spec.expr.semantics import holds
+from aeros.runtime.ports import EndedStep
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.model import Ecm, Site, Skill
 from tests.differential.real_loop import Forgetful
@@ -61,7 +61,7 @@ class Chance(FakeRuntime):
         outcomes = self.module.skills[skill].outcomes.values()
         return self.random.choice([one.id for one in outcomes if one.probability != 0])
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         self.most = max(self.most, len(self.under_way))
         keep = list(self.under_way.items())
         self.random.shuffle(keep)
@@ -77,8 +77,8 @@ def _ends(
     runtime = Chance(module, SITE, start, seed)
     memory = Forgetful()
     journal = Journal(runtime, memory, None)
-    engine = Engine(Attempts(runtime, memory, journal, "task"), journal, lambda: False)
-    end = engine.run(graph_of(composition, module.id).body)
+    engine = PlanExecutor(StepRunner(runtime, memory, journal, "task"), journal, lambda: False)
+    end = engine.run(composition_to_graph(composition, module.id).body)
     return None if end is None else end.reason, runtime
 
 
@@ -94,11 +94,11 @@ def _what_is_proved_happens(
     module = replace(_module(skills, composition), id="module")
     _, refuted = _refuted(module, _site())
     finite = {id_ for id_ in refuted if "/par-" in id_}
-    problems = verify_plan(graph_of(composition, "module"), {"module": module}, SITE)
+    problems = verify_plan(composition_to_graph(composition, "module"), {"module": module}, SITE)
     PLANS.compare("plan", proved=not finite, expected=problems == [])
     if any(part in id_ for id_ in refuted for part in ("/par-", "/ready", "/covers")):
         return
-    for number, start in enumerate(one for one in STATES if holds(composition.precondition, one)):
+    for number, start in enumerate(one for one in STATES if is_true(composition.precondition, one)):
         why, runtime = _ends(module, composition, start, seed + number)
         assert runtime.under_way == {}
         assert "step-not-started" not in runtime.kinds(), why

@@ -16,34 +16,34 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.flow import symbolic_paths
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.model import (
     Access,
+    ActionCondition,
     ActionKind,
-    Clause,
     Declared,
     Ecm,
     JointRule,
-    Limits,
+    ModuleLimits,
     Outcome,
     Risk,
     Rule,
     Site,
     Skill,
 )
-from aeros.spec.model.step_graph import If, Par, Seq, parts_of, steps_of
+from aeros.spec.model.step_graph import If, Par, Seq, steps_of, walk_parts
 from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.verification.discharge import discharge
+from aeros.spec.verification.discharge import discharge_obligations
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
@@ -53,8 +53,8 @@ TEXT = Source("generated", "x" * 1000)
 NAMES = ("p", "q", "r")
 REAL = RealType(NUMBER)
 UNIT = (Fraction(0), Fraction(1))
-STATE = {name: Declared(t.Variable(name, BOOL, t.Role.STATE), TEXT.span(0, 1)) for name in NAMES}
-STATE["v"] = Declared(t.Variable("v", REAL, t.Role.STATE), TEXT.span(0, 1), range=UNIT)
+STATE = {name: Declared(t.Variable(name, BOOL, t.VariableRole.STATE), TEXT.span(0, 1)) for name in NAMES}
+STATE["v"] = Declared(t.Variable("v", REAL, t.VariableRole.STATE), TEXT.span(0, 1), range=UNIT)
 STATES: list[dict[str, Any]] = [
     dict(zip(STATE, values, strict=True)) for values in itertools.product(*[(False, True)] * 3, UNIT)
 ]
@@ -70,14 +70,14 @@ CONDITIONS: list[t.Term] = [
 def _site(**changes: Any) -> Site:
     given: dict[str, Any] = dict(  # noqa: C408 - reads as the call below
         id="site", digest="", enums={}, constants={}, volumes={}, state=STATE, kinds={}, rules=(),
-        access=Access(), grants={}, risk_ceiling=Risk.LOW, limits=Limits(Fraction(1), 2, 1), blocks=(),
+        access=Access(), grants={}, risk_ceiling=Risk.LOW, limits=ModuleLimits(Fraction(1), 2, 1), blocks=(),
         quotas=(), resources={"arm": 1, "camera": 2}, span=TEXT.span(0, 1),
     )  # fmt: skip
     return Site(**given | changes)
 
 
 def _skill(name: str, precondition: t.Term | None, outcomes: list[Outcome], **changes: Any) -> Skill:
-    clause = None if precondition is None else Clause(precondition, "", TEXT.span(0, 1))
+    clause = None if precondition is None else ActionCondition(precondition, "", TEXT.span(0, 1))
     given: dict[str, Any] = dict(  # noqa: C408 - reads as the call below
         id=name, module_name="", function="", inputs={}, precondition=clause,
         outcomes={one.id: one for one in outcomes}, envelope={}, actuators=frozenset(),
@@ -90,7 +90,7 @@ def _skill(name: str, precondition: t.Term | None, outcomes: list[Outcome], **ch
 def _module(skills: dict[str, Skill], composition: Composition) -> Ecm:
     return Ecm(
         id="module", version="1", folder="", manifest_digest="", code_digest="", capabilities={},
-        skills=skills, tasks={}, access=Access(), permission={}, requires={}, requires_spans={}, runtime="",
+        skills=skills, tasks={}, requested_access=Access(), permitted_actions={}, required_modules={}, requires_spans={}, required_aeros_version="",
         runtime_span=TEXT.span(0, 1), access_span=TEXT.span(0, 1), span=TEXT.span(0, 1),
         compositions={composition.id: composition},
     )  # fmt: skip
@@ -124,7 +124,7 @@ class _Drawer:
         self.draw = draw
         self.number = 0
 
-    def span(self) -> Span:
+    def span(self) -> SourceSpan:
         self.number += 1
         return TEXT.span(self.number, self.number + 1)
 
@@ -175,7 +175,7 @@ class _Machine:
         self.started: set[str] = set()
         self.unready: set[str] = set()
         self.uncovered: set[int] = set()
-        starts = [state for state in STATES if holds(composition.precondition, state)]
+        starts = [state for state in STATES if is_true(composition.precondition, state)]
         pending = [(self.begin(composition.body), tuple(start.items())) for start in starts]
         seen = set(map(repr, pending))
         while pending:
@@ -218,7 +218,7 @@ class _Machine:
                             rest = (*branches[:index], after, *branches[index + 1 :])
                             yield ("par", rest), {**changed, "v": measured}
             case ("if", part):
-                if holds(part.condition, state):
+                if is_true(part.condition, state):
                     yield self.begin(part.then), state
                 elif part.otherwise is None:
                     self.uncovered.add(part.span.start)
@@ -228,7 +228,7 @@ class _Machine:
             case ("try", step, name, tries_left):
                 self.started.add(name)
                 precondition = self.skills[step.skill].precondition
-                if precondition is not None and not holds(precondition.term, state):
+                if precondition is not None and not is_true(precondition.term, state):
                     self.unready.add(name)
                 yield ("run", step, name, tries_left), state
             case ("run", step, name, tries_left):
@@ -260,7 +260,7 @@ def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> t
     """What a branch writes and what it reads, found by running over everything it may run."""
     written: set[str] = set()
     read: set[str] = set()
-    pending = list(parts_of(branch))
+    pending = list(walk_parts(branch))
     seen = set()
     while pending:
         part = pending.pop()
@@ -278,7 +278,7 @@ def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> t
 
 
 def _interferes(composition: Composition, skills: dict[str, Skill]) -> bool:
-    for par in (part for part in parts_of(composition.body) if isinstance(part, Par)):
+    for par in (part for part in walk_parts(composition.body) if isinstance(part, Par)):
         for one, other in itertools.permutations(par.branches, 2):
             written, (theirs, read) = _uses(composition, skills, one)[0], _uses(composition, skills, other)
             if written & (theirs | read):
@@ -290,7 +290,7 @@ def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     """The ids of all claims and of those that are refuted."""
     claims = list(composition_obligations(module, site))
     found = {str(one.id): one.verdict for one in claims if not isinstance(one, Obligation)}
-    findings = discharge([one for one in claims if isinstance(one, Obligation)])
+    findings = discharge_obligations([one for one in claims if isinstance(one, Obligation)])
     found |= {str(one.obligation.id): one.verdict for one in findings}
     assert Verdict.UNKNOWN not in found.values()
     return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
@@ -306,12 +306,12 @@ def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
     if effects or any("/resources/" in id_ for id_ in refuted):
         assert not any(id_.endswith("/reachable") for id_ in claims)
         return
-    startable = any(holds(composition.precondition, state) for state in STATES)
+    startable = any(is_true(composition.precondition, state) for state in STATES)
     RUNS.compare("AE855", proved="composition/c/can-start" not in refuted, expected=startable)
     machine = _Machine(composition, skills)
     numbers = {
         number: part.span.start
-        for number, part in enumerate((one for one in parts_of(composition.body) if isinstance(one, If)), 1)
+        for number, part in enumerate((one for one in walk_parts(composition.body) if isinstance(one, If)), 1)
     }
     uncovered = {int(id_.split("/")[2][3:]) for id_ in refuted if "/covers" in id_}
     assert {numbers[number] for number in uncovered} == machine.uncovered
@@ -390,8 +390,10 @@ def test_questions_about_one_start_are_counted_from_one() -> None:
 # Two actions at once: each of one parameter with a few values.
 
 GRID = [Fraction(value, 2) for value in range(-2, 3)]
-X = Declared(t.Variable("x", REAL, t.Role.PARAMETER), TEXT.span(0, 1), range=(Fraction(-1), Fraction(1)))
-_AX, _BX = (t.Variable(f"{role}.x", REAL, t.Role.PARAMETER) for role in "ab")
+X = Declared(
+    t.Variable("x", REAL, t.VariableRole.PARAMETER), TEXT.span(0, 1), range=(Fraction(-1), Fraction(1))
+)
+_AX, _BX = (t.Variable(f"{role}.x", REAL, t.VariableRole.PARAMETER) for role in "ab")
 _LIMITS = st.sampled_from([t.Literal(value, REAL) for value in GRID])
 _BOUNDS = st.builds(lambda limit: t.Compare("<=", X.variable, limit), _LIMITS)
 _ENVELOPES = st.one_of(
@@ -421,7 +423,10 @@ def _pair(
     )
     skills = {
         name: _skill(
-            name, None, [Outcome("o", {}, False, None, None)], envelope={kind: Clause(term, "", span)}
+            name,
+            None,
+            [Outcome("o", {}, False, None, None)],
+            envelope={kind: ActionCondition(term, "", span)},
         )
         for name, kind, term in zip(("s0", "s1"), kinds, envelopes, strict=True)
     }
@@ -433,7 +438,7 @@ def _pair(
 def _allowed(phi: t.Term) -> Iterator[dict[str, Any]]:
     """Every two actions that are allowed in one state, and that state."""
     for now, a, b in itertools.product(STATES, GRID, GRID):
-        if holds(phi, {**now, "x": a}) and holds(phi, {**now, "x": b}):
+        if is_true(phi, {**now, "x": a}) and is_true(phi, {**now, "x": b}):
             yield {**now, "a.x": a, "b.x": b}
 
 
@@ -443,13 +448,13 @@ def _broken(envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: 
         if (kinds[first], kinds[second]) != ("m", "n"):
             continue
         for a, b in itertools.product(GRID, GRID):
-            if not any(holds(envelopes[first], {**then, "x": a}) for then in STATES):
+            if not any(is_true(envelopes[first], {**then, "x": a}) for then in STATES):
                 continue
-            if not any(holds(envelopes[second], {**then, "x": b}) for then in STATES):
+            if not any(is_true(envelopes[second], {**then, "x": b}) for then in STATES):
                 continue
             for now in STATES:
-                allowed = holds(phi, {**now, "x": a}) and holds(phi, {**now, "x": b})
-                if allowed and not holds(rule, {**now, "a.x": a, "b.x": b}):
+                allowed = is_true(phi, {**now, "x": a}) and is_true(phi, {**now, "x": b})
+                if allowed and not is_true(rule, {**now, "a.x": a, "b.x": b}):
                     return True
     return False
 
@@ -474,9 +479,9 @@ def _pairs_are_judged(
     _, refuted = _refuted(module, site)
     together = not any("/joint/" in id_ for id_ in refuted)
     PAIRS.compare("AE861", proved=together, expected=not _broken(envelopes, phi, rule, kinds))
-    found = {one.obligation.code: one for one in discharge(joint_policy_obligations(site))}
+    found = {one.obligation.code: one for one in discharge_obligations(joint_policy_obligations(site))}
     allowed = list(_allowed(phi))
-    kept = [holds(rule, values) for values in allowed]
+    kept = [is_true(rule, values) for values in allowed]
     PAIRS.compare("AE601", proved=found["AE601"].verdict is Verdict.PROVED, expected=any(kept))
     assert found["AE603"].verdict in (Verdict.PROVED, Verdict.VACUOUS)
     PAIRS.compare("AE603", proved=found["AE603"].verdict is Verdict.PROVED, expected=not all(kept))
@@ -486,13 +491,13 @@ def _pairs_are_judged(
 
 
 def test_failures_that_are_ignored_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    original = symbolic_paths.Paths._run
+    original = symbolic_paths.PathExploration._run
 
     def only_successes(self: Any, step: Step, before: Any, done: Any) -> Any:
         original(self, step, before, done)
         return {}
 
-    monkeypatch.setattr(symbolic_paths.Paths, "_run", only_successes)
+    monkeypatch.setattr(symbolic_paths.PathExploration, "_run", only_successes)
     with pytest.raises(AssertionError):
         _composition_is_judged()
 
@@ -501,7 +506,7 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
     def always_handled(self: Any, step: Step, before: Any, name: str) -> Any:
         done: Any = {}
         for _ in range(step.retry + 1):
-            self._visit(name, before)
+            self._record_visit(name, before)
             before = self._run(step, before, done)
             if before and step.handler is not None:
                 before = self._step(self.handlers[step.handler], before, f"handler/{step.handler}")
@@ -514,7 +519,7 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
     body = Step("step", "s0", {}, {}, 1, "h", TEXT.span(2, 3))
     composition = Composition("c", t.Not(Q), TEXT.span(3, 4), body, {"h": handler}, TEXT.span(4, 5))
     _compare(composition, skills)
-    monkeypatch.setattr(symbolic_paths.Paths, "_step", always_handled)
+    monkeypatch.setattr(symbolic_paths.PathExploration, "_step", always_handled)
     with pytest.raises(AssertionError):
         _compare(composition, skills)
 
@@ -539,7 +544,7 @@ def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.Monke
     body = Par((guarded, third), TEXT.span(4, 5))  # the third starts also where the first fails
     composition = Composition("c", t.TRUE, None, body, {}, TEXT.span(5, 6))
     _compare(composition, skills)
-    monkeypatch.setattr(symbolic_paths.Paths, "_par", in_sequence)
+    monkeypatch.setattr(symbolic_paths.PathExploration, "_par", in_sequence)
     with pytest.raises(AssertionError):
         _compare(composition, skills)
 

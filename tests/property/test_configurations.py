@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aeros
-from aeros.spec.model.model import Access, Block, Ecm, Outcome, Site, Skill, Task
-from aeros.spec.model.summary import presence_of, presence_of_site
+from aeros.spec.model.model import Access, Ecm, OperatorOverride, Outcome, Site, Skill, Task
+from aeros.spec.model.summary import summarize_module, summarize_site
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations
 from tests.property.mix import Mix
@@ -75,8 +75,8 @@ _RUNTIMES = ["", ">=0", ">=0.1", "<0.1", ">9", "<9,>=0.1", f"=={aeros.__version_
 def _dependencies_are_judged(ones: list[dict[str, Any]], runtime: str) -> None:
     first = ones[0] | {"runtime": runtime}
     around = {one["id"]: one for one in ones}
-    own = presence_of(_ecm(first))
-    beside = {name: presence_of(_ecm(one)) for name, one in around.items()}
+    own = summarize_module(_ecm(first))
+    beside = {name: summarize_module(_ecm(one)) for name, one in around.items()}
     found = {
         str(claim.id).removeprefix("dependencies/"): claim.diagnostic
         for claim in (*runtime_obligations(own), *dependency_obligations(own, beside))
@@ -134,11 +134,14 @@ def _configurations_are_judged(
         Site,
         grants=dict.fromkeys(grants, Access()),
         blocks=tuple(
-            Block(f"b{number}", "", module, skill, None) for number, (module, skill) in enumerate(blocks)
+            OperatorOverride(f"b{number}", "", module, skill, None)
+            for number, (module, skill) in enumerate(blocks)
         ),
         limits=None,
     )
-    claims = list(configuration_obligations([presence_of(_ecm(one)) for one in ones], presence_of_site(site)))
+    claims = list(
+        configuration_obligations([summarize_module(_ecm(one)) for one in ones], summarize_site(site))
+    )
     found = {str(claim.id).removeprefix("configuration/"): claim.diagnostic for claim in claims}
     assert len(found) == len(claims)
 
@@ -190,19 +193,17 @@ def test_no_module_reaches_more_because_another_is_added(
     names: list[str], grants: dict[str, Access], everyone: Access
 ) -> None:
     site = build(Site, access=everyone, grants=grants, limits=None)
-    alone = {name: everyone.union(grants.get(name, Access())) for name in names}
+    alone = {name: everyone.merge(grants.get(name, Access())) for name in names}
     for count in range(1, len(names) + 1):
-        ecms = [presence_of(build(Ecm, id=name)) for name in names[:count]]
+        ecms = [summarize_module(build(Ecm, id=name)) for name in names[:count]]
         claims = {
-            str(one.id): one.diagnostic for one in configuration_obligations(ecms, presence_of_site(site))
+            str(one.id): one.diagnostic for one in configuration_obligations(ecms, summarize_site(site))
         }
         assert all(claims[f"configuration/identity/{ecm.id}"] is None for ecm in ecms)
         assert {ecm.id: site.access_of(ecm.id) for ecm in ecms} == {n: alone[n] for n in names[:count]}
         # One that is added under a name that is taken would reach what is granted to the first.
-        again = [*ecms, presence_of(build(Ecm, id=names[0]))]
-        told = {
-            str(one.id): one.diagnostic for one in configuration_obligations(again, presence_of_site(site))
-        }
+        again = [*ecms, summarize_module(build(Ecm, id=names[0]))]
+        told = {str(one.id): one.diagnostic for one in configuration_obligations(again, summarize_site(site))}
         assert told[f"configuration/identity/{names[0]}"] is not None
 
 

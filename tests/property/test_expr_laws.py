@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, measure, scalars_of
+from aeros.spec.expr.lower import lower, size_bounds, values_by_scalar
 from aeros.spec.expr.parser import KEYWORDS, ExpressionSyntaxError, parse
-from aeros.spec.expr.random_conditions import VARIABLES, Case, cases, conditions, exact_environment
-from aeros.spec.expr.semantics import holds
-from aeros.spec.expr.units import parse_quantity, show_quantity, unit_names
+from aeros.spec.expr.random_conditions import VARIABLES, ConditionCase, cases, conditions, exact_environment
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.units import format_quantity, parse_quantity, unit_names
 from tests.hypothesis_profiles import examples
 
 _SETTINGS = examples(60)
@@ -55,30 +55,30 @@ def _size(term: t.Term) -> int:
 
 @_SETTINGS
 @given(cases())
-def test_de_morgan_and_double_negation(case: Case) -> None:
+def test_de_morgan_and_double_negation(case: ConditionCase) -> None:
     env = exact_environment(case.values)
     other = VARIABLES["a"]
     both = t.And((case.term, other))
-    assert holds(t.Not(both), env) is holds(t.Or((t.Not(case.term), t.Not(other))), env)
-    assert holds(t.Not(t.Not(case.term)), env) is holds(case.term, env)
-    assert holds(t.Implies(other, case.term), env) is holds(t.Or((t.Not(other), case.term)), env)
+    assert is_true(t.Not(both), env) is is_true(t.Or((t.Not(case.term), t.Not(other))), env)
+    assert is_true(t.Not(t.Not(case.term)), env) is is_true(case.term, env)
+    assert is_true(t.Implies(other, case.term), env) is is_true(t.Or((t.Not(other), case.term)), env)
 
 
 @_SETTINGS
 @given(cases())
-def test_evaluation_is_total_and_lowering_twice_is_lowering_once_in_meaning(case: Case) -> None:
+def test_evaluation_is_total_and_lowering_twice_is_lowering_once_in_meaning(case: ConditionCase) -> None:
     env = exact_environment(case.values)
-    scalars = scalars_of(VARIABLES, env)
+    scalars = values_by_scalar(VARIABLES, env)
     core = lower(case.term)
-    assert type(holds(case.term, env)) is bool
-    assert holds(core, scalars) is holds(lower(core), scalars) is holds(case.term, env)
+    assert type(is_true(case.term, env)) is bool
+    assert is_true(core, scalars) is is_true(lower(core), scalars) is is_true(case.term, env)
 
 
 @_SETTINGS
 @given(conditions())
 def test_the_core_is_scalar_and_no_larger_than_foretold(term: t.Term) -> None:
     core = lower(term)
-    assert _size(core) <= measure(term)[0]
+    assert _size(core) <= size_bounds(term)[0]
     pending = [core]
     while pending:
         node = pending.pop()
@@ -102,4 +102,4 @@ def test_a_shown_quantity_reads_back(digits: int, places: int, unit: str) -> Non
     parsed = parse_quantity(f"{digits / 10**places:.{places}f} {unit}")
     assert parsed is not None
     value, read = parsed
-    assert parse_quantity(show_quantity(value * read.factor, read)) == (value, read)
+    assert parse_quantity(format_quantity(value * read.factor, read)) == (value, read)

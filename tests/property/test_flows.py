@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.composition import Composition, Flow, Part, Step
+from aeros.spec.model.composition import Composition, OutputReference, Part, Step
 from aeros.spec.model.model import Declared, Outcome, Skill
-from aeros.spec.model.step_graph import If, Par, Seq, parts_of, steps_of
+from aeros.spec.model.step_graph import If, Par, Seq, steps_of, walk_parts
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.data_flow import data_obligations
-from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.obligations.verdicts import StaticClaim
 from tests.property.mix import Mix
 from tests.property.test_compositions import TEXT, P, _module, _site, _skill, bounded
 
@@ -45,11 +45,11 @@ def _bodies(draw: st.DrawFn) -> Part:
     return part(3)
 
 
-def _with(part: Part, flows: dict[str, Flow]) -> Part:
+def _with(part: Part, flows: dict[str, OutputReference]) -> Part:
     """`part` in which the step `name` takes `flows[name]`."""
     match part:
         case Step(id=name):
-            return replace(part, flows={"given": flows[name]} if name in flows else {})
+            return replace(part, output_references={"given": flows[name]} if name in flows else {})
         case Seq(parts=inner):
             return replace(part, parts=tuple(_with(one, flows) for one in inner))
         case Par(branches=inner):
@@ -94,7 +94,7 @@ _TYPES: st.SearchStrategy[Type] = st.sampled_from(
 def _declared(draw: st.DrawFn) -> Declared:
     type_ = draw(_TYPES)
     return Declared(
-        t.Variable("d", type_, t.Role.INPUT), SPAN, range=None if type_ == BOOL else draw(_RANGES)
+        t.Variable("d", type_, t.VariableRole.INPUT), SPAN, range=None if type_ == BOOL else draw(_RANGES)
     )
 
 
@@ -106,10 +106,10 @@ def _admitted(one: Declared) -> set[tuple[Type, Any]]:
     return {(one.variable.type, value) for value in points if one.range[0] <= value <= one.range[1]}
 
 
-def _settled(body: Part, skills: dict[str, Skill], handlers: dict[str, Step]) -> dict[str, Settled]:
+def _settled(body: Part, skills: dict[str, Skill], handlers: dict[str, Step]) -> dict[str, StaticClaim]:
     composition = Composition("c", t.TRUE, None, body, handlers, SPAN)
     claims = composition_obligations(_module(skills, composition), _site())
-    return {str(one.id).removeprefix("composition/c/"): one for one in claims if isinstance(one, Settled)}
+    return {str(one.id).removeprefix("composition/c/"): one for one in claims if isinstance(one, StaticClaim)}
 
 
 FLOWS, FAILURES, HANDLERS, ARMS = Mix(), Mix(), Mix(), Mix()
@@ -125,7 +125,7 @@ def test_data_is_refused_exactly_where_some_run_lacks_it_or_some_value_does_not_
 def _flows_are_judged(body: Part, data: st.DataObject, output: Declared, wanted: Declared) -> None:
     names = [step.id for step in steps_of(body)]
     sources = st.sampled_from(names)
-    flows = {name: Flow(data.draw(sources), "out", SPAN) for name in names}
+    flows = {name: OutputReference(data.draw(sources), "out", SPAN) for name in names}
     flows = {name: flow for name, flow in flows.items() if flow.step != name}
     done = Outcome("done", {}, False, None, None)
     skill = _skill("s0", None, [done], outputs={"out": output}, inputs={"given": wanted})
@@ -201,7 +201,7 @@ def test_an_actuator_is_refused_exactly_where_two_runs_at_once_move_it() -> None
 
 @bounded
 @given(
-    _bodies().filter(lambda body: any(isinstance(part, Par) for part in parts_of(body))),
+    _bodies().filter(lambda body: any(isinstance(part, Par) for part in walk_parts(body))),
     st.lists(st.frozensets(st.sampled_from("lrx"), max_size=2), min_size=3, max_size=3),
     st.data(),
 )
@@ -236,7 +236,7 @@ def _actuators_are_judged(body: Part, moved: list[frozenset[str]], data: st.Data
 
     clashes = [
         bool(a & b)
-        for par in (part for part in parts_of(body) if isinstance(part, Par))
+        for par in (part for part in walk_parts(body) if isinstance(part, Par))
         for first, second in itertools.combinations(par.branches, 2)
         for a, b in itertools.product(movers(first), movers(second))
     ]

@@ -20,7 +20,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
@@ -373,7 +373,7 @@ def corrupt(gate: CompiledGate, seed: int, count: int) -> Counter[str]:
     seen: Counter[str] = Counter()
     for asked, may_be_allowed, where in _corrupted(seed, count):
         decision = asked.decided_by(gate)
-        if decision.verdict is Verdict.DENY:
+        if decision.kind is DecisionKind.DENY:
             assert decision.reasons, where
             assert decision.action is None, where
             assert all(
@@ -381,14 +381,14 @@ def corrupt(gate: CompiledGate, seed: int, count: int) -> Counter[str]:
             )
         else:
             assert may_be_allowed, where
-            allowed = decision.verdict is Verdict.ALLOW
+            allowed = decision.kind is DecisionKind.ALLOW
             assert decision.action is not None
             executed = asked if allowed else replace(asked, action=decision.action)
             assert admits(configuration(), asked) is allowed, where
             assert admits(configuration(), executed), where
-        if may_be_allowed and decision.verdict is Verdict.DENY:
+        if may_be_allowed and decision.kind is DecisionKind.DENY:
             assert not admits(configuration(), asked), where
-        seen[decision.verdict.value] += 1
+        seen[decision.kind.value] += 1
     return seen
 
 
@@ -411,7 +411,7 @@ def test_no_alien_is_taken_for_any_value_anywhere(skill: str, kind: str) -> None
     for alien in ALIEN:
         for asked in _alien_anywhere(base, alien):
             decision = asked.decided_by(gate())
-            assert decision.verdict is Verdict.DENY, type(alien)
+            assert decision.kind is DecisionKind.DENY, type(alien)
             assert decision.reasons, type(alien)
 
 

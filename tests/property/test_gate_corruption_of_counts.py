@@ -16,11 +16,11 @@ from typing import Any
 import pytest
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.monitor.history import Histories
+from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.ports import Reading
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.skill import Action
 from tests.differential.gate_oracle import admits
 from tests.differential.test_gate_straight import differs
@@ -36,13 +36,13 @@ NEAR = "once within 5 s (human_distance < 1 m)"
 
 @cache
 def counting() -> Configuration:
-    return prove([DATA / "counting"], DATA / "counts.yaml", certified=False)[0]
+    return prove_configuration([DATA / "counting"], DATA / "counts.yaml", certified=False)[0]
 
 
 @cache
 def kept() -> tuple[str, ...]:
     """The names of the histories that a runtime keeps."""
-    return tuple(sorted(Histories(counting().site).names))
+    return tuple(sorted(HistoryTracker(counting().site).names))
 
 
 @cache
@@ -54,10 +54,10 @@ def state(now: float = NOW, **changed: Any) -> dict[str, Reading]:
     """What is measured, and the histories that a runtime keeps of it."""
     values = {"human_distance": 3.0, "pressed": False, "pieces": 2, "filled": (1, 2), **changed}
     measured = {name: Reading(value, now) for name, value in values.items()}
-    return looked_back(Histories(counting().site), measured, now)
+    return looked_back(HistoryTracker(counting().site), measured, now)
 
 
-def looked_back(histories: Histories, measured: dict[str, Reading], now: float) -> dict[str, Reading]:
+def looked_back(histories: HistoryTracker, measured: dict[str, Reading], now: float) -> dict[str, Reading]:
     """What is measured, and what the histories then say."""
     known = histories.advance(measured, now)
     return measured | {name: Reading(value, now) for name, value in known.items()}
@@ -83,7 +83,7 @@ def places(base: Request, value: Any) -> list[Request]:
 def denied(asked: Request) -> None:
     for mode in GateMode:
         decision = asked.decided_by(gate(mode))
-        assert decision.verdict is Verdict.DENY, asked
+        assert decision.kind is DecisionKind.DENY, asked
         assert decision.reasons
         assert decision.action is None
 
@@ -91,7 +91,7 @@ def denied(asked: Request) -> None:
 def test_the_base_is_allowed_and_has_the_histories_that_it_should() -> None:
     assert {PRESSES, NEAR} <= set(request().readings)
     for mode in GateMode:
-        assert request().decided_by(gate(mode)).verdict is Verdict.ALLOW
+        assert request().decided_by(gate(mode)).kind is DecisionKind.ALLOW
 
 
 @pytest.mark.parametrize("many", [2, 2.0])
@@ -133,7 +133,7 @@ def test_a_history_must_be_there_of_now_and_under_its_own_name(history: str) -> 
 
 
 def test_after_a_clock_that_goes_back_the_gate_lacks_the_histories() -> None:
-    histories = Histories(counting().site)
+    histories = HistoryTracker(counting().site)
     asked = request()
     measured = {name: one for name, one in asked.readings.items() if name not in histories.names}
     assert histories.advance(measured, NOW).keys() == histories.names
@@ -141,7 +141,7 @@ def test_after_a_clock_that_goes_back_the_gate_lacks_the_histories() -> None:
     for now in (NOW - 1.0, NOW - 2.0, float("nan")):
         readings = looked_back(histories, earlier, now)
         decision = replace(asked, readings=readings, now=now).decided_by(gate())
-        assert decision.verdict is Verdict.DENY
+        assert decision.kind is DecisionKind.DENY
         assert decision.reasons
 
 
@@ -157,9 +157,9 @@ def test_no_corrupted_count_or_history_is_allowed_unless_the_definition_says_so(
             now = chance.choice([NOW - 0.05, NOW + 0.05, NOW + 0.2, float("inf"), True])
             asked = replace(asked, now=now)
         decision = asked.decided_by(gate())
-        seen[decision.verdict.value] += 1
-        assert (decision.verdict is Verdict.ALLOW) is admits(counting(), asked), asked
-        assert bool(decision.reasons) is (decision.verdict is not Verdict.ALLOW)
+        seen[decision.kind.value] += 1
+        assert (decision.kind is DecisionKind.ALLOW) is admits(counting(), asked), asked
+        assert bool(decision.reasons) is (decision.kind is not DecisionKind.ALLOW)
         assert not differs(gate(), asked)
     assert seen["DENY"] > COUNT / 2
     assert seen["ALLOW"] > COUNT / 20

@@ -13,7 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from aeros.agent.planning.routing import RoutingError, route
-from aeros.spec.diagnostics.words import words_of
+from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.model.model import Ecm
 from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import module, task
@@ -99,12 +99,12 @@ def test_whatever_is_said_is_routed_or_refused_in_words(instruction: str, tasks:
 
 @given(st.text(max_size=40))
 def test_words_are_words_of_themselves_and_hold_no_blank(text: str) -> None:
-    for word in words_of(text):
-        assert words_of(word) == (word,)
+    for word in normalized_words(text):
+        assert normalized_words(word) == (word,)
 
 
 def test_a_mark_belongs_to_its_letter() -> None:
-    assert words_of("cafe\u0301") == words_of("Caf\u00e9") == ("café",)
-    assert words_of("cafe\u0301") != words_of("cafe")
-    assert words_of("रोटी") != words_of("रोटा")
-    assert len(words_of("रोटी")) == 1
+    assert normalized_words("cafe\u0301") == normalized_words("Caf\u00e9") == ("café",)
+    assert normalized_words("cafe\u0301") != normalized_words("cafe")
+    assert normalized_words("रोटी") != normalized_words("रोटा")
+    assert len(normalized_words("रोटी")) == 1

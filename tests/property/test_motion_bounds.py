@@ -10,8 +10,8 @@ import pytest
 
 from aeros.runtime.motion import bezier, kinematic_bounds
 from aeros.runtime.motion import swept_volume as sweep
-from aeros.runtime.motion.kinematics import Posture
-from aeros.runtime.motion.merged import Merged, Part
+from aeros.runtime.motion.kinematics import ForwardKinematics
+from aeros.runtime.motion.merged import MergedMotion, RemainingMotion
 from aeros.runtime.ports import Trajectory
 from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
 
@@ -26,19 +26,19 @@ def _motion(seed: int, way: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Tra
     return Trajectory(body(chance), (path(chance, pieces),), (0.1, 0.2, 0.3), way, chance.uniform(0.3, 4.0))
 
 
-def alone(motion: Trajectory) -> sweep.Moving:
-    return Merged(Part(motion), Part(motion)).moving()
+def alone(motion: Trajectory) -> sweep.SweptMotion:
+    return MergedMotion(RemainingMotion(motion), RemainingMotion(motion)).swept_motion()
 
 
 def _sampled(motion: Trajectory) -> tuple[list[list[float]], list[list[float]], float]:
     """Of each joint and of each of the tool's coordinates, its positions in time; and the time step."""
     steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
-    joints = [list(column) for column in zip(*(at(motion.paths[0], s) for s in steps), strict=True)]
+    joints = [list(column) for column in zip(*(at(motion.joint_paths[0], s) for s in steps), strict=True)]
     places = [list(column) for column in zip(*(tool(motion, s) for s in steps), strict=True)]
     return joints, places, motion.duration / SAMPLES
 
 
-def exceeded(found: kinematic_bounds.Rates, rows: list[list[float]], step: float) -> list[str]:
+def exceeded(found: kinematic_bounds.MotionRates, rows: list[list[float]], step: float) -> list[str]:
     """The bounds that the rates of a point with these coordinates exceed, by more than differencing errs."""
     named = []
     for name, bound in zip(("speed", "acceleration", "jerk"), found, strict=True):
@@ -51,7 +51,7 @@ def exceeded(found: kinematic_bounds.Rates, rows: list[list[float]], step: float
 
 def _joints_exceeded(motion: Trajectory) -> list[str]:
     joints, _, step = _sampled(motion)
-    bounds = kinematic_bounds.joint_rates(motion.paths[0], motion.duration)
+    bounds = kinematic_bounds.joint_rates(motion.joint_paths[0], motion.duration)
     return [name for found, row in zip(bounds, joints, strict=True) for name in exceeded(found, [row], step)]
 
 
@@ -64,19 +64,21 @@ def test_no_joint_exceeds_its_bounds(seed: int) -> None:
 def test_the_tool_exceeds_none_of_its_bounds(seed: int) -> None:
     motion = _motion(seed, (0.3, -0.2, 0.0) if seed % 2 else (0.0, 0.0, 0.0))
     _, places, step = _sampled(motion)
-    relative, _ = kinematic_bounds.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
-    moving = kinematic_bounds.added(relative, kinematic_bounds.way_rates(motion.way, motion.duration))
+    relative, _ = kinematic_bounds.tool_rates(motion.body, motion.joint_paths[0], motion.duration, 1e-9)
+    moving = kinematic_bounds.add_rates(
+        relative, kinematic_bounds.base_rates(motion.base_path, motion.duration)
+    )
     assert exceeded(moving, places, step) == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_tool_turns_no_faster_than_its_bound(seed: int) -> None:
     motion = _motion(seed)
-    _, turning = kinematic_bounds.tool_rates(motion.body, motion.paths[0], motion.duration, 1e-9)
+    _, turning = kinematic_bounds.tool_rates(motion.body, motion.joint_paths[0], motion.duration, 1e-9)
     steps = [share(i / SAMPLES) for i in range(SAMPLES + 1)]
     axes = []
     for s in steps:
-        frame = Posture(motion.body, at(motion.paths[0], s)).frames[-1]
+        frame = ForwardKinematics(motion.body, at(motion.joint_paths[0], s)).frames[-1]
         axes.append((frame.x, frame.y, frame.z))
     # |ω|² is half the sum of the squared rates of the three axes.
     rates = [
@@ -102,9 +104,9 @@ def test_the_bound_of_the_tools_speed_is_hardly_above_it() -> None:
 
 @pytest.mark.parametrize("number", range(3))
 def test_a_peak_factor_that_is_too_small_is_noticed(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    factors = list(kinematic_bounds.TIMING)
+    factors = list(kinematic_bounds.TIMING_PEAKS)
     factors[number] *= 0.99
-    monkeypatch.setattr(kinematic_bounds, "TIMING", tuple(factors))
+    monkeypatch.setattr(kinematic_bounds, "TIMING_PEAKS", tuple(factors))
     line = tuple((x,) * 4 for x in (0.0, 1 / 3, 2 / 3, 1.0))
     chance = chance_of(0)
     motion = Trajectory(body(chance), (((line[0], line[1], line[2], line[3]),),), NOWHERE, NOWHERE, 2.0)
@@ -117,18 +119,20 @@ def test_enclosures_hold_every_place_the_balls_take(seed: int) -> None:
     chance = chance_of(seed)
     slack = tuple(chance.choice([0.0, 0.05]) for _ in range(4))
     balls = list(motion.body.balls)
-    pieces = list(motion.paths[0])
-    found = sweep.enclosures(motion.body, pieces, slack, balls)
+    pieces = list(motion.joint_paths[0])
+    found = sweep.ball_enclosures(motion.body, pieces, slack, balls)
     for i in range(400):
-        q = [x + chance.uniform(-w, w) for x, w in zip(at(motion.paths[0], i / 399), slack, strict=True)]
-        posture = Posture(motion.body, q)
+        q = [
+            x + chance.uniform(-w, w) for x, w in zip(at(motion.joint_paths[0], i / 399), slack, strict=True)
+        ]
+        posture = ForwardKinematics(motion.body, q)
         for ball, one in zip(balls, found, strict=True):
-            assert _is_held(posture.frames[ball.joint].place(ball.centre), ball.radius, one)
+            assert _is_held(posture.frames[ball.joint].to_base(ball.centre), ball.radius, one)
 
 
-def depth_of(box: sweep.Box, centre: tuple[float, float, float], radius: float) -> float:
+def depth_of(box: sweep.BarrierBox, centre: tuple[float, float, float], radius: float) -> float:
     """By how much the ball is not clear of the barrier; negative where it is."""
-    if box.inside:
+    if box.keep_inside:
         pairs = zip(centre, box.lower, box.upper, strict=True)
         return radius - min(min(x - low, high - x) for x, low, high in pairs)
     pairs = zip(centre, box.lower, box.upper, strict=True)
@@ -147,10 +151,10 @@ def test_no_motion_that_meets_a_barrier_is_clear_and_few_others_are_not(
         half = chance.uniform(0.6, 2.0) if inside else chance.uniform(0.02, 0.3)
         middle = [chance.uniform(-0.6, 0.6) for _ in range(3)]
         lower, upper = ([x + side * half for x in middle] for side in (-1, 1))
-        box = sweep.Box(
+        box = sweep.BarrierBox(
             "box", (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), inside, False, None
         )
-        found = sweep.breach_of(alone(motion), [box], 0.0)
+        found = sweep.find_breach(alone(motion), [box], 0.0)
         depth = max(
             depth_of(box, centre, ball.radius)
             for i in range(200)
@@ -191,7 +195,7 @@ def _without_bends(sweep: Sweep) -> Sweep:
 def test_an_enclosure_that_leaves_something_out_would_be_noticed(
     broken: Callable[[Sweep], Sweep], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Posture, "sweep", broken(Posture.sweep))
+    monkeypatch.setattr(ForwardKinematics, "sweep", broken(ForwardKinematics.chord_deviation_bound))
     with pytest.raises(AssertionError):
         _assert_all_enclosed()
 
@@ -209,11 +213,11 @@ def test_enclosures_hold_what_a_straight_way_of_the_joints_does(seed: int) -> No
     start, end = (tuple(chance.uniform(-0.4, 0.4) for _ in range(4)) for _ in range(2))
     corners = [tuple(a + k / 3 * (b - a) for a, b in zip(start, end, strict=True)) for k in range(4)]
     line = (corners[0], corners[1], corners[2], corners[3])
-    found = sweep.enclosures(robot, [line], (0.0,) * 4, list(robot.balls))
+    found = sweep.ball_enclosures(robot, [line], (0.0,) * 4, list(robot.balls))
     for i in range(101):
-        posture = Posture(robot, at((line,), i / 100))
+        posture = ForwardKinematics(robot, at((line,), i / 100))
         for ball, one in zip(robot.balls, found, strict=True):
-            assert _is_held(posture.frames[ball.joint].place(ball.centre), ball.radius, one)
+            assert _is_held(posture.frames[ball.joint].to_base(ball.centre), ball.radius, one)
 
 
 def _is_held(place: tuple[float, float, float], radius: float, within: sweep.Enclosure) -> bool:
@@ -225,7 +229,7 @@ def test_joints_that_go_straight_are_on_their_chord() -> None:
     line = tuple(
         tuple((3.0 * n + s) * (0.1, -0.2, 0.0, 0.3)[j] for j in range(4)) for n in (0, 1) for s in range(4)
     )
-    middle, half, width = bezier.chord_of([line[:4], line[4:]])  # type: ignore[list-item]
+    middle, half, width = bezier.path_chord([line[:4], line[4:]])  # type: ignore[list-item]
     assert middle == pytest.approx((0.3, -0.6, 0.0, 0.9))
     assert half == pytest.approx((0.3, -0.6, 0.0, 0.9))
     assert max(width) < 1e-12

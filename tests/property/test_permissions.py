@@ -13,12 +13,12 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.model import (
     Access,
+    ActionCondition,
     ActionKind,
-    Block,
-    Clause,
     Declared,
     Ecm,
-    Limits,
+    ModuleLimits,
+    OperatorOverride,
     Outcome,
     Risk,
     Site,
@@ -26,7 +26,7 @@ from aeros.spec.model.model import (
     Task,
 )
 from aeros.spec.obligations.permission import permission_obligations
-from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.obligations.verdicts import StaticClaim
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.property.test_verdicts import SPAN
@@ -36,7 +36,7 @@ bounded = examples(150)
 
 SENSOR_OF = {"seen": "eye", "heard": "ear", "known": None}
 STATE = {
-    name: Declared(t.Variable(name, BOOL, t.Role.STATE), SPAN, sensor=sensor)
+    name: Declared(t.Variable(name, BOOL, t.VariableRole.STATE), SPAN, sensor=sensor)
     for name, sensor in SENSOR_OF.items()
 }
 KINDS, ACTUATORS = ("push", "pull"), ("arm", "hand")
@@ -78,15 +78,15 @@ def _reading(names: Iterable[str]) -> t.Term:
     return t.Or(tuple(STATE[name].variable for name in sorted(names)))
 
 
-def _clause(names: Iterable[str]) -> Clause:
-    return Clause(_reading(names), "", SPAN)
+def _clause(names: Iterable[str]) -> ActionCondition:
+    return ActionCondition(_reading(names), "", SPAN)
 
 
 def _site(w: dict[str, Any]) -> Site:
     kinds = {
         name: ActionKind(name, moved, risk, False, {}, SPAN) for name, (moved, risk) in w["kinds"].items()
     }
-    blocks = tuple(Block(f"b{number}", "", *who) for number, who in enumerate(w["blocks"]))
+    blocks = tuple(OperatorOverride(f"b{number}", "", *who) for number, who in enumerate(w["blocks"]))
     return build(
         Site,
         state=STATE,
@@ -94,7 +94,7 @@ def _site(w: dict[str, Any]) -> Site:
         access=w["everyone"],
         grants=w["granted"],
         risk_ceiling=w["ceiling"],
-        limits=Limits(Fraction(1), 1, 1),
+        limits=ModuleLimits(Fraction(1), 1, 1),
         blocks=blocks,
         resources=dict.fromkeys(w["counted"], 1),
     )
@@ -133,7 +133,7 @@ def test_every_use_that_is_not_permitted_is_refused_and_nothing_else() -> None:
 @bounded
 @given(WORLDS)
 def _uses_are_judged(w: dict[str, Any]) -> None:
-    settled = [one for one in permission_obligations(_module(w), _site(w)) if isinstance(one, Settled)]
+    settled = [one for one in permission_obligations(_module(w), _site(w)) if isinstance(one, StaticClaim)]
     found = {str(one.id): one for one in settled}
     assert len(found) == len(settled)
 

@@ -8,9 +8,9 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.monitor.history import Histories
+from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.ports import Reading, Readings
-from aeros.runtime.records.recount import Recount
+from aeros.runtime.records.recount import SessionState
 from aeros.spec.expr import terms as t
 from tests.differential.test_past_time import conditions, kept, steps, values
 from tests.hypothesis_profiles import examples
@@ -26,17 +26,17 @@ def test_histories_as_they_were_kept_are_not_objected_to(
     term: t.Term, made: list[tuple[float, Seen, bool, list[tuple[float, Seen]]]], chance: Any
 ) -> None:
     _, site = kept(term)
-    histories, recount, now = Histories(site), Recount(site), 0.0
+    histories, recount, now = HistoryTracker(site), SessionState(site), 0.0
 
     def look(seen: Seen) -> Readings:
         readings = {name: Reading(one, now) for name, one in seen.items() if chance.random() < 0.8}
-        return histories.look(readings, now)
+        return histories.update(readings, now)
 
     for step, seen, begins, ticks in made:
         now += step
-        assert recount.objection(look(seen), now) is None
+        assert recount.history_mismatch(look(seen), now) is None
         if begins:
-            recount.executed("move", now)
+            recount.count_execution("move", now)
             for later, other in ticks:
                 now += later
                 look(other)

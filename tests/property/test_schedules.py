@@ -17,9 +17,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.runtime.audit.log import verify_log
-from aeros.runtime.gate.configuration import only
-from aeros.runtime.ports import Completion, Ended, Monitor, Motion, Plan, StepHandle, StepStatus
-from aeros.runtime.records.replay import Replay
+from aeros.runtime.gate.configuration import single_configuration
+from aeros.runtime.ports import (
+    EndedStep,
+    Monitor,
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
+    StepHandle,
+    StepStatus,
+)
+from aeros.runtime.records.replay import LogReplay
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
 from tests.property.test_compositions import bounded
@@ -50,15 +58,15 @@ class Watched(FakePlant):
 
     def __init__(self) -> None:
         super().__init__(VALUES)
-        self.actions: dict[Motion, Action] = {}
+        self.actions: dict[MotionHandle, Action] = {}
         self.problems: list[str] = []
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle:
         motion = super().begin(action, decided)
         self.actions[motion] = action
         return motion
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         ended = super().advance(monitor, until)
         tripped = any(str(one.reason).startswith("monitor:") for one in ended.values())
         kinds = configuration().site.kinds
@@ -81,7 +89,7 @@ def test_what_always_holds(bodies: dict[str, list[Action]], moves: list[Any], du
         cart = Cart(Path(folder) / "audit.jsonl", skills, plant=plant)
         plant.durations = list(durations)
         started: list[StepHandle] = []
-        ended: list[Ended] = []
+        ended: list[EndedStep] = []
         for move in moves:
             if isinstance(move, str):
                 started.append(cart.start(move))
@@ -105,6 +113,6 @@ def test_what_always_holds(bodies: dict[str, list[Action]], moves: list[Any], du
         finished = [call for call in plant.calls if call[0] == "skill_ended" and call[2]]
         assert len(finished) == sum(one.result.status is StepStatus.FINISHED for one in ended)
         cart.audit.close()
-        replay = Replay(only(configuration()))
-        assert verify_log(cart.log, lambda record, _: replay.take(record)).sound
-        assert replay.disagreements == []
+        replay = LogReplay(single_configuration(configuration()))
+        assert verify_log(cart.log, lambda record, _: replay.replay_record(record)).is_sound
+        assert replay.mismatches == []

@@ -20,7 +20,7 @@ import aeros.skill
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import ActionKind, Clause, Declared, Ecm, Risk, Site, Skill
+from aeros.spec.model.model import ActionCondition, ActionKind, Declared, Ecm, Risk, Site, Skill
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
@@ -28,7 +28,7 @@ from tests.property.mix import Mix
 from tests.property.test_permissions import bounded
 from tests.unit.agent.dumplings import SPAN, build
 
-_SPEED = Declared(t.Variable("speed", RealType(NUMBER), t.Role.PARAMETER), SPAN)
+_SPEED = Declared(t.Variable("speed", RealType(NUMBER), t.VariableRole.PARAMETER), SPAN)
 SITE = build(
     Site,
     kinds={
@@ -40,7 +40,7 @@ SITE = build(
 
 
 def _module(*envelope: str) -> Ecm:
-    clause = Clause(t.TRUE, "", SPAN)
+    clause = ActionCondition(t.TRUE, "", SPAN)
     skill = build(
         Skill, id="tidy", module_name="skills", function="tidy", envelope=dict.fromkeys(envelope, clause),
         timeout=Fraction(1),

@@ -17,21 +17,21 @@ from typing import Any, cast
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.diagnostics.codes import Label
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import Environment, Value, evaluate, holds
+from aeros.spec.expr.semantics import Environment, Value, evaluate, is_true
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.model import (
     Access,
+    ActionCondition,
     ActionKind,
-    Block,
-    Clause,
     Conjunct,
     Declared,
     Ecm,
-    Limits,
+    ModuleLimits,
+    OperatorOverride,
     Outcome,
     Risk,
     Rule,
@@ -40,12 +40,12 @@ from aeros.spec.model.model import (
     Task,
 )
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.obligation import Claim, Obligation, Space
+from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
-from aeros.spec.obligations.verdicts import Settled, Verdict
-from aeros.spec.verification.discharge import Finding, discharge
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
@@ -59,23 +59,26 @@ UNIT = (Fraction(-1), Fraction(1))
 GRID = tuple(Fraction(third, 3) for third in range(-3, 4))
 
 
-def _declared(name: str, type_: Any, role: t.Role) -> Declared:
+def _declared(name: str, type_: Any, role: t.VariableRole) -> Declared:
     return Declared(t.Variable(name, type_, role), SPAN, range=UNIT if type_ == REAL else None, sensor="eye")
 
 
 STATE = {
     one.name: one
     for one in (
-        _declared("flag", BOOL, t.Role.STATE),
-        _declared("x", REAL, t.Role.STATE),
-        _declared("open", FamilyType(SIDES, BOOL), t.Role.STATE),
+        _declared("flag", BOOL, t.VariableRole.STATE),
+        _declared("x", REAL, t.VariableRole.STATE),
+        _declared("open", FamilyType(SIDES, BOOL), t.VariableRole.STATE),
     )
 }
 PARAMETERS = {
     one.name: one
-    for one in (_declared("y", REAL, t.Role.PARAMETER), _declared("colour", COLOURS, t.Role.PARAMETER))
+    for one in (
+        _declared("y", REAL, t.VariableRole.PARAMETER),
+        _declared("colour", COLOURS, t.VariableRole.PARAMETER),
+    )
 }
-INPUTS = {"gently": _declared("inputs.gently", BOOL, t.Role.INPUT)}
+INPUTS = {"gently": _declared("inputs.gently", BOOL, t.VariableRole.INPUT)}
 EVERYTHING = (*STATE.values(), *PARAMETERS.values(), *INPUTS.values())
 
 
@@ -101,7 +104,7 @@ def environments(*terms: t.Term) -> Iterator[Environment]:
 
 def possible(*terms: t.Term) -> bool:
     """Whether all `terms` hold somewhere."""
-    return any(all(holds(term, env) for term in terms) for env in environments(*terms))
+    return any(all(is_true(term, env) for term in terms) for env in environments(*terms))
 
 
 def state_matters(rule: t.Term) -> bool:
@@ -115,12 +118,12 @@ def state_matters(rule: t.Term) -> bool:
     }
     mentioned = [one for one in EVERYTHING if one.name in t.variables_of(rule)]
     values = {one.name: finer.get(one.name) or _values(one) for one in mentioned}
-    measured = [one.name for one in mentioned if one.variable.role is t.Role.STATE]
+    measured = [one.name for one in mentioned if one.variable.role is t.VariableRole.STATE]
     asked = [name for name in values if name not in measured]
     return any(
         len(
             {
-                holds(
+                is_true(
                     rule, {**dict(zip(asked, action, strict=True)), **dict(zip(measured, state, strict=True))}
                 )
                 for state in itertools.product(*(values[name] for name in measured))
@@ -131,7 +134,7 @@ def state_matters(rule: t.Term) -> bool:
     )
 
 
-def conditions(*roles: t.Role) -> st.SearchStrategy[t.Term]:
+def conditions(*roles: t.VariableRole) -> st.SearchStrategy[t.Term]:
     """Conditions over the variables of `roles`."""
     mine = {one.name: one.variable for one in EVERYTHING if one.variable.role in roles}
     minus = t.Literal(Fraction(-1), REAL)
@@ -166,29 +169,36 @@ def conditions(*roles: t.Role) -> st.SearchStrategy[t.Term]:
     )
 
 
-ANY = conditions(*t.Role)
+ANY = conditions(*t.VariableRole)
 
 
 @bounded
 @given(
     st.lists(ANY, max_size=2),
     ANY,
-    st.sampled_from(Claim),
+    st.sampled_from(ClaimMode),
     st.sampled_from([Verdict.REFUTED, Verdict.VACUOUS]),
 )
 def test_the_verdict_is_what_enumeration_finds(
-    assumptions: list[t.Term], conclusion: t.Term, claim: Claim, failing: Verdict
+    assumptions: list[t.Term], conclusion: t.Term, claim: ClaimMode, failing: Verdict
 ) -> None:
-    space = Space(EVERYTHING, tuple(assumptions))
-    label = Label(SPAN)
-    (found,) = discharge(
+    space = VariableSpace(EVERYTHING, tuple(assumptions))
+    label = SpanLabel(SPAN)
+    (found,) = discharge_obligations(
         [
             Obligation(
-                ClaimForm.SKILL_CAN_START("i"), "AE501", claim, space, conclusion, "h", label, failing=failing
+                ClaimForm.SKILL_CAN_START("i"),
+                "AE501",
+                claim,
+                space,
+                conclusion,
+                "h",
+                label,
+                failure_verdict=failing,
             )
         ]
     )
-    if claim is Claim.ALWAYS:
+    if claim is ClaimMode.ALWAYS:
         expected = Verdict.REFUTED if possible(*assumptions, t.Not(conclusion)) else Verdict.PROVED
     else:
         expected = Verdict.PROVED if possible(*assumptions, conclusion) else failing
@@ -196,12 +206,12 @@ def test_the_verdict_is_what_enumeration_finds(
     _replays(found)
 
 
-def _replays(found: Finding) -> None:
+def _replays(found: ObligationResult) -> None:
     if found.witness is None:
         return
     one, env = found.obligation, found.witness.values
-    assert all(holds(term, env) for term in one.space.assumptions)
-    assert holds(one.conclusion, env) is (one.claim is Claim.SOMETIMES)
+    assert all(is_true(term, env) for term in one.space.assumptions)
+    assert is_true(one.conclusion, env) is (one.mode is ClaimMode.SOMETIMES)
 
 
 # Whole sites and modules: what their obligations say is compared with what the words of the claims say.
@@ -214,7 +224,7 @@ def _site(rules: list[t.Term], reduced: t.Term) -> Site:
         for i, rule in enumerate(rules)
     )
     access = Access(sensors=frozenset(["eye"]))
-    limits = Limits(Fraction(1), 1, 1)
+    limits = ModuleLimits(Fraction(1), 1, 1)
     enums = {"colours": COLOURS, "sides": SIDES}
     kinds = {"move": kind}
     return Site(
@@ -227,29 +237,30 @@ def _site(rules: list[t.Term], reduced: t.Term) -> Site:
 def _module(
     envelope: t.Term, permission: t.Term, gated: list[str], precondition: t.Term, goal: t.Term
 ) -> Ecm:
-    start = Clause(precondition, "", SPAN)
+    start = ActionCondition(precondition, "", SPAN)
     skill = Skill(
         id="skill", module_name="", function="", inputs=INPUTS, precondition=start, outcomes={},
-        envelope={"move": Clause(envelope, "", SPAN)}, actuators=frozenset(), resources=frozenset(),
-        risk=Risk.LOW, timeout=Fraction(1), gated=dict.fromkeys(gated, SPAN), span=SPAN, risk_span=SPAN,
+        envelope={"move": ActionCondition(envelope, "", SPAN)}, actuators=frozenset(), resources=frozenset(),
+        risk=Risk.LOW, timeout=Fraction(1), runtime_checked=dict.fromkeys(gated, SPAN), span=SPAN, risk_span=SPAN,
         entry_span=SPAN,
     )  # fmt: skip
     return Ecm(
         id="module", version="1", folder="", manifest_digest="", code_digest="", capabilities={},
         skills={"skill": skill}, tasks={"task": Task("task", (), goal, "", (), {}, None, SPAN)},
-        access=Access(sensors=frozenset(["eye"])),
-        permission={"move": Clause(permission, "", SPAN)}, requires={}, requires_spans={}, runtime="",
+        requested_access=Access(sensors=frozenset(["eye"])),
+        permitted_actions={"move": ActionCondition(permission, "", SPAN)}, required_modules={}, requires_spans={}, required_aeros_version="",
         runtime_span=SPAN, access_span=SPAN, span=SPAN,
     )  # fmt: skip
 
 
-def _findings(claims: Iterator[Any]) -> dict[str, Finding]:
+def _findings(claims: Iterator[Any]) -> dict[str, ObligationResult]:
     return {
-        str(one.obligation.id): one for one in discharge([c for c in claims if isinstance(c, Obligation)])
+        str(one.obligation.id): one
+        for one in discharge_obligations([c for c in claims if isinstance(c, Obligation)])
     }
 
 
-ON_ACTIONS = conditions(t.Role.STATE, t.Role.PARAMETER)
+ON_ACTIONS = conditions(t.VariableRole.STATE, t.VariableRole.PARAMETER)
 Y = PARAMETERS["y"].variable
 REDUCED = st.sampled_from(
     [
@@ -277,24 +288,24 @@ def _policy_is_judged_by_its_words(rules: list[t.Term], reduced: t.Term) -> None
     found = _findings(policy_obligations(_site(rules, reduced)))
     everything = [*rules, reduced, Y]
     space = list(environments(*everything))
-    allowed = [env for env in space if all(holds(rule, env) for rule in rules)]
+    allowed = [env for env in space if all(is_true(rule, env) for rule in rules)]
 
     def judge(code: str, claim: str, expected: bool) -> None:
         one = found[f"policy/move/{claim}"]
         assert one.obligation.code == code
-        assert one.verdict in (Verdict.PROVED, one.obligation.failing)
+        assert one.verdict in (Verdict.PROVED, one.obligation.failure_verdict)
         POLICIES.compare(code, proved=one.verdict is Verdict.PROVED, expected=expected)
 
     judge("AE601", "satisfiable", bool(allowed))
     for i, rule in enumerate(rules):
         others = rules[:i] + rules[i + 1 :]
-        denied = [env for env in space if not holds(rule, env)]
-        alone = [env for env in denied if all(holds(other, env) for other in others)]
+        denied = [env for env in space if not is_true(rule, env)]
+        alone = [env for env in denied if all(is_true(other, env) for other in others)]
         judge("AE603", f"effective/r{i}", bool(denied))
         judge("AE604", f"unshadowed/r{i}", bool(alone))
         if i == 0:
             after = [{**env, "y": _number(reduced, env)} for env in alone]
-            kept = all(holds(one, env) for env in after for one in rules)
+            kept = all(is_true(one, env) for env in after for one in rules)
             pairs = [(_number(Y, env), _number(Y, old)) for env, old in zip(after, alone, strict=True)]
             smaller = all(0 <= new <= old or old <= new <= 0 for new, old in pairs)
             judge("AE605", "attenuation-allowed/r0", kept)
@@ -312,7 +323,7 @@ def test_the_stop_is_refused_exactly_where_something_denies_it() -> None:
     STOPS.assert_both("AE602")
 
 
-ON_STATES = conditions(t.Role.STATE)
+ON_STATES = conditions(t.VariableRole.STATE)
 
 
 @bounded
@@ -324,15 +335,15 @@ def _stop_is_judged(rules: list[t.Term], blocked: list[str | None]) -> None:
     site = _site([], Y)
     stop = ActionKind("stop", frozenset(), Risk.LOW, True, {}, SPAN)
     phi = tuple(Rule(f"r{i}", "", "", "", {"stop": rule}, {}, SPAN, SPAN) for i, rule in enumerate(rules))
-    blocks = tuple(Block(f"b{i}", "", "module", None, action) for i, action in enumerate(blocked))
+    blocks = tuple(OperatorOverride(f"b{i}", "", "module", None, action) for i, action in enumerate(blocked))
     site = replace(site, kinds={"stop": stop}, rules=phi, blocks=blocks)
     claims = list(policy_obligations(site))
     found = _findings(iter(claims))
     for i, rule in enumerate(rules):
         verdict = found[f"policy/stop/allowed/r{i}"].verdict
-        always = all(holds(rule, env) for env in environments(rule))
+        always = all(is_true(rule, env) for env in environments(rule))
         STOPS.compare("AE602", proved=verdict is Verdict.PROVED, expected=always)
-    settled = {str(one.id): one.verdict for one in claims if isinstance(one, Settled)}
+    settled = {str(one.id): one.verdict for one in claims if isinstance(one, StaticClaim)}
     for i, action in enumerate(blocked):
         verdict = settled[f"policy/stop/unblocked/b{i}"]
         STOPS.compare("AE602", proved=verdict is Verdict.PROVED, expected=action != "stop")
@@ -351,7 +362,7 @@ def test_a_module_is_refused_exactly_where_its_words_say_so() -> None:
     ANY,
     ON_ACTIONS,
     st.lists(st.sampled_from(["r0", "r1"]), unique=True),
-    conditions(t.Role.STATE, t.Role.INPUT),
+    conditions(t.VariableRole.STATE, t.VariableRole.INPUT),
     ON_STATES,
 )
 def _module_is_judged_by_its_words(
@@ -365,34 +376,38 @@ def _module_is_judged_by_its_words(
     site, module = _site(rules, Y), _module(envelope, permission, gated, precondition, goal)
     claims = [*permission_obligations(module, site), *safety_obligations(module, site)]
     found = _findings(iter(claims))
-    space = [env for env in environments(envelope, permission, *rules) if holds(envelope, env)]
+    space = [env for env in environments(envelope, permission, *rules) if is_true(envelope, env)]
 
     def judge(code: str, claim: str, expected: bool) -> None:
         one = found[claim]
         assert one.obligation.code == code
-        assert one.verdict in (Verdict.PROVED, one.obligation.failing)
+        assert one.verdict in (Verdict.PROVED, one.obligation.failure_verdict)
         MODULES.compare(code, proved=one.verdict is Verdict.PROVED, expected=expected)
 
     judge("AE503", "safety/skill/move/not-empty", bool(space))
-    permitted = [env for env in space if holds(permission, env)]
+    permitted = [env for env in space if is_true(permission, env)]
     judge("AE403", "permission/skill/move", len(permitted) == len(space))
     judge("AE409", "permission/move/not-empty", possible(permission))
-    judge("AE502", "safety/skill/move/not-dead", any(all(holds(r, env) for r in rules) for env in permitted))
+    judge(
+        "AE502", "safety/skill/move/not-dead", any(all(is_true(r, env) for r in rules) for env in permitted)
+    )
     roles = [{variable.role for variable in t.variables_of(rule).values()} for rule in rules]
     for i, rule in enumerate(rules):
-        judge("AE501", f"safety/skill/move/r{i}", all(holds(rule, env) for env in space))
+        judge("AE501", f"safety/skill/move/r{i}", all(is_true(rule, env) for env in space))
         one = found[f"safety/skill/move/r{i}"]
-        left = t.Role.STATE in roles[i] and (t.Role.PARAMETER not in roles[i] or f"r{i}" in gated)
+        left = t.VariableRole.STATE in roles[i] and (
+            t.VariableRole.PARAMETER not in roles[i] or f"r{i}" in gated
+        )
         expected = left and one.verdict is Verdict.REFUTED
-        MODULES.compare("guarded", proved=one.guarded, expected=expected)
-    settled = {str(one.id): one.verdict for one in claims if isinstance(one, Settled)}
+        MODULES.compare("guarded", proved=one.is_runtime_checked, expected=expected)
+    settled = {str(one.id): one.verdict for one in claims if isinstance(one, StaticClaim)}
     for i in (i for i in range(len(rules)) if f"r{i}" in gated):
-        if t.Role.STATE in roles[i]:
+        if t.VariableRole.STATE in roles[i]:
             judge("AE506", f"safety/skill/gated-r{i}/move", state_matters(rules[i]))
         else:
             MODULES.compare("AE506", proved=f"safety/skill/gated-r{i}" not in settled, expected=False)
     # What no action can help: rules that read the state and nothing of the action.
-    of_states = [rule for rule, read in zip(rules, roles, strict=True) if read == {t.Role.STATE}]
+    of_states = [rule for rule, read in zip(rules, roles, strict=True) if read == {t.VariableRole.STATE}]
     judge("AE504", "safety/skill/can-start", possible(precondition, *of_states))
     judge("AE507", "safety/goal/task", possible(goal))
     judge("AE508", "safety/goal/task/effective", possible(t.Not(goal)))
@@ -411,17 +426,17 @@ def test_a_hold_condition_is_refused_exactly_where_it_leaves_no_room() -> None:
 @bounded
 @given(
     st.lists(ON_STATES, max_size=2),
-    conditions(t.Role.STATE, t.Role.INPUT),
-    conditions(t.Role.STATE, t.Role.INPUT),
+    conditions(t.VariableRole.STATE, t.VariableRole.INPUT),
+    conditions(t.VariableRole.STATE, t.VariableRole.INPUT),
     st.booleans(),
 )
 def _hold_is_judged_by_its_words(
     rules: list[t.Term], precondition: t.Term, hold: t.Term, value: bool
 ) -> None:
     module = _module(t.TRUE, t.TRUE, [], precondition, t.TRUE)
-    clause = Clause(hold, "", SPAN, (Conjunct(hold, SPAN),))
+    clause = ActionCondition(hold, "", SPAN, (Conjunct(hold, SPAN),))
     done = Outcome("done", {"flag": value}, False, None, None)
-    skill = replace(module.skills["skill"], hold=clause, outcomes={"done": done})
+    skill = replace(module.skills["skill"], hold_condition=clause, outcomes={"done": done})
     claims = safety_obligations(replace(module, skills={"skill": skill}), _site(rules, Y))
     found = _findings(claims)
     of_states = [rule for rule in rules if t.variables_of(rule)]

@@ -26,9 +26,9 @@ def test_every_word_is_used_where_it_is_needed() -> None:
 
 
 def test_the_verdicts_and_decisions_of_the_glossary_are_those_of_the_code() -> None:
-    from aeros.runtime.gate.decision import Verdict as Decided
+    from aeros.runtime.gate.decision import DecisionKind as DecisionKind
     from aeros.spec.obligations.verdicts import Verdict as Proved
 
     meanings = dict(_TERMS)
-    for word, enum in (("verdict", Proved), ("decision", Decided)):
+    for word, enum in (("verdict", Proved), ("decision", DecisionKind)):
         assert re.findall(r"\b[A-Z]{4,}\b", meanings[word]) == [one.name for one in enum]

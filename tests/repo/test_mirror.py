@@ -1,7 +1,7 @@
 """Every module of `aeros` has a test file of its own place and name, so that its tests are found.
 
-`aeros/runtime/gate/gate.py` is tested by `tests/unit/runtime/gate/test_gate.py`, or by several `test_gate_*.py`.
-`mirror_exceptions.txt` lists the modules that have none yet, and may only shrink.
+`aeros/runtime/gate/gate.py` is tested by `tests/unit/runtime/gate/test_gate.py`, or by several
+`test_gate_*.py`. `mirror_exceptions.txt` lists the modules that have none yet, and may only shrink.
 """
 
 from __future__ import annotations

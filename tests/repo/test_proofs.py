@@ -34,7 +34,7 @@ def test_a_theorem_has_all_that_belongs_to_it(folder: Path) -> None:
     headings = re.findall(r"^## (.+)$", (folder / "statement.md").read_text("utf-8"), re.MULTILINE)
     assert headings == _HEADINGS
     assert theorem.mutants
-    assert {one.refutes for one in theorem.mutants} <= theorem.obligations.keys()
+    assert {one.refuted_obligation for one in theorem.mutants} <= theorem.obligations.keys()
     wanted = {"statement.md", "theorem.py", EXPECTED, *(f"{name}.smt2" for name in theorem.obligations)}
     assert {path.name for path in folder.iterdir() if path.name != "__pycache__"} == wanted
 

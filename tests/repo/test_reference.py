@@ -19,22 +19,29 @@ import pytest
 from aeros.spec.declared.decode import decode
 from aeros.spec.declared.json_schema import FILES
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.text.fields import (
     PATTERNS,
-    Boolean,
-    Bounds,
-    Entries,
-    Expression,
-    Integer,
-    Length,
-    Number,
+    BooleanField,
+    ExpressionField,
+    IntegerField,
+    LengthBounds,
+    MappingField,
+    NumberField,
     Pattern,
-    Text,
+    TextField,
+    ValueBounds,
 )
 from aeros.spec.text.files import read_source
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from aeros.spec.text.schema_hints import Field, fields_of, kind_of, options_of, parted, words_of
+from aeros.spec.text.schema_hints import (
+    SchemaField,
+    admitted_forms,
+    allowed_words,
+    fields_of,
+    node_kind,
+    split_annotated,
+)
 from aeros.spec.text.yaml_reader import read_yaml
 from tests.repo.tree import ROOT, check_generated, text_of
 
@@ -54,10 +61,10 @@ _SAMPLES = {
 }
 _LONGEST_EXAMPLE = 80
 _SCALARS = {
-    Boolean: "`true` or `false`",
-    Integer: "integer",
-    Number: "number",
-    Expression: "[expression](../language.md)",
+    BooleanField: "`true` or `false`",
+    IntegerField: "integer",
+    NumberField: "number",
+    ExpressionField: "[expression](../language.md)",
 }
 _AS_IN = re.compile(r",? as in `(?P<example>[^`]+)`")
 
@@ -67,10 +74,10 @@ def _records(schema: type) -> list[type]:
     found: dict[type, None] = {}
 
     def visit(hint: Any) -> None:
-        for base, _ in map(parted, options_of(hint)):
-            if get_args(base) and kind_of(base) is not ScalarNode:
+        for base, _ in map(split_annotated, admitted_forms(hint)):
+            if get_args(base) and node_kind(base) is not ScalarNode:
                 visit(get_args(base)[0])
-            elif kind_of(base) is MappingNode and base not in found:
+            elif node_kind(base) is MappingNode and base not in found:
                 found[base] = None
                 for field in fields_of(base).values():
                     visit(field.hint)
@@ -80,18 +87,18 @@ def _records(schema: type) -> list[type]:
 
 
 def _type(hint: Any) -> str:
-    return " or ".join(_form(*parted(option)) for option in options_of(hint))
+    return " or ".join(_form(*split_annotated(option)) for option in admitted_forms(hint))
 
 
 def _form(base: Any, marks: tuple[Any, ...]) -> str:
-    words = words_of(base)
+    words = allowed_words(base)
     if words is not None:
         return ", ".join(f"`{word}`" for word in words)
-    if kind_of(base) is SequenceNode:
+    if node_kind(base) is SequenceNode:
         return f"list of {_type(get_args(base)[0])}{_extent(marks)}"
-    if get_origin(base) is Entries:
+    if get_origin(base) is MappingField:
         return f"mapping from {_name(marks)} to {_type(get_args(base)[0])}{_extent(marks)}"
-    if kind_of(base) is MappingNode:
+    if node_kind(base) is MappingNode:
         return f"[{base.__name__}](#{base.__name__.lower()})"
     return f"{_SCALARS.get(base) or _name(marks)}{_extent(marks)}"
 
@@ -103,8 +110,8 @@ def _name(marks: tuple[Any, ...]) -> str:
 def _extent(marks: tuple[Any, ...]) -> str:
     """Bounds of a value, or how many entries there may be."""
     for mark in marks:
-        if isinstance(mark, Bounds | Length):
-            what = " entries" if isinstance(mark, Length) else ""
+        if isinstance(mark, ValueBounds | LengthBounds):
+            what = " entries" if isinstance(mark, LengthBounds) else ""
             lo, hi = (None if end is None else str(end) for end in (mark.lo, mark.hi))
             return (
                 f", {lo} to {hi}{what}" if lo and hi else f", {lo or hi} at {'least' if lo else 'most'}{what}"
@@ -114,17 +121,17 @@ def _extent(marks: tuple[Any, ...]) -> str:
 
 def _uses(node: Node, hint: Any) -> Iterator[tuple[type, str, str]]:
     """Every (record, field, source text of it) in a file, for what is written on one line."""
-    for base, _ in map(parted, options_of(hint)):
-        if kind_of(base) is not type(node):
+    for base, _ in map(split_annotated, admitted_forms(hint)):
+        if node_kind(base) is not type(node):
             continue
         if isinstance(node, SequenceNode):
             for item in node.items:
                 yield from _uses(item, get_args(base)[0])
         elif isinstance(node, MappingNode):
-            fields = None if get_origin(base) is Entries else fields_of(base)
+            fields = None if get_origin(base) is MappingField else fields_of(base)
             for key, value in node.entries:
                 yield from _uses(value, fields[key.text].hint if fields else get_args(base)[0])
-                text = key.span.cover(value.span).text
+                text = key.span.merge(value.span).text
                 if fields and "\n" not in text and len(text) <= _LONGEST_EXAMPLE:
                     yield base, key.text, text
 
@@ -142,7 +149,7 @@ def _examples(name: str) -> dict[tuple[type, str], str]:
     return shortest
 
 
-def _row(name: str, field: Field, used: str | None) -> str:
+def _row(name: str, field: SchemaField, used: str | None) -> str:
     said = _AS_IN.search(field.doc)
     meaning = _AS_IN.sub("", field.doc)
     example = said["example"] if said else used or ""
@@ -191,7 +198,7 @@ def test_every_field_has_its_row_and_every_example_could_be_written(name: str) -
         assert rows.keys() == fields.keys()
         for field_name, example in rows.items():
             alone = make_dataclass(
-                "Alone", [("span", Span), (fields[field_name].attribute, fields[field_name].hint)]
+                "Alone", [("span", SourceSpan), (fields[field_name].attribute, fields[field_name].hint)]
             )
             if example:
                 sink = Diagnostics()
@@ -205,6 +212,6 @@ def test_every_single_value_with_a_form_has_an_example(name: str) -> None:
     page = _page(name)
     for record in _records(FILES[name]):
         for field_name, field in fields_of(record).items():
-            (base, marks), *_ = map(parted, options_of(field.hint))
-            if kind_of(base) is ScalarNode and (marks or base not in (Text, Expression)):
+            (base, marks), *_ = map(split_annotated, admitted_forms(field.hint))
+            if node_kind(base) is ScalarNode and (marks or base not in (TextField, ExpressionField)):
                 assert _rows(page, record)[field_name], (record, field_name)

@@ -16,8 +16,8 @@ import pytest
 
 from aeros.experiments.catalogue import catalogue
 from aeros.experiments.report.figures import data_digest, figures_of
-from aeros.experiments.report.results import measured
-from aeros.experiments.report.write import FIGURES, RESULTS, page_of_kept
+from aeros.experiments.report.results import measure_metric
+from aeros.experiments.report.write import FIGURES, RESULTS, index_page
 from tests.repo.tree import ROOT, UPDATE
 
 PAGE = ROOT / "docs" / "results.md"
@@ -25,7 +25,7 @@ KEPT = sorted(path.parent for path in (ROOT / "docs" / "results").glob(f"*/{RESU
 
 
 def test_the_page_says_what_is_kept_and_nothing_else() -> None:
-    expected = page_of_kept(KEPT) if KEPT else None
+    expected = index_page(KEPT) if KEPT else None
     found = PAGE.read_text(encoding="utf-8") if PAGE.exists() else None
     if found != expected and expected is not None and UPDATE:
         PAGE.write_text(expected, encoding="utf-8")
@@ -72,7 +72,7 @@ def test_the_results_are_counted_of_the_trials_that_are_kept(folder: Path) -> No
         for row in one["rows"]:
             found = [trials[row["digest"], seed] for seed in range(first, last + 1)]
             for name, cell in row["cells"].items():
-                again = measured(metrics[one["number"]][name], found)
+                again = measure_metric(metrics[one["number"]][name], found)
                 assert {part: cell[part] for part in again} == pytest.approx(again), (row["id"], name)
                 counted += 1
     # One experiment of seven rows; all others hold several.

@@ -6,7 +6,7 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 
 MODULES = sorted(path.parent.name for path in (ROOT / "ecms").glob("*/ecm.yaml"))
@@ -14,7 +14,7 @@ MODULES = sorted(path.parent.name for path in (ROOT / "ecms").glob("*/ecm.yaml")
 
 @pytest.mark.parametrize("module", MODULES)
 def test_every_success_is_one_that_can_be_measured(module: str) -> None:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     loaded = load_ecm(ROOT / "ecms" / module, site, Diagnostics())
     assert loaded is not None

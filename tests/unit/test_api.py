@@ -15,7 +15,7 @@ import pytest
 
 import aeros
 import aeros.api
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.sim.conformance.suite import ConformanceError
 from aeros.sim.fake import FakePlant
@@ -267,7 +267,7 @@ def test_nothing_is_left_where_no_folder_is_given() -> None:
 def test_an_instruction_that_names_no_task_is_refused_before_the_plant_is_opened() -> None:
     with (
         aeros.open_session("ecms/clean_table", plant="physics") as session,
-        pytest.raises(RefusedError, match="no installed module provides `fly`"),
+        pytest.raises(AgentError, match="no installed module provides `fly`"),
     ):
         session.run("fly")
 
@@ -283,6 +283,6 @@ def test_broken_promises_are_told_together() -> None:
     symbolic = SUBJECTS["symbolic"]
     assert "stop_ends_everything" in aeros.check_conformance(symbolic)
     with pytest.raises(ConformanceError, match=r"^\d+ of \d+ promises are broken\n\w+: ") as broken:
-        aeros.check_conformance(type(symbolic)(FakePlant, symbolic.moving, symbolic.beside))
+        aeros.check_conformance(type(symbolic)(FakePlant, symbolic.motion_action, symbolic.parallel_action))
     assert str(broken.value).count("\n") > 1
     assert "raises KeyError: 'joint_position'" in str(broken.value)

@@ -17,20 +17,20 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-from aeros.agent.execution.supervisor import start_problem
-from aeros.agent.memory.context import context_of
-from aeros.agent.memory.posterior import Record
-from aeros.agent.memory.store import Memory, Usual
+from aeros.agent.execution.supervisor import start_obstacle
+from aeros.agent.memory.context import evidence_context
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.store import DurationStats, Memory
 from aeros.agent.planning.task_graph import input_problems
-from aeros.agent.world.values import exact
-from aeros.agent.world.world import World
+from aeros.agent.world.values import to_exact
+from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.model import Ecm, Skill
 
 
-class UndispatchableError(Exception):
+class DispatchError(Exception):
     """Nothing can be started for the step; the message says why, `causes` the same as data."""
 
     def __init__(self, reason: str, *causes: Cause) -> None:
@@ -39,21 +39,26 @@ class UndispatchableError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class ProviderOption:
     """A provider, as the choice saw it.
 
     record: in the context of the choice.
-    drawn: the chance of success drawn for it; None where it was not drawn for, and `why_not` says why.
+    drawn: the chance of success drawn for it; None where it was not drawn for, and `unavailable_reason`
+        says why.
     """
 
     skill: str
-    record: Record
-    drawn: float | None
-    why_not: str = ""
+    record: SuccessRecord
+    sampled_success: float | None
+    unavailable_reason: str = ""
 
     def __str__(self) -> str:
         said = f"`{self.skill}` {self.record} succeeded"
-        return f"{said}, not now: {self.why_not}" if self.drawn is None else f"{said}, drew {self.drawn:.3f}"
+        return (
+            f"{said}, not now: {self.unavailable_reason}"
+            if self.sampled_success is None
+            else f"{said}, drew {self.sampled_success:.3f}"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +74,9 @@ class Dispatch:
     request: StepRequest
     skill: Skill
     context: str
-    record: Record
-    usual: Usual | None
-    options: tuple[Option, ...] = ()
+    record: SuccessRecord
+    typical_duration: DurationStats | None
+    options: tuple[ProviderOption, ...] = ()
 
 
 class Dispatcher:
@@ -88,72 +93,74 @@ class Dispatcher:
         """Prefer others from now on: the gate has denied it, and would again."""
         self.denied.add((module, skill))
 
-    def dispatch(self, module: str, name: str, inputs: Mapping[str, Any], world: World) -> Dispatch:
+    def dispatch(self, module: str, name: str, inputs: Mapping[str, Any], world: WorldModel) -> Dispatch:
         """The request for the skill or capability `name`, with defaults filled in.
 
-        Raises `UndispatchableError`.
+        Raises `DispatchError`.
         """
         active = self._runtime.active_modules().get(module)
         if active is None:
-            raise UndispatchableError(f"the module `{module}` is not active")
-        providers = [active.skills[one] for one in active.providers_of(name)]
+            raise DispatchError(f"the module `{module}` is not active")
+        providers = [active.skills[one] for one in active.providers(name)]
         if not providers:
-            raise UndispatchableError(f"`{module}` has no skill `{name}`")
+            raise DispatchError(f"`{module}` has no skill `{name}`")
         problems = {one.id: _problem(active, one, inputs, world) for one in providers}
-        context = context_of(self._task, active, providers, world)
-        records = {one.id: self._memory.record_of(module, one.id, context) for one in providers}
+        context = evidence_context(self._task, active, providers, world)
+        records = {one.id: self._memory.success_record(module, one.id, context) for one in providers}
         options = self._options(module, problems, records)
-        chosen = max(options, key=lambda one: -1.0 if one.drawn is None else one.drawn)
-        if chosen.drawn is None:
+        chosen = max(options, key=lambda one: -1.0 if one.sampled_success is None else one.sampled_success)
+        if chosen.sampled_success is None:
             unable = [problem for problem in problems.values() if problem is not None]
-            raise UndispatchableError("; ".join(map(_said, unable)), *unable)
+            raise DispatchError("; ".join(map(_problem_text, unable)), *unable)
         skill = active.skills[chosen.skill]
         return Dispatch(
-            StepRequest(module, skill.id, _filled(skill, inputs)),
+            StepRequest(module, skill.id, _with_defaults(skill, inputs)),
             skill,
             context,
-            self._memory.record_of(module, skill.id),
-            self._memory.usual(module, skill.id),
+            self._memory.success_record(module, skill.id),
+            self._memory.typical_duration(module, skill.id),
             options if name not in active.skills else (),
         )
 
     def _options(
-        self, module: str, problems: Mapping[str, Cause | None], records: Mapping[str, Record]
-    ) -> tuple[Option, ...]:
+        self, module: str, problems: Mapping[str, Cause | None], records: Mapping[str, SuccessRecord]
+    ) -> tuple[ProviderOption, ...]:
         can = {name for name, problem in problems.items() if problem is None}
         preferred = {name for name in can if (module, name) not in self.denied} or can
-        random = Random(f"{self._seed} {self._memory.episodes()}")  # noqa: S311  exploration, no secret
+        random = Random(f"{self._seed} {self._memory.latest_episode()}")  # noqa: S311  exploration, no secret
         # Drawn for each, so that what one draws does not depend on whether another may start.
-        drawn = {name: record.drawn(random) for name, record in records.items()}
+        drawn = {name: record.sample(random) for name, record in records.items()}
         return tuple(
-            Option(name, record, drawn[name] if name in preferred else None, _why_not(problems[name]))
+            ProviderOption(
+                name, record, drawn[name] if name in preferred else None, _unavailable_reason(problems[name])
+            )
             for name, record in records.items()
         )
 
 
-def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: World) -> Cause | None:
+def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: WorldModel) -> Cause | None:
     """Why `skill` may not be started, if so."""
     unfit = input_problems(skill, inputs)
     if unfit:
         return Cause("input", f"{module.id}.{skill.id}", "; ".join(unfit))
-    return start_problem(module.id, skill, world, _environment(skill, inputs))
+    return start_obstacle(module.id, skill, world, _environment(skill, inputs))
 
 
-def _said(problem: Cause) -> str:
+def _problem_text(problem: Cause) -> str:
     if problem.kind == "input":
         return f"`{problem.rule}`: {problem.text}"
     what = "what it must hold to" if problem.kind == "hold" else "its precondition"
     return f"{what} `{problem.text}` is not measured: {', '.join(map(str, problem.shortfalls))}"
 
 
-def _why_not(problem: Cause | None) -> str:
-    return "it was denied" if problem is None else _said(problem)
+def _unavailable_reason(problem: Cause | None) -> str:
+    return "it was denied" if problem is None else _problem_text(problem)
 
 
-def _filled(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: inputs.get(name, declared.default) for name, declared in skill.inputs.items()}
+def _with_defaults(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: inputs.get(name, declared.default_value) for name, declared in skill.inputs.items()}
 
 
 def _environment(skill: Skill, inputs: Mapping[str, Any]) -> Environment:
-    filled = _filled(skill, inputs)
-    return {declared.name: exact(declared, filled[name]) for name, declared in skill.inputs.items()}
+    filled = _with_defaults(skill, inputs)
+    return {declared.name: to_exact(declared, filled[name]) for name, declared in skill.inputs.items()}

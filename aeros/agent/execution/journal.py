@@ -11,7 +11,7 @@ from aeros.runtime.ports import Runtime
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class AgentEvent:
     """Something the agent did or found.
 
     kind: as in the audit record, for example `plan`, `step-ended`, `re-plan`.
@@ -26,7 +26,7 @@ class Event:
     time: float
 
 
-Observer = Callable[[Event], None]
+Observer = Callable[[AgentEvent], None]
 
 
 class Journal:
@@ -40,13 +40,13 @@ class Journal:
         self._memory = memory
         self._on_event = on_event
 
-    def tell(self, kind: str, text: str, **details: Any) -> None:
+    def record(self, kind: str, text: str, **details: Any) -> None:
         """Record an event that memory has no other place for; `details` are JSON values."""
-        self.tell_step(kind, text, **details)
-        self._memory.remember(self._runtime.now(), kind, details)
+        self.record_step(kind, text, **details)
+        self._memory.add_event(self._runtime.now(), kind, details)
 
-    def tell_step(self, kind: str, text: str, **details: Any) -> None:
+    def record_step(self, kind: str, text: str, **details: Any) -> None:
         """Record an event that memory keeps as part of an episode."""
         self._runtime.note(kind, details)
         if self._on_event is not None:
-            self._on_event(Event(kind, text, details, self._runtime.now()))
+            self._on_event(AgentEvent(kind, text, details, self._runtime.now()))

@@ -31,17 +31,17 @@ from math import inf
 from typing import Any
 
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.progress import Begun, Place, Progress
-from aeros.agent.execution.report import Role
-from aeros.agent.execution.step_attempt import Attempt, Attempts, Started
-from aeros.agent.planning.task_graph import Part, Step
-from aeros.agent.world.values import plain
-from aeros.runtime.ports import Ended, StepHandle
+from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
+from aeros.agent.execution.report import StepRole
+from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
+from aeros.agent.planning.task_graph import Part, PlanStep
+from aeros.agent.world.values import to_json_value
+from aeros.runtime.ports import EndedStep, StepHandle
 from aeros.spec.model.step_graph import If, Par, Seq
 
 
 @dataclass(frozen=True, slots=True)
-class End:
+class PlanFailure:
     """Why a plan, or a step, went no further.
 
     final: planning again is no use.
@@ -49,116 +49,120 @@ class End:
     """
 
     reason: str
-    final: bool = False
-    may_pass: bool = False
+    is_final: bool = False
+    is_transient: bool = False
 
 
-_Branch = Generator[None, Ended, End | None]
+_Branch = Generator[None, EndedStep, PlanFailure | None]
 """What is left of a part: returns None once it is done, else how it failed for good."""
 
 
 @dataclass
-class _Scope:
+class _CancelScope:
     """Branches that are cancelled together, and those inside them.
 
     cancelled: why nothing of it may start any more.
     """
 
-    cancelled: str | None = None
-    under_way: set[StepHandle] = field(default_factory=set)
-    inner: list[_Scope] = field(default_factory=list)
+    cancel_reason: str | None = None
+    running: set[StepHandle] = field(default_factory=set)
+    children: list[_CancelScope] = field(default_factory=list)
 
     def cancel(self, reason: str) -> Iterator[StepHandle]:
         """Let nothing start any more; what is under way."""
-        self.cancelled = self.cancelled or reason
-        yield from sorted(self.under_way)
-        for scope in self.inner:
+        self.cancel_reason = self.cancel_reason or reason
+        yield from sorted(self.running)
+        for scope in self.children:
             yield from scope.cancel(reason)
 
 
-class Engine:
+class PlanExecutor:
     """Runs the plans of one run.
 
     until: plant seconds after which everything is cancelled; is_late: whether that has come to pass.
     """
 
     def __init__(
-        self, attempts: Attempts, journal: Journal, is_over: Callable[[], bool], until: float = inf
+        self,
+        attempts: StepRunner,
+        journal: Journal,
+        is_goal_reached: Callable[[], bool],
+        deadline: float = inf,
     ) -> None:
         self._attempts = attempts
         self._journal = journal
-        self._is_over = is_over
-        self.until = until
+        self._is_over = is_goal_reached
+        self.until = deadline
         self.denied: set[str] = set()
-        self._progress = Progress()
+        self._progress = PlanProgress()
         self._outputs: dict[str, Mapping[str, Any]] = {}
-        self.is_late = False
+        self.timed_out = False
 
-    def run(self, part: Part, progress: Progress | None = None) -> End | None:
+    def run(self, part: Part, progress: PlanProgress | None = None) -> PlanFailure | None:
         """None once all of it is done or the goal is measured, else how it failed for good.
 
         progress: how far it has come before, kept up to date.
         """
         self._outputs.clear()
-        self._progress = progress or Progress()
-        scope = _Scope()
-        branch, until = self._part(part, scope, ()), self.until
+        self._progress = progress or PlanProgress()
+        scope = _CancelScope()
+        branch, until = self._run_part(part, scope, ()), self.until
         ended = None
         while True:
             try:
-                _go_on(branch, ended)
+                _resume_branch(branch, ended)
             except StopIteration as done:
-                end: End | None = done.value
+                end: PlanFailure | None = done.value
                 return end
             while (ended := self._attempts.wait(until)) is None:
-                until, self.is_late = inf, True
+                until, self.timed_out = inf, True
                 self._cancel(scope, "the time for the task is over")
 
     # Parts.
 
-    def _part(self, part: Part, scope: _Scope, at: Place) -> _Branch:
+    def _run_part(self, part: Part, scope: _CancelScope, path: StepPath) -> _Branch:
         match part:
-            case Step():
-                return self._step(part, scope, at)
+            case PlanStep():
+                return self._run_step(part, scope, path)
             case Seq(parts=parts):
-                return self._seq(parts, scope, at)
+                return self._run_sequence(parts, scope, path)
             case Par(branches=branches):
-                return self._par(branches, scope, at)
+                return self._run_parallel(branches, scope, path)
             case If():
-                return self._if(part, scope, at)
+                return self._run_conditional(part, scope, path)
 
-    def _seq(self, parts: tuple[Part, ...], scope: _Scope, at: Place) -> _Branch:
+    def _run_sequence(self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath) -> _Branch:
         for number, part in enumerate(parts):
-            end = yield from self._part(part, scope, (*at, number))
+            end = yield from self._run_part(part, scope, (*at, number))
             if end is not None:
                 return end
         return None
 
-    def _if(self, part: If[Step], scope: _Scope, at: Place) -> _Branch:
+    def _run_conditional(self, part: If[PlanStep], scope: _CancelScope, at: StepPath) -> _Branch:
         if self._is_over():
             return None
-        holds = self._progress.branches.get(at)
+        holds = self._progress.branch_choices.get(at)
         if holds is None:
             holds = self._attempts.world.evaluate(part.condition)
             if holds is not None:
-                self._progress.choose(at, holds)
+                self._progress.set_branch(at, holds)
         if holds is True:
-            return (yield from self._part(part.then, scope, (*at, 0)))
+            return (yield from self._run_part(part.then, scope, (*at, 0)))
         if holds is False and part.otherwise is not None:
-            return (yield from self._part(part.otherwise, scope, (*at, 1)))
-        why = self._attempts.world.why_not(part.condition)
-        return End(f"nothing is said of what follows where `{part.text}` is not measured: {why}")
+            return (yield from self._run_part(part.otherwise, scope, (*at, 1)))
+        why = self._attempts.world.unmet_reason(part.condition)
+        return PlanFailure(f"nothing is said of what follows where `{part.text}` is not measured: {why}")
 
-    def _par(self, parts: tuple[Part, ...], scope: _Scope, at: Place) -> _Branch:
-        inner = _Scope(scope.cancelled)
-        scope.inner.append(inner)
-        running = [self._part(part, inner, (*at, number)) for number, part in enumerate(parts)]
-        failure: End | None = None
-        ended: Ended | None = None
+    def _run_parallel(self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath) -> _Branch:
+        inner = _CancelScope(scope.cancel_reason)
+        scope.children.append(inner)
+        running = [self._run_part(part, inner, (*at, number)) for number, part in enumerate(parts)]
+        failure: PlanFailure | None = None
+        ended: EndedStep | None = None
         while running:
             for branch in list(running):
                 try:
-                    _go_on(branch, ended)
+                    _resume_branch(branch, ended)
                 except StopIteration as done:
                     running.remove(branch)
                     if done.value is not None and failure is None:
@@ -166,118 +170,122 @@ class Engine:
                         self._cancel(inner, f"beside it, {failure.reason}")
             if running:
                 ended = yield
-        scope.inner.remove(inner)
+        scope.children.remove(inner)
         return failure
 
-    def _cancel(self, scope: _Scope, reason: str) -> None:
+    def _cancel(self, scope: _CancelScope, reason: str) -> None:
         for handle in scope.cancel(reason):
             self._attempts.cancel(handle, reason)
 
     # Steps.
 
-    def _step(self, step: Step, scope: _Scope, at: Place) -> _Branch:
+    def _run_step(self, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
         if self._progress.is_done(at):
-            self._keep_outputs(step, self._progress.last(at))
+            self._store_outputs(step, self._progress.last_result(at))
             return None
         if self._is_over():
             return None
-        if self._is_needless(step):
-            self._journal.tell("step-left-out", f"{step} is not needed any more", step=str(step))
-            self._progress.settle(at)
+        if self._is_redundant(step):
+            self._journal.record("step-left-out", f"{step} is not needed any more", step=str(step))
+            self._progress.mark_done(at)
             return None
-        return (yield from self._try(Role.STEP, step, scope, at))
+        return (yield from self._run_attempt(StepRole.STEP, step, scope, at))
 
-    def _try(self, role: Role, step: Step, scope: _Scope, at: Place) -> _Branch:
-        attempt = self._progress.last(at) or (yield from self._invoke(role, step, scope, at))
-        while self._progress.tries(at) <= step.retry:
-            if not attempt.repeatable or self._is_done(step):
+    def _run_attempt(self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
+        attempt = self._progress.last_result(at) or (yield from self._invoke(role, step, scope, at))
+        while self._progress.attempt_count(at) <= step.retry:
+            if not attempt.is_retryable or self._is_done(step):
                 break
-            if attempt.hopeless and self._attempts.is_as_planned():
-                why = attempt.hopeless
-                self._journal.tell("tries-forgone", f"{step}: {why}", step=str(step), reason=why)
+            if attempt.no_retry_reason and self._attempts.has_planned_in_current_state():
+                why = attempt.no_retry_reason
+                self._journal.record("tries-forgone", f"{step}: {why}", step=str(step), reason=why)
                 break
-            end = yield from self._recover(step, scope, (*at, self._progress.tries(at)))
+            end = yield from self._run_recovery(step, scope, (*at, self._progress.attempt_count(at)))
             if end is not None:
                 return end
             if self._is_done(step):
-                self._progress.settle(at)
+                self._progress.mark_done(at)
                 return None
-            attempt = yield from self._invoke(Role.RETRY, step, scope, at)
-        if not attempt.failed or (attempt.repeatable and self._is_done(step)):
-            self._progress.settle(at)
+            attempt = yield from self._invoke(StepRole.RETRY, step, scope, at)
+        if not attempt.failed or (attempt.is_retryable and self._is_done(step)):
+            self._progress.mark_done(at)
             return None
-        return self._end_of(step, attempt)
+        return self._failure_of(step, attempt)
 
-    def _recover(self, step: Step, scope: _Scope, at: Place) -> _Branch:
+    def _run_recovery(self, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
         """Run what helps between two tries; how the step ends if what came of that forbids another."""
         if self._progress.is_done(at):
             return None
         if step.handler is not None:
-            return (yield from self._try(Role.RECOVERY, step.handler, scope, at))
+            return (yield from self._run_attempt(StepRole.RECOVERY, step.handler, scope, at))
         if step.on_failure is None:
             return None
-        recovery = Step(step.module, step.on_failure)
-        attempt = self._progress.last(at) or (yield from self._invoke(Role.RECOVERY, recovery, scope, at))
+        recovery = PlanStep(step.module, step.on_failure)
+        attempt = self._progress.last_result(at) or (
+            yield from self._invoke(StepRole.RECOVERY, recovery, scope, at)
+        )
         # Not started is no obstacle: nothing moved, and the next try checks its own precondition.
-        if not attempt.failed or attempt.repeatable or attempt.record is None:
+        if not attempt.failed or attempt.is_retryable or attempt.record is None:
             return None
-        return self._end_of(recovery, attempt)
+        return self._failure_of(recovery, attempt)
 
-    def _invoke(self, role: Role, step: Step, scope: _Scope, at: Place) -> Generator[None, Ended, Attempt]:
-        if scope.cancelled is not None:
-            return Attempt(failed=True, reason=f"cancelled: {scope.cancelled}")
+    def _invoke(
+        self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
+    ) -> Generator[None, EndedStep, AttemptResult]:
+        if scope.cancel_reason is not None:
+            return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}")
         inputs = dict(step.inputs)
         for name, (source, output) in step.flows.items():
             if output not in self._outputs.get(source, {}):
                 why = f"its input `{name}` takes `{source}.{output}`, which is not there"
-                return Attempt(failed=True, reason=why)
+                return AttemptResult(failed=True, reason=why)
             inputs[name] = self._outputs[source][output]
-        before, head = self._attempts.world.predicates, self._attempts.head
-        self._progress.begin(at, Begun(step.module, step.skill, inputs, before, head))
-        begun = self._attempts.begin(role, step.module, step.skill, inputs)
-        if not isinstance(begun, Started):
-            self._progress.withdraw(at)
+        before, head = self._attempts.world.predicates, self._attempts.audit_head
+        self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))
+        begun = self._attempts.start(role, step.module, step.skill, inputs)
+        if not isinstance(begun, RunningAttempt):
+            self._progress.drop_attempt(at)
             return begun
-        scope.under_way.add(begun.handle)
+        scope.running.add(begun.handle)
         while True:
             ended = yield
             if ended.step == begun.handle:
-                scope.under_way.remove(begun.handle)
-                attempt = self._attempts.conclude(begun.made, ended.result)
-                self._progress.conclude(at, attempt)
-                self._keep_outputs(step, attempt)
+                scope.running.remove(begun.handle)
+                attempt = self._attempts.finish(begun.pending, ended.result)
+                self._progress.finish_attempt(at, attempt)
+                self._store_outputs(step, attempt)
                 return attempt
 
-    def _keep_outputs(self, step: Step, attempt: Attempt | None) -> None:
+    def _store_outputs(self, step: PlanStep, attempt: AttemptResult | None) -> None:
         if attempt is not None and not attempt.failed:
             self._outputs[step.id] = attempt.outputs
 
-    def _end_of(self, step: Step, attempt: Attempt) -> End:
+    def _failure_of(self, step: PlanStep, attempt: AttemptResult) -> PlanFailure:
         skill = step.skill if attempt.record is None else attempt.record.skill
         name = f"`{step.module}.{skill}`"
-        if attempt.halted:
-            return End(f"{name} was stopped: {attempt.reason}", final=True)
-        if attempt.stops:
-            return End(f"{name} came to what it does not declare: {attempt.reason}", final=True)
-        if not attempt.denied:
-            return End(f"{name} failed: {attempt.reason}")
-        if attempt.may_pass:
-            return End(f"{name} was denied: {attempt.reason}", may_pass=True)
-        inputs = {key: plain(value) for key, value in step.inputs.items()}
+        if attempt.is_halted:
+            return PlanFailure(f"{name} was stopped: {attempt.reason}", is_final=True)
+        if attempt.ends_run:
+            return PlanFailure(f"{name} came to what it does not declare: {attempt.reason}", is_final=True)
+        if not attempt.is_denied:
+            return PlanFailure(f"{name} failed: {attempt.reason}")
+        if attempt.is_transient:
+            return PlanFailure(f"{name} was denied: {attempt.reason}", is_transient=True)
+        inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
         request = json.dumps([step.module, skill, inputs], sort_keys=True)
         if request in self.denied:
-            return End(f"{name} was denied a second time: {attempt.reason}", final=True)
+            return PlanFailure(f"{name} was denied a second time: {attempt.reason}", is_final=True)
         self.denied.add(request)
-        return End(f"{name} was denied: {attempt.reason}")
+        return PlanFailure(f"{name} was denied: {attempt.reason}")
 
-    def _is_done(self, step: Step) -> bool:
-        return self._is_over() or self._is_needless(step)
+    def _is_done(self, step: PlanStep) -> bool:
+        return self._is_over() or self._is_redundant(step)
 
-    def _is_needless(self, step: Step) -> bool:
+    def _is_redundant(self, step: PlanStep) -> bool:
         return step.unless is not None and self._attempts.world.evaluate(step.unless) is True
 
 
-def _go_on(branch: _Branch, ended: Ended | None) -> None:
+def _resume_branch(branch: _Branch, ended: EndedStep | None) -> None:
     """Let a branch look at what has ended, or begin; raises `StopIteration` once it is done."""
     if ended is None:
         next(branch)

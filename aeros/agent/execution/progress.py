@@ -11,14 +11,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from aeros.agent.execution.step_attempt import Attempt
-from aeros.runtime.ports import Head
+from aeros.agent.execution.step_attempt import AttemptResult
+from aeros.runtime.ports import LogHead
 
-Place = tuple[int, ...]
+StepPath = tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Begun:
+class UnfinishedAttempt:
     """A try whose end nobody has acknowledged.
 
     skill: or the capability, where the step names one.
@@ -30,11 +30,11 @@ class Begun:
     skill: str
     inputs: Mapping[str, Any]
     before: Mapping[str, Any]
-    head: Head
+    head: LogHead
 
 
 @dataclass
-class Tried:
+class AttemptHistory:
     """What has been tried at one place.
 
     tries: how many were begun.
@@ -42,13 +42,13 @@ class Tried:
     last: how the last one ended, if it has.
     """
 
-    tries: int = 0
-    begun: Begun | None = None
-    last: Attempt | None = None
+    attempt_count: int = 0
+    unfinished: UnfinishedAttempt | None = None
+    last_result: AttemptResult | None = None
 
 
 @dataclass
-class Progress:
+class PlanProgress:
     """Of one plan.
 
     settled: places at which nothing is left to do.
@@ -56,50 +56,52 @@ class Progress:
     changed: called after what a resumed agent must know of has changed.
     """
 
-    tried: dict[Place, Tried] = field(default_factory=dict)
-    settled: set[Place] = field(default_factory=set)
-    branches: dict[Place, bool] = field(default_factory=dict)
-    changed: Callable[[], None] = lambda: None
+    attempts: dict[StepPath, AttemptHistory] = field(default_factory=dict)
+    done_paths: set[StepPath] = field(default_factory=set)
+    branch_choices: dict[StepPath, bool] = field(default_factory=dict)
+    on_change: Callable[[], None] = lambda: None
 
-    def tries(self, at: Place) -> int:
+    def attempt_count(self, at: StepPath) -> int:
         """How many tries were begun at that place."""
-        return self.tried[at].tries if at in self.tried else 0
+        return self.attempts[at].attempt_count if at in self.attempts else 0
 
-    def last(self, at: Place) -> Attempt | None:
+    def last_result(self, at: StepPath) -> AttemptResult | None:
         """How the last try ended there; None where there was none."""
-        return self.tried[at].last if at in self.tried else None
+        return self.attempts[at].last_result if at in self.attempts else None
 
-    def is_done(self, at: Place) -> bool:
+    def is_done(self, at: StepPath) -> bool:
         """Whether nothing is left to do there."""
-        last = self.last(at)
-        return at in self.settled or (last is not None and not last.failed)
+        last = self.last_result(at)
+        return at in self.done_paths or (last is not None and not last.failed)
 
-    def settle(self, at: Place) -> None:
+    def mark_done(self, at: StepPath) -> None:
         """Nothing is left to do there."""
-        self.settled.add(at)
+        self.done_paths.add(at)
 
-    def begin(self, at: Place, begun: Begun) -> None:
+    def start_attempt(self, at: StepPath, begun: UnfinishedAttempt) -> None:
         """A try is about to begin."""
-        tried = self.tried.setdefault(at, Tried())
-        tried.tries, tried.begun, tried.last = tried.tries + 1, begun, None
-        self.changed()
+        tried = self.attempts.setdefault(at, AttemptHistory())
+        tried.attempt_count, tried.unfinished, tried.last_result = tried.attempt_count + 1, begun, None
+        self.on_change()
 
-    def conclude(self, at: Place, how: Attempt) -> None:
+    def finish_attempt(self, at: StepPath, how: AttemptResult) -> None:
         """It has ended; but one that was stopped from outside has only been left."""
-        if not how.halted:
-            self.tried[at].begun, self.tried[at].last = None, how
-            self.changed()
+        if not how.is_halted:
+            self.attempts[at].unfinished, self.attempts[at].last_result = None, how
+            self.on_change()
 
-    def withdraw(self, at: Place) -> None:
+    def drop_attempt(self, at: StepPath) -> None:
         """It was never begun."""
-        tried = self.tried[at]
-        tried.tries, tried.begun = tried.tries - 1, None
+        tried = self.attempts[at]
+        tried.attempt_count, tried.unfinished = tried.attempt_count - 1, None
 
-    def choose(self, at: Place, then: bool) -> None:
+    def set_branch(self, at: StepPath, then: bool) -> None:
         """An `if` was decided."""
-        self.branches[at] = then
-        self.changed()
+        self.branch_choices[at] = then
+        self.on_change()
 
-    def under_way(self) -> list[tuple[Place, Begun]]:
+    def unfinished_attempts(self) -> list[tuple[StepPath, UnfinishedAttempt]]:
         """What was begun and not acknowledged, in the order of places."""
-        return [(at, one.begun) for at, one in sorted(self.tried.items()) if one.begun is not None]
+        return [
+            (at, one.unfinished) for at, one in sorted(self.attempts.items()) if one.unfinished is not None
+        ]

@@ -10,7 +10,7 @@ from typing import Any
 from aeros.runtime.ports import StepStatus
 
 
-class Role(Enum):
+class StepRole(Enum):
     """Why a skill was invoked."""
 
     STEP = "step"  # the first try of a step of the plan
@@ -22,7 +22,7 @@ class Role(Enum):
 class StepRecord:
     """One skill invocation; times in plant seconds; `outcome` None where no declared one was measured."""
 
-    role: Role
+    role: StepRole
     module: str
     skill: str
     inputs: Mapping[str, Any]
@@ -65,12 +65,12 @@ class RunReport:
     @property
     def retries(self) -> int:
         """Further tries of a step that had failed."""
-        return sum(step.role is Role.RETRY for step in self.steps)
+        return sum(step.role is StepRole.RETRY for step in self.steps)
 
     @property
     def recoveries(self) -> int:
         """Runs of an `on_failure` skill."""
-        return sum(step.role is Role.RECOVERY for step in self.steps)
+        return sum(step.role is StepRole.RECOVERY for step in self.steps)
 
     @property
     def allowed(self) -> int:

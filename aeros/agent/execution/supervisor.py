@@ -10,18 +10,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from aeros.agent.world.values import plain
-from aeros.agent.world.world import World
+from aeros.agent.world.values import to_json_value
+from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment
-from aeros.spec.expr.shortfall import Shortfall
-from aeros.spec.model.cause import Cause, place
-from aeros.spec.model.model import Clause, Outcome, Skill
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause, file_and_line
+from aeros.spec.model.model import ActionCondition, Outcome, Skill
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class StepAssessment:
     """What a step came to.
 
     outcome: the declared outcome that was measured, or None.
@@ -35,30 +35,32 @@ class Judgement:
 
     outcome: str | None
     failed: bool
-    undeclared: bool
+    is_undeclared: bool
     reason: str
     causes: tuple[Cause, ...] = ()
-    unknown: bool = False
+    is_unknown: bool = False
 
 
-def start_problem(module: str, skill: Skill, world: World, inputs: Environment) -> Cause | None:
+def start_obstacle(module: str, skill: Skill, world: WorldModel, inputs: Environment) -> Cause | None:
     """Why `skill` must not start in `world`; None iff precondition and hold-condition are both measured."""
     name = f"{module}.{skill.id}"
-    conditions = (("precondition", skill.precondition), ("hold", skill.hold))
+    conditions = (("precondition", skill.precondition), ("hold", skill.hold_condition))
     for kind, clause in conditions:
         if clause is not None and world.evaluate(clause.term, inputs) is not True:
-            return _unmet(kind, name, clause, world, inputs)
+            return _unmet_cause(kind, name, clause, world, inputs)
     return None
 
 
-def _unmet(kind: str, name: str, clause: Clause, world: World, inputs: Environment) -> Cause:
-    parts = world.shortfalls(clause.term, inputs)
-    return Cause(kind, name, clause.text, at=place(clause.span), shortfalls=parts)
+def _unmet_cause(
+    kind: str, name: str, clause: ActionCondition, world: WorldModel, inputs: Environment
+) -> Cause:
+    parts = world.unmet_parts(clause.term, inputs)
+    return Cause(kind, name, clause.text, location=file_and_line(clause.span), shortfalls=parts)
 
 
-def judge(
-    module: str, skill: Skill, result: StepResult, after: World, before: Mapping[str, Any] | None = None
-) -> Judgement:
+def assess_step(
+    module: str, skill: Skill, result: StepResult, after: WorldModel, before: Mapping[str, Any] | None = None
+) -> StepAssessment:
     """Which declared outcome `after` shows, and whether the step failed.
 
     A step that did not run to its end has failed whatever is measured.  One that ended in a state
@@ -73,29 +75,33 @@ def judge(
     if halted and not causes:
         causes = (Cause(result.status.value, name, result.reason),)
     if result.status is StepStatus.REFUSED:
-        return Judgement(None, True, False, halted, causes)
+        return StepAssessment(None, True, False, halted, causes)
     outcome = _measured_outcome(skill, after)
-    doubt = _doubt(skill, outcome, after)
+    doubt = _undetermined_outcome(skill, outcome, after)
     if doubt is not None:
         reason = "; ".join(filter(None, (halted, str(doubt))))
-        part = Shortfall(doubt.name, None, "known", True, why=doubt.why)
+        part = UnmetBound(doubt.name, None, "known", True, reason=doubt.why)
         cause = Cause("unknown-outcome", name, str(doubt), shortfalls=(part,))
-        return Judgement(None, True, False, reason, (*causes, cause), unknown=outcome is None)
+        return StepAssessment(None, True, False, reason, (*causes, cause), is_unknown=outcome is None)
     if outcome is None:
-        if result.status is StepStatus.UNHELD and before is not None and _provided(skill, before, after):
-            return Judgement(None, True, False, halted, causes)
+        if (
+            result.status is StepStatus.HOLD_LOST
+            and before is not None
+            and _is_expected_after_hold_failure(skill, before, after)
+        ):
+            return StepAssessment(None, True, False, halted, causes)
         reason = "; ".join(filter(None, (halted, "what is measured is no declared outcome")))
-        parts = tuple(_departures(skill, after))
+        parts = tuple(_effect_mismatches(skill, after))
         cause = Cause("undeclared-outcome", name, "what is measured is no declared outcome", shortfalls=parts)
-        return Judgement(None, True, True, reason, (*causes, cause))
+        return StepAssessment(None, True, True, reason, (*causes, cause))
     failed = halted != "" or outcome.failure
     if not failed:
-        return Judgement(outcome.id, False, False, "")
+        return StepAssessment(outcome.id, False, False, "")
     reason = halted or f"outcome `{outcome.id}`"
-    return Judgement(outcome.id, True, False, reason, causes or (Cause("outcome", name, reason),))
+    return StepAssessment(outcome.id, True, False, reason, causes or (Cause("outcome", name, reason),))
 
 
-def _measured_outcome(skill: Skill, world: World) -> Outcome | None:
+def _measured_outcome(skill: Skill, world: WorldModel) -> Outcome | None:
     """The outcome all of whose effects are measured: the one that says most, then success over failure.
 
     So an outcome without effects, “nothing changed”, is what remains when no other is measured.
@@ -105,7 +111,7 @@ def _measured_outcome(skill: Skill, world: World) -> Outcome | None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Doubt:
+class _UndeterminedOutcome:
     """An outcome that may be what happened, and the quantity that would tell; `why` completes “`NAME` …”."""
 
     outcome: str
@@ -116,7 +122,9 @@ class _Doubt:
         return f"outcome `{self.outcome}` is not excluded: `{self.name}` {self.why}"
 
 
-def _doubt(skill: Skill, outcome: Outcome | None, world: World) -> _Doubt | None:
+def _undetermined_outcome(
+    skill: Skill, outcome: Outcome | None, world: WorldModel
+) -> _UndeterminedOutcome | None:
     """Why it is not known what happened: of a success, that a failure says more; of nothing, any outcome."""
     if outcome is not None and outcome.failure:
         return None
@@ -125,40 +133,46 @@ def _doubt(skill: Skill, outcome: Outcome | None, world: World) -> _Doubt | None
         excluded = any(world.known.get(name, value) != value for name, value in other.effects.items())
         matters = outcome is None or (other.failure and len(other.effects) > len(outcome.effects))
         if unknown and not excluded and matters:
-            return _Doubt(other.id, unknown[0], world.unknown.get(unknown[0], "has no value"))
+            return _UndeterminedOutcome(other.id, unknown[0], world.unknown.get(unknown[0], "has no value"))
     return None
 
 
-def _provided(skill: Skill, before: Mapping[str, Any], after: World) -> bool:
+def _is_expected_after_hold_failure(skill: Skill, before: Mapping[str, Any], after: WorldModel) -> bool:
     """Whether what is measured after a broken hold-condition is what proofs provide for (`spec.holds`).
 
     That is: as before, or with the effects of an outcome, whatever the condition itself reads.
     """
-    read = t.variables_of(skill.hold.term) if skill.hold is not None else {}
+    read = t.variables_of(skill.hold_condition.term) if skill.hold_condition is not None else {}
     outcomes = [{}, *(one.effects for one in skill.outcomes.values() if one.probability != 0)]
     names = {name for effects in outcomes for name in effects} - read.keys()
     return any(
         all(
             name not in after.known
-            or plain(after.known[name]) == (plain(effects[name]) if name in effects else before.get(name))
+            or to_json_value(after.known[name])
+            == (to_json_value(effects[name]) if name in effects else before.get(name))
             for name in names
         )
         for effects in outcomes
     )
 
 
-def _departures(skill: Skill, world: World) -> list[Shortfall]:
+def _effect_mismatches(skill: Skill, world: WorldModel) -> list[UnmetBound]:
     """Of each declared outcome, the first effect that is measured otherwise."""
-    found: dict[Shortfall, None] = {}
+    found: dict[UnmetBound, None] = {}
     for outcome in skill.outcomes.values():
         for name, value in outcome.effects.items():
             if name in world.known and world.known[name] != value:
-                found[Shortfall(name, plain(world.known[name]), f"`{outcome.id}` declares", plain(value))] = (
-                    None
-                )
+                found[
+                    UnmetBound(
+                        name,
+                        to_json_value(world.known[name]),
+                        f"`{outcome.id}` declares",
+                        to_json_value(value),
+                    )
+                ] = None
                 break
     return list(found)
 
 
-def _is_measured(outcome: Outcome, world: World) -> bool:
+def _is_measured(outcome: Outcome, world: WorldModel) -> bool:
     return all(name in world.known and world.known[name] == value for name, value in outcome.effects.items())

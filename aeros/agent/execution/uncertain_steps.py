@@ -10,35 +10,37 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from aeros.agent.world.values import plain
-from aeros.agent.world.world import World
+from aeros.agent.world.values import to_json_value
+from aeros.agent.world.world import WorldModel
 from aeros.spec.model.model import Skill
 
 
-class Bars:
+class UncertainSteps:
     """The barred steps of one run, by module, skill and inputs."""
 
     def __init__(self) -> None:
         self._barred: set[str] = set()
 
     @property
-    def kept(self) -> tuple[str, ...]:
+    def to_checkpoint(self) -> tuple[str, ...]:
         """What is barred, as a checkpoint holds it."""
         return tuple(sorted(self._barred))
 
-    def restore(self, kept: Iterable[str]) -> None:
+    def restore(self, saved: Iterable[str]) -> None:
         """Bar what an earlier session had barred."""
-        self._barred.update(kept)
+        self._barred.update(saved)
 
-    def bar(self, module: str, skill: str, inputs: Mapping[str, Any]) -> None:
+    def add(self, module: str, skill: str, inputs: Mapping[str, Any]) -> None:
         """From now on it is begun only where it has measurably not succeeded."""
         self._barred.add(_key(module, skill, inputs))
 
-    def objection(self, module: str, skill: Skill, inputs: Mapping[str, Any], world: World) -> str | None:
+    def reason_not_to_start(
+        self, module: str, skill: Skill, inputs: Mapping[str, Any], world: WorldModel
+    ) -> str | None:
         """Why it may not be begun in `world`; None where it may."""
         if not self._barred or _key(module, skill.id, inputs) not in self._barred:
             return None
-        possible = not_excluded(skill, world)
+        possible = possible_success(skill, world)
         if possible is None:
             return None
         return (
@@ -46,7 +48,7 @@ class Bars:
         )
 
 
-def not_excluded(skill: Skill, world: World) -> str | None:
+def possible_success(skill: Skill, world: WorldModel) -> str | None:
     """A success of `skill` that may be what happened, for all that is measured; None where there is none."""
     for outcome in skill.success_outcomes:
         if all(world.known.get(name, value) == value for name, value in outcome.effects.items()):
@@ -55,4 +57,6 @@ def not_excluded(skill: Skill, world: World) -> str | None:
 
 
 def _key(module: str, skill: str, inputs: Mapping[str, Any]) -> str:
-    return json.dumps([module, skill, {name: plain(value) for name, value in inputs.items()}], sort_keys=True)
+    return json.dumps(
+        [module, skill, {name: to_json_value(value) for name, value in inputs.items()}], sort_keys=True
+    )

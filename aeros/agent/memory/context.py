@@ -11,12 +11,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from aeros.agent.world.world import World
+from aeros.agent.world.world import WorldModel
 from aeros.spec.expr import terms as t
 from aeros.spec.model.model import Ecm, Skill
 
 
-def context_of(task: str, module: Ecm, skills: Iterable[Skill], world: World) -> str:
+def evidence_context(task: str, module: Ecm, skills: Iterable[Skill], world: WorldModel) -> str:
     """The context of a step that may run any of `skills`, as text that is equal iff the contexts are."""
     conditions = [skill.precondition.term for skill in skills if skill.precondition is not None]
     read = {name for term in conditions for name in t.variables_of(term)}

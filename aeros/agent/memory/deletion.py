@@ -13,13 +13,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import exclusive
-from aeros.agent.memory.schema import connected
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import lock_folder
+from aeros.agent.memory.schema import open_database
 
 
 @dataclass(frozen=True, slots=True)
-class Forgotten:
+class DeletedRows:
     """How many rows of each table are gone."""
 
     sessions: int
@@ -28,13 +28,13 @@ class Forgotten:
     facts: int
 
 
-Which: TypeAlias = Callable[[sqlite3.Connection], None]
+DeletionFilter: TypeAlias = Callable[[sqlite3.Connection], None]
 """Deletes what is to be forgotten."""
 
 _TABLES: Final = ("sessions", "episodes", "events", "facts")
 
 
-def of_skill(name: str) -> Which:
+def filter_by_skill(name: str) -> DeletionFilter:
     """The episodes of MODULE.SKILL, and every event and fact that mentions it."""
     mentioned = re.compile(rf"(?<![\w.]){re.escape(name)}(?!\w)")
 
@@ -47,12 +47,12 @@ def of_skill(name: str) -> Which:
     return forget
 
 
-def of_session(number: int) -> Which:
+def filter_by_session(number: int) -> DeletionFilter:
     """A session by its id, with all that it remembered and learned."""
     return lambda database: _forget_sessions(database, "id = ?", number)
 
 
-def before(time: datetime) -> Which:
+def filter_before(time: datetime) -> DeletionFilter:
     """Every session that began before `time`, and what was learned before it."""
     text = time.isoformat(timespec="seconds")
 
@@ -72,29 +72,29 @@ def _forget_sessions(database: sqlite3.Connection, which: str, value: int | str)
     database.execute(f"DELETE FROM sessions WHERE {which}", (value,))  # noqa: S608
 
 
-def forget(folder: Path, path: Path, which: Which) -> Forgotten:
+def forget(folder: Path, path: Path, rows: DeletionFilter) -> DeletedRows:
     """Forget it, in the memory at `path` of the agent whose state folder is `folder`.
 
-    Raises `RefusedError` where an agent is awake, or there is no memory that can be trusted.
+    Raises `AgentError` where an agent is awake, or there is no memory that can be trusted.
     """
     if not path.exists():
-        raise RefusedError(f"nothing is remembered here: there is no {path}")
-    with exclusive(folder):
-        database = connected(path)
+        raise AgentError(f"nothing is remembered here: there is no {path}")
+    with lock_folder(folder):
+        database = open_database(path)
         try:
-            return _forget(database, which)
+            return _forget(database, rows)
         except sqlite3.Error as error:
-            raise RefusedError(f"the agent's memory {path} could not forget it: {error}") from error
+            raise AgentError(f"the agent's memory {path} could not forget it: {error}") from error
         finally:
             database.close()
 
 
-def _forget(database: sqlite3.Connection, which: Which) -> Forgotten:
+def _forget(database: sqlite3.Connection, which: DeletionFilter) -> DeletedRows:
     database.execute("BEGIN IMMEDIATE")
     try:
-        there = _counted(database)
+        there = _row_counts(database)
         which(database)
-        left = _counted(database)
+        left = _row_counts(database)
         database.execute("COMMIT")
     except BaseException:
         database.execute("ROLLBACK")
@@ -102,9 +102,9 @@ def _forget(database: sqlite3.Connection, which: Which) -> Forgotten:
     # Pages that were freed earlier, and the log of writes, may hold it still.
     database.execute("VACUUM")
     database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    return Forgotten(*(before_ - after for before_, after in zip(there, left, strict=True)))
+    return DeletedRows(*(before_ - after for before_, after in zip(there, left, strict=True)))
 
 
-def _counted(database: sqlite3.Connection) -> list[int]:
+def _row_counts(database: sqlite3.Connection) -> list[int]:
     counts = (database.execute(f"SELECT count(*) FROM {table}") for table in _TABLES)  # noqa: S608
     return [row[0] for (row,) in counts]

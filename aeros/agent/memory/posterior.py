@@ -12,15 +12,15 @@ from math import exp, lgamma, log
 from random import Random
 from typing import Final
 
-WORTH_A_TRY: Final = 0.1
+MIN_USEFUL_SUCCESS: Final = 0.1
 """A chance of success below which another try is not worth its time."""
 
-DOUBT: Final = 0.05
+HOPELESS_BELOW: Final = 0.05
 """How likely a chance worth a try may still be where trying is called hopeless."""
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class SuccessRecord:
     """How often something succeeded and failed."""
 
     successes: int
@@ -33,14 +33,14 @@ class Record:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether a chance worth a try is less likely than `DOUBT`; 28 failures alone make it so."""
-        return self.chance_above(WORTH_A_TRY) < DOUBT
+        """Whether a chance worth a try is less likely than `HOPELESS_BELOW`; 28 failures alone make it so."""
+        return self.probability_above(MIN_USEFUL_SUCCESS) < HOPELESS_BELOW
 
-    def drawn(self, random: Random) -> float:
+    def sample(self, random: Random) -> float:
         """A chance of success drawn from the posterior."""
         return random.betavariate(self.successes + 1, self.failures + 1)
 
-    def chance_above(self, chance: float) -> float:
+    def probability_above(self, chance: float) -> float:
         """P(p > chance) for 0 < chance < 1.
 
         P(Beta(s+1, f+1) > x) = P(Binomial(s+f+1, x) ≤ s), summed by logarithms: large records underflow else.

@@ -10,18 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.memory.posterior import Record
-from aeros.agent.memory.schema import connected
-from aeros.agent.memory.store import Usual, record_in, usual_in
+from aeros.agent.errors import AgentError
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.schema import open_database
+from aeros.agent.memory.store import DurationStats, read_success_record, read_typical_duration
 
-_JSON: Final = frozenset(("inputs", "before", "after", "context", "details", "value", "causes"))
+_JSON_COLUMNS: Final = frozenset(("inputs", "before", "after", "context", "details", "value", "causes"))
 _TABLES: Final = {"session": "sessions", "episode": "episodes", "event": "events", "fact": "facts"}
-_REASONS: Final = 3
+_MAX_REASONS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class EpisodeFilter:
     """Which episodes: all that is not None must fit.
 
     text: part of the status, outcome, reason or inputs, in any case of ASCII letters.
@@ -45,14 +45,14 @@ class SkillSummary:
     """
 
     skill: str
-    record: Record
-    usual: Usual | None
-    contexts: tuple[tuple[dict[str, Any] | None, Record], ...]
+    record: SuccessRecord
+    typical_duration: DurationStats | None
+    contexts: tuple[tuple[dict[str, Any] | None, SuccessRecord], ...]
     reasons: tuple[tuple[str, int], ...]
 
 
-class Recollection:
-    """Reads one memory; made by `recollection`."""
+class MemoryReader:
+    """Reads one memory; made by `open_memory_reader`."""
 
     def __init__(self, database: sqlite3.Connection) -> None:
         self._database = database
@@ -64,39 +64,39 @@ class Recollection:
             if name in (None, f"{module}.{skill}"):
                 yield SkillSummary(
                     f"{module}.{skill}",
-                    record_in(self._database, module, skill),
-                    usual_in(self._database, module, skill),
+                    read_success_record(self._database, module, skill),
+                    read_typical_duration(self._database, module, skill),
                     tuple(self._contexts(module, skill)),
                     tuple(self._reasons(module, skill)),
                 )
 
-    def _contexts(self, module: str, skill: str) -> Iterator[tuple[dict[str, Any] | None, Record]]:
+    def _contexts(self, module: str, skill: str) -> Iterator[tuple[dict[str, Any] | None, SuccessRecord]]:
         sql = """SELECT context, sum(failed = 0), sum(failed = 1) FROM episodes
                  WHERE module = ? AND skill = ? AND counts = 1 GROUP BY context ORDER BY max(id) DESC"""
         for context, successes, failures in self._run(sql, module, skill):
-            yield None if context is None else json.loads(context), Record(successes, failures)
+            yield None if context is None else json.loads(context), SuccessRecord(successes, failures)
 
     def _reasons(self, module: str, skill: str) -> list[tuple[str, int]]:
         sql = """SELECT reason, count(*) FROM episodes WHERE module = ? AND skill = ? AND failed = 1
                  GROUP BY reason ORDER BY count(*) DESC, max(id) DESC LIMIT ?"""
-        return [(reason, count) for reason, count in self._run(sql, module, skill, _REASONS)]
+        return [(reason, count) for reason, count in self._run(sql, module, skill, _MAX_REASONS)]
 
-    def search(self, wanted: Wanted, most: int) -> list[dict[str, Any]]:
-        """The latest `most` episodes that are wanted, newest first; all columns, JSON decoded."""
-        text = None if wanted.text is None else f"%{_escaped(wanted.text)}%"
+    def search(self, filters: EpisodeFilter, limit: int) -> list[dict[str, Any]]:
+        """The latest `limit` episodes that are wanted, newest first; all columns, JSON decoded."""
+        text = None if filters.text is None else f"%{_escape_like(filters.text)}%"
         said = "coalesce(status, '') || char(10) || coalesce(outcome, '') || char(10) || coalesce(reason, '')"
         conditions = {
             f"{said} || char(10) || inputs LIKE ? ESCAPE '!'": text,
-            "module || '.' || skill = ?": wanted.skill,
-            "task = ?": wanted.task,
-            "outcome = ?": wanted.outcome,
-            "failed = ?": None if wanted.failed is None else int(wanted.failed),
-            "session = ?": wanted.session,
+            "module || '.' || skill = ?": filters.skill,
+            "task = ?": filters.task,
+            "outcome = ?": filters.outcome,
+            "failed = ?": None if filters.failed is None else int(filters.failed),
+            "session = ?": filters.session,
         }
         asked = {condition: value for condition, value in conditions.items() if value is not None}
         where = " AND ".join(asked) or "true"
         sql = f"SELECT * FROM episodes WHERE {where} ORDER BY id DESC LIMIT ?"  # noqa: S608  the texts above
-        return [_decoded(row) for row in self._rows(sql, *asked.values(), most)]
+        return [_decode_row(row) for row in self._rows(sql, *asked.values(), limit)]
 
     def broken_assumptions(self) -> list[dict[str, Any]]:
         """What was measured that a certificate's proofs exclude, oldest first: session, time and details."""
@@ -108,7 +108,7 @@ class Recollection:
 
     def facts(self) -> list[dict[str, Any]]:
         """Every fact, by key."""
-        return [_decoded(row) for row in self._rows("SELECT * FROM facts ORDER BY key")]
+        return [_decode_row(row) for row in self._rows("SELECT * FROM facts ORDER BY key")]
 
     def sessions(self) -> list[dict[str, Any]]:
         """Every session, and how many episodes it has."""
@@ -116,12 +116,12 @@ class Recollection:
                  LEFT JOIN episodes ON episodes.session = sessions.id GROUP BY sessions.id"""
         return self._rows(sql)
 
-    def everything(self) -> Iterator[dict[str, Any]]:
+    def all_rows(self) -> Iterator[dict[str, Any]]:
         """Every row there is, each with its `kind`."""
         for kind, table in _TABLES.items():
             for row in self._rows(f"SELECT * FROM {table} ORDER BY 1"):  # noqa: S608  a name of the above
                 # An event has a kind of its own.
-                yield {"row": kind, **_decoded(row)}
+                yield {"row": kind, **_decode_row(row)}
 
     def _rows(self, sql: str, *given: Any) -> list[dict[str, Any]]:
         cursor = self._run(sql, *given)
@@ -133,25 +133,25 @@ class Recollection:
 
 
 @contextmanager
-def recollection(path: Path) -> Iterator[Recollection]:
-    """What the memory at `path` holds; raises `RefusedError` where there is none or it cannot be trusted."""
+def open_memory_reader(path: Path) -> Iterator[MemoryReader]:
+    """What the memory at `path` holds; raises `AgentError` where there is none or it cannot be trusted."""
     if not path.exists():
-        raise RefusedError(f"nothing is remembered here: there is no {path}")
-    database = connected(path)
+        raise AgentError(f"nothing is remembered here: there is no {path}")
+    database = open_database(path)
     try:
-        yield Recollection(database)
+        yield MemoryReader(database)
     except sqlite3.Error as error:
-        raise RefusedError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
+        raise AgentError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
     finally:
         database.close()
 
 
-def _decoded(row: dict[str, Any]) -> dict[str, Any]:
+def _decode_row(row: dict[str, Any]) -> dict[str, Any]:
     return {
-        name: json.loads(value) if name in _JSON and value is not None else value
+        name: json.loads(value) if name in _JSON_COLUMNS and value is not None else value
         for name, value in row.items()
     }
 
 
-def _escaped(text: str) -> str:
+def _escape_like(text: str) -> str:
     return text.replace("!", "!!").replace("%", "!%").replace("_", "!_")

@@ -12,10 +12,10 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.spec.migrations.formats import MEMORY
 
-_TO_1: Final = (
+_MIGRATION_1: Final = (
     """CREATE TABLE sessions (
   id INTEGER PRIMARY KEY, agent TEXT NOT NULL, number INTEGER NOT NULL, began TEXT NOT NULL, ended TEXT
 ) STRICT""",
@@ -38,7 +38,7 @@ _TO_1: Final = (
 # `context`: NULL where it is not known, so that the episode is evidence in no context.
 # `counts`: whether the ending says how good the skill is.  Of a denial, schema 1 did not keep whether it
 # could have passed by waiting, so old denials are taken to say nothing.
-_TO_2: Final = (
+_MIGRATION_2: Final = (
     "ALTER TABLE episodes ADD COLUMN context TEXT",
     "ALTER TABLE episodes ADD COLUMN counts INTEGER",
     """UPDATE episodes SET counts = status IN ('finished', 'stopped', 'timed_out', 'raised')
@@ -48,32 +48,32 @@ _TO_2: Final = (
 )
 
 # `causes`: why the step failed, as data; NULL where only the reason in words was kept.
-_TO_3: Final = ("ALTER TABLE episodes ADD COLUMN causes TEXT",)
+_MIGRATION_3: Final = ("ALTER TABLE episodes ADD COLUMN causes TEXT",)
 
-_MIGRATIONS: Final = (_TO_1, _TO_2, _TO_3)
+_MIGRATIONS: Final = (_MIGRATION_1, _MIGRATION_2, _MIGRATION_3)
 
 SCHEMA_VERSION: Final = MEMORY.version
 
-IN_RAM: Final = Path(":memory:")
+IN_MEMORY: Final = Path(":memory:")
 """In place of a file: a memory that nothing is left of."""
 
 
-def connected(path: Path) -> sqlite3.Connection:
-    """The memory at `path`, sound and of today's schema; raises `RefusedError` where it cannot be trusted.
+def open_database(path: Path) -> sqlite3.Connection:
+    """The memory at `path`, sound and of today's schema; raises `AgentError` where it cannot be trusted.
 
     Autocommit: each statement is one transaction, durable when it returns.
     """
     try:
         database = sqlite3.connect(path, isolation_level=None)
     except sqlite3.Error as error:
-        raise RefusedError(f"the agent's memory {path} cannot be opened: {error}") from error
+        raise AgentError(f"the agent's memory {path} cannot be opened: {error}") from error
     try:
-        if path == IN_RAM:
-            database.deserialize(_empty())
+        if path == IN_MEMORY:
+            database.deserialize(_empty_database())
         _prepare(database, path)
     except sqlite3.Error as error:
         database.close()
-        raise RefusedError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
+        raise AgentError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
     except BaseException:
         database.close()
         raise
@@ -81,9 +81,9 @@ def connected(path: Path) -> sqlite3.Connection:
 
 
 @cache
-def _empty() -> bytes:
+def _empty_database() -> bytes:
     """A memory of today's schema with nothing in it; the statements that make one take a millisecond."""
-    with closing(sqlite3.connect(IN_RAM, isolation_level=None)) as database:
+    with closing(sqlite3.connect(IN_MEMORY, isolation_level=None)) as database:
         _migrate(database)
         return database.serialize()
 
@@ -92,15 +92,15 @@ def _prepare(database: sqlite3.Connection, path: Path) -> None:
     (version,) = database.execute("PRAGMA user_version").fetchone()
     (tables,) = database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
     if version > SCHEMA_VERSION:
-        raise RefusedError(
+        raise AgentError(
             f"the agent's memory {path} has schema {version}; this version reads up to {SCHEMA_VERSION}; "
             "it was written by a newer AEROS: install a newer AEROS"
         )
     if version < 0 or (version == 0 and tables):
-        raise RefusedError(f"{path} is a database of something else, not the agent's memory")
+        raise AgentError(f"{path} is a database of something else, not the agent's memory")
     (health,) = database.execute("PRAGMA quick_check(1)").fetchone()
     if health != "ok":
-        raise RefusedError(f"the agent's memory {path} is damaged: {health}")
+        raise AgentError(f"the agent's memory {path} is damaged: {health}")
     database.execute("PRAGMA journal_mode = WAL")
     database.execute("PRAGMA synchronous = FULL")
     database.execute("PRAGMA foreign_keys = ON")

@@ -18,10 +18,10 @@ from pathlib import Path
 from statistics import quantiles
 from typing import Any, Final, TypeVar
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
-from aeros.agent.memory.posterior import Record
-from aeros.agent.memory.schema import connected
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.schema import open_database
 
 _T = TypeVar("_T")
 
@@ -30,12 +30,12 @@ _ENCODER: Final = json.JSONEncoder(allow_nan=False, sort_keys=True)
 INTERRUPTED: Final = "interrupted"
 """The status of a step whose ending nobody saw."""
 
-_RECENT: Final = 101
+_DURATION_SAMPLES: Final = 101
 """How many of the latest successes say how long a skill usually takes."""
 
 
 @dataclass(frozen=True, slots=True)
-class Beginning:
+class EpisodeStart:
     """What is known of a step before it starts.
 
     started: plant seconds.
@@ -53,7 +53,7 @@ class Beginning:
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class EpisodeEnd:
     """What became of the step.
 
     outcome: None where no declared one was measured.
@@ -67,12 +67,12 @@ class Ending:
     reason: str
     ended: float
     after: Mapping[str, Any]
-    counts: bool
+    counts_toward_record: bool
     causes: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Usual:
+class DurationStats:
     """How long the latest successes of a skill took, plant seconds: their median and quartiles.
 
     successes: how many they are.
@@ -102,7 +102,7 @@ class Memory:
         self._database = database
         self._session = session
 
-    def begin(self, step: Beginning) -> int:
+    def start_episode(self, step: EpisodeStart) -> int:
         """Remember that a step starts; the number to end it by."""
         sql = """INSERT INTO episodes
                  (session, task, module, skill, role, inputs, started, before, context)
@@ -114,87 +114,89 @@ class Memory:
         assert episode is not None  # noqa: S101  an INSERT always has one
         return episode
 
-    def end(self, episode: int, how: Ending) -> None:
+    def end_episode(self, episode: int, how: EpisodeEnd) -> None:
         """Remember how that step ended."""
         sql = """UPDATE episodes
                  SET status = ?, outcome = ?, failed = ?, reason = ?, ended = ?, after = ?, counts = ?,
                      causes = ?
                  WHERE id = ?"""
         what = (how.status, how.outcome, int(how.failed), how.reason, how.ended)
-        self._run(sql, (*what, _json(how.after), int(how.counts), _json(how.causes), episode))
+        self._run(sql, (*what, _json(how.after), int(how.counts_toward_record), _json(how.causes), episode))
 
-    def interrupt(self) -> list[str]:
+    def mark_interrupted(self) -> list[str]:
         """Mark every step without an ending as interrupted; their skills, as `MODULE.SKILL`."""
         sql = (
             "UPDATE episodes SET status = ?, counts = 0 WHERE status IS NULL RETURNING module || '.' || skill"
         )
         return [skill for (skill,) in self._run(sql, (INTERRUPTED,)).fetchall()]
 
-    def remember(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
+    def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
         """Keep an event of this session; `time` in plant seconds."""
         sql = "INSERT INTO events (session, time, kind, details) VALUES (?, ?, ?, ?)"
         self._run(sql, (self._session, time, kind, _json(details)))
 
-    def learn(self, key: str, value: Any, source: str) -> None:
+    def set_fact(self, key: str, value: Any, source: str) -> None:
         """Keep a fact, in place of what was known under `key`; `value` is JSON."""
         sql = "INSERT OR REPLACE INTO facts (key, value, source, learned) VALUES (?, ?, ?, ?)"
         self._run(sql, (key, _json(value), source, _utc_now()))
 
-    def recall(self, key: str) -> Fact | None:
+    def get_fact(self, key: str) -> Fact | None:
         """The fact known under `key`."""
         row = self._run("SELECT value, source FROM facts WHERE key = ?", (key,)).fetchone()
         return None if row is None else Fact(json.loads(row[0]), row[1])
 
-    def record_of(self, module: str, skill: str, context: str | None = None) -> Record:
+    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
         """How often the skill succeeded and failed, in `context` or ever, where its ending counts."""
-        return self._tried(lambda database: record_in(database, module, skill, context))
+        return self._query(lambda database: read_success_record(database, module, skill, context))
 
-    def usual(self, module: str, skill: str) -> Usual | None:
+    def typical_duration(self, module: str, skill: str) -> DurationStats | None:
         """How long the latest successes of the skill took; None where there is none."""
-        return self._tried(lambda database: usual_in(database, module, skill))
+        return self._query(lambda database: read_typical_duration(database, module, skill))
 
-    def episodes(self) -> int:
+    def latest_episode(self) -> int:
         """The number of the latest episode, 0 before the first."""
         (latest,) = self._run("SELECT coalesce(max(id), 0) FROM episodes", ()).fetchone()
         return int(latest)
 
     def end_session(self) -> None:
         """Mark what was under way as interrupted, and the session as over."""
-        self.interrupt()
+        self.mark_interrupted()
         self._run("UPDATE sessions SET ended = ? WHERE id = ?", (_utc_now(), self._session))
 
     def _run(self, sql: str, row: tuple[Any, ...]) -> sqlite3.Cursor:
-        return self._tried(lambda database: database.execute(sql, row))
+        return self._query(lambda database: database.execute(sql, row))
 
-    def _tried(self, read: Callable[[sqlite3.Connection], _T]) -> _T:
+    def _query(self, read: Callable[[sqlite3.Connection], _T]) -> _T:
         try:
             return read(self._database)
         except sqlite3.Error as error:
-            raise RefusedError(f"the agent's memory failed: {error}") from error
+            raise AgentError(f"the agent's memory failed: {error}") from error
 
 
-def record_in(database: sqlite3.Connection, module: str, skill: str, context: str | None = None) -> Record:
-    """See `Memory.record_of`."""
+def read_success_record(
+    database: sqlite3.Connection, module: str, skill: str, context: str | None = None
+) -> SuccessRecord:
+    """See `Memory.success_record`."""
     sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
              WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)"""
-    return Record(*database.execute(sql, (module, skill, context, context)).fetchone())
+    return SuccessRecord(*database.execute(sql, (module, skill, context, context)).fetchone())
 
 
-def usual_in(database: sqlite3.Connection, module: str, skill: str) -> Usual | None:
-    """See `Memory.usual`."""
+def read_typical_duration(database: sqlite3.Connection, module: str, skill: str) -> DurationStats | None:
+    """See `Memory.typical_duration`."""
     sql = """SELECT ended - started FROM episodes
              WHERE module = ? AND skill = ? AND counts = 1 AND failed = 0 ORDER BY id DESC LIMIT ?"""
-    took = [seconds for (seconds,) in database.execute(sql, (module, skill, _RECENT))]
+    took = [seconds for (seconds,) in database.execute(sql, (module, skill, _DURATION_SAMPLES))]
     if not took:
         return None
     low, median, high = quantiles(took * 2 if len(took) == 1 else took, method="inclusive")
-    return Usual(median, low, high, len(took))
+    return DurationStats(median, low, high, len(took))
 
 
 @contextmanager
 def open_memory(path: Path, identity: Identity) -> Iterator[Memory]:
-    """The memory at `path`, in a new session of `identity`; raises `RefusedError` if it cannot be trusted."""
-    database = connected(path)
+    """The memory at `path`, in a new session of `identity`; raises `AgentError` if it cannot be trusted."""
+    database = open_database(path)
     try:
         memory = Memory(database, _new_session(database, path, identity))
         try:
@@ -210,7 +212,7 @@ def _new_session(database: sqlite3.Connection, path: Path, identity: Identity) -
     try:
         inserted = database.execute("INSERT INTO sessions (agent, number, began) VALUES (?, ?, ?)", row)
     except sqlite3.Error as error:
-        raise RefusedError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
+        raise AgentError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
     assert inserted.lastrowid is not None  # noqa: S101  an INSERT always has one
     return inserted.lastrowid
 

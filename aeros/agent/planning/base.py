@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step, TaskGraph
-from aeros.agent.world.world import World
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.world.world import WorldModel
 from aeros.spec.model.model import Ecm
 
 
@@ -22,7 +22,7 @@ class Planner(Protocol):
     def name(self) -> str:
         """As shown in the audit record."""
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, task: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         """Steps that should lead from `world` to the goal of the task, by skills of active `modules`."""
 
 
@@ -34,12 +34,19 @@ class RulePlanner:
         """As shown in the audit record."""
         return "rules"
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The steps, in order, of the rules whose `unless` is not measured; unknown is not measured."""
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
+        """The steps, in order, of the rules whose `satisfied_condition` is not measured; unknown is not measured."""
         return TaskGraph(
             tuple(
-                Step(routed.module, rule.skill, rule.inputs, rule.retry, rule.on_failure, rule.unless)
+                PlanStep(
+                    routed.module,
+                    rule.skill,
+                    rule.inputs,
+                    rule.retry,
+                    rule.on_failure,
+                    rule.satisfied_condition,
+                )
                 for rule in routed.task.rules
-                if world.evaluate(rule.unless) is not True
+                if world.evaluate(rule.satisfied_condition) is not True
             )
         )

@@ -10,22 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step, TaskGraph
-from aeros.agent.world.values import UnusableValueError, exact
-from aeros.agent.world.world import World
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.world.values import UnusableValueError, to_exact
+from aeros.agent.world.world import WorldModel
 from aeros.spec.model.model import Ecm, Site
-from aeros.spec.model.step_graph import map_steps
-from aeros.spec.planning.domain import Choice, Domain, domain_for
-from aeros.spec.planning.plan_check import Planned, plan_problems
-from aeros.spec.planning.search_result import NotDecidedError
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.model.step_graph import map_graph_steps
+from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
+from aeros.spec.planning.plan_check import PlannedStep, find_plan_problems
+from aeros.spec.planning.search_result import PlanUndecidedError
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 
-class Judge:
+class PlanChecker:
     """Judges plans for one task from one world."""
 
-    def __init__(self, routed: Routed, world: World, modules: Mapping[str, Ecm], site: Site) -> None:
+    def __init__(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm], site: Site) -> None:
         self._task = routed.task
         self._world = world
         self._modules = modules
@@ -36,56 +36,60 @@ class Judge:
         also = {
             f"{step.module}.{name}".casefold()
             for step in graph.steps
-            for name in (*self._of(step), *_cures(step))
+            for name in (*self._providers(step), *_recovery_skills(step))
         }
         task, known = self._task, self._world.known
-        domain = domain_for(self._modules, self._site, known, task.goal, task.invariants, also=also)
-        plan = map_steps(graph.body, lambda step: self._planned(step, domain))
+        domain = domain_for(
+            self._modules, self._site, known, task.goal, task.invariants, extra_variables=also
+        )
+        plan = map_graph_steps(graph.body, lambda step: self._to_planned_step(step, domain))
         try:
-            return plan_problems(Strategy(domain), domain.state(known), plan, known)
-        except NotDecidedError as why:
+            return find_plan_problems(StrongCyclicStrategy(domain), domain.state(known), plan, known)
+        except PlanUndecidedError as why:
             return [f"it is not known whether it works: {why}"]
 
-    def _of(self, step: Step) -> tuple[str, ...]:
+    def _providers(self, step: PlanStep) -> tuple[str, ...]:
         module = self._modules.get(step.module)
-        return () if module is None else module.providers_of(step.skill)
+        return () if module is None else module.providers(step.skill)
 
-    def _planned(self, step: Step, domain: Domain) -> Planned:
+    def _to_planned_step(self, step: PlanStep, domain: PlanningDomain) -> PlannedStep:
         name = f"{step.module}.{step.skill}"
         if step.handler is not None or step.flows:
-            return Planned(name, (), "steps with a handler or with outputs of others are not judged")
-        choices: list[Choice] = []
-        for skill in self._of(step):
+            return PlannedStep(name, (), "steps with a handler or with outputs of others are not judged")
+        choices: list[GroundSkill] = []
+        for skill in self._providers(step):
             found = self._choice(domain, step, skill)
             if isinstance(found, str):
-                return Planned(name, (), found)
+                return PlannedStep(name, (), found)
             choices.append(found)
         cures = []
-        for skill in _cures(step):
-            found = self._choice(domain, Step(step.module, skill), skill)
+        for skill in _recovery_skills(step):
+            found = self._choice(domain, PlanStep(step.module, skill), skill)
             if isinstance(found, str):
-                return Planned(name, (), f"on_failure: {found}")
+                return PlannedStep(name, (), f"on_failure: {found}")
             cures.append(found)
         missing = "" if choices else "no such skill"
-        return Planned(name, tuple(choices), missing, step.retry, tuple(cures), step.unless)
+        return PlannedStep(name, tuple(choices), missing, step.retry, tuple(cures), step.unless)
 
-    def _choice(self, domain: Domain, step: Step, skill: str) -> Choice | str:
+    def _choice(self, domain: PlanningDomain, step: PlanStep, skill: str) -> GroundSkill | str:
         name = f"{step.module}.{skill}"
         for choice in domain.choices:
-            if choice.name == name and _has_inputs(choice, step):
+            if choice.name == name and _matches_inputs(choice, step):
                 return choice
-        return domain.left_out.get(name, "with inputs that are not the declared defaults it is not judged")
+        return domain.excluded_skills.get(
+            name, "with inputs that are not the declared defaults it is not judged"
+        )
 
 
-def _cures(step: Step) -> tuple[str, ...]:
+def _recovery_skills(step: PlanStep) -> tuple[str, ...]:
     return () if step.on_failure is None else (step.on_failure,)
 
 
-def _has_inputs(choice: Choice, step: Step) -> bool:
+def _matches_inputs(choice: GroundSkill, step: PlanStep) -> bool:
     """Whether the step gives the skill the inputs that the choice does."""
     try:
-        given = {name: exact(choice.skill.inputs[name], value) for name, value in step.inputs.items()}
+        given = {name: to_exact(choice.skill.inputs[name], value) for name, value in step.inputs.items()}
     except (UnusableValueError, KeyError):
         return False
-    declared = {name: one.default for name, one in choice.skill.inputs.items()} | dict(choice.inputs)
+    declared = {name: one.default_value for name, one in choice.skill.inputs.items()} | dict(choice.inputs)
     return {**declared, **given} == declared

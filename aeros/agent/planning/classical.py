@@ -11,14 +11,14 @@ import warnings
 from importlib.util import find_spec
 from typing import Any
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 
 
-class EngineError(Exception):
+class ClassicalEngineError(Exception):
     """The engine has neither a plan nor found that there is none; the message says why."""
 
 
-class Engine:
+class UnifiedPlanningEngine:
     """A classical planner.
 
     name: of an installed engine; None leaves the choice to unified-planning.
@@ -26,24 +26,22 @@ class Engine:
 
     def __init__(self, name: str | None = None) -> None:
         if find_spec("unified_planning") is None:
-            raise RefusedError(
-                "--planner pddl needs `pip install 'aeros[pddl]'` (unified_planning is missing)"
-            )
+            raise AgentError("--planner pddl needs `pip install 'aeros[pddl]'` (unified_planning is missing)")
         self._name = name
 
     def solve(self, domain: str, problem: str) -> list[str] | None:
         """The names of the actions of a plan; None where the engine finds that there is none.
 
-        Raises `EngineError`.
+        Raises `ClassicalEngineError`.
         """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of engines, about themselves
             try:
                 return self._solve(domain, problem)
-            except EngineError:
+            except ClassicalEngineError:
                 raise
             except Exception as error:  # engines raise what they like
-                raise EngineError(f"{type(error).__name__}: {error}") from error
+                raise ClassicalEngineError(f"{type(error).__name__}: {error}") from error
 
     def _solve(self, domain: str, problem: str) -> list[str] | None:
         from unified_planning.engines import CompilationKind, PlanGenerationResultStatus
@@ -73,7 +71,7 @@ class Engine:
             )
             if found.status in unsolvable:
                 return None
-            raise EngineError(f"{engine.name} ends with {found.status.name}")
+            raise ClassicalEngineError(f"{engine.name} ends with {found.status.name}")
         plan = found.plan
         for map_back in steps:
             plan = plan.replace_action_instances(map_back)

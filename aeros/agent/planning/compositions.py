@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step, TaskGraph
-from aeros.agent.world.world import World
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.world.world import WorldModel
 from aeros.spec.model import composition as spec
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.model import Ecm
-from aeros.spec.model.step_graph import Seq, map_steps
+from aeros.spec.model.step_graph import Seq, map_graph_steps
 
 
-class UncomposedError(Exception):
+class CompositionUnavailableError(Exception):
     """There is no such composition, or it cannot be run here and now; the message says why."""
 
 
@@ -28,24 +28,26 @@ class CompositionPlanner:
         """As shown in the audit record."""
         return f"composition {self._composition}"
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The composition, where its precondition is measured; raises `UncomposedError`."""
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
+        """The composition, where its precondition is measured; raises `CompositionUnavailableError`."""
         composition = modules[routed.module].compositions.get(self._composition)
         if composition is None:
-            raise UncomposedError(f"`{routed.module}` has no composition `{self._composition}`")
+            raise CompositionUnavailableError(f"`{routed.module}` has no composition `{self._composition}`")
         if world.evaluate(composition.precondition) is not True:
-            why = world.why_not(composition.precondition)
-            raise UncomposedError(f"the precondition of `{composition.id}` is not measured: {why}")
-        return graph_of(composition, routed.module)
+            why = world.unmet_reason(composition.precondition)
+            raise CompositionUnavailableError(
+                f"the precondition of `{composition.id}` is not measured: {why}"
+            )
+        return composition_to_graph(composition, routed.module)
 
 
-def graph_of(composition: Composition, module: str) -> TaskGraph:
+def composition_to_graph(composition: Composition, module: str) -> TaskGraph:
     """`composition` of `module` as a task graph."""
 
-    def planned(step: spec.Step) -> Step:
+    def planned(step: spec.Step) -> PlanStep:
         handler = None if step.handler is None else planned(composition.handlers[step.handler])
-        flows = {name: (flow.step, flow.output) for name, flow in step.flows.items()}
-        return Step(module, step.skill, step.inputs, step.retry, handler=handler, id=step.id, flows=flows)
+        flows = {name: (flow.step, flow.output) for name, flow in step.output_references.items()}
+        return PlanStep(module, step.skill, step.inputs, step.retry, handler=handler, id=step.id, flows=flows)
 
-    body = map_steps(composition.body, planned)
+    body = map_graph_steps(composition.body, planned)
     return TaskGraph(body.parts if isinstance(body, Seq) else (body,))

@@ -17,25 +17,25 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from aeros.agent.planning.base import Planner
-from aeros.agent.planning.check_plan import Judge
-from aeros.agent.planning.llm_client import ChatError, Endpoint, ask
-from aeros.agent.planning.plan_json import MalformedPlanError, graph_of, read_json
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.check_plan import PlanChecker
+from aeros.agent.planning.llm_client import LlmEndpoint, LlmError, request_completion
+from aeros.agent.planning.plan_json import MalformedPlanError, parse_strict_json, plan_from_json
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, verify_plan
-from aeros.agent.world.values import plain
-from aeros.agent.world.world import World
-from aeros.spec.diagnostics.render import safe
+from aeros.agent.world.values import to_json_value
+from aeros.agent.world.world import WorldModel
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr import terms as t
 from aeros.spec.model.model import Ecm, Site
-from aeros.spec.planning.domain import Choice, Domain, domain_for
+from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
 
-TRIES: Final = 3
+MAX_TRIES: Final = 3
 """How often the model is asked for one plan at most."""
 
-_PAUSE: Final = 0.5  # s, before a server that is busy is asked again
-_MOST_FED_BACK: Final = 4000  # characters of its own answer, and of what is wrong with it
+_RETRY_DELAY_S: Final = 0.5  # s, before a server that is busy is asked again
+_MAX_FEEDBACK_CHARS: Final = 4000  # characters of its own answer, and of what is wrong with it
 
-_ROLE: Final = """\
+_SYSTEM_PROMPT: Final = """\
 You plan for a robot. Answer with one JSON object that has the single key "plan", and nothing else.
 A plan is a list of parts that are carried out in order. A part is either a step,
 {"skill": NAME, "inputs": {...}, "retry": N, "on_failure": NAME or null}, or a fork,
@@ -59,32 +59,34 @@ class LlmPlanner:
     fallback: who plans where the model does not.
     """
 
-    def __init__(self, site: Site, endpoint: Endpoint, fallback: Planner, within: float) -> None:
+    def __init__(self, site: Site, endpoint: LlmEndpoint, fallback: Planner, timeout_s: float) -> None:
         self._site = site
         self._endpoint = endpoint
         self._fallback = fallback
-        self._within = within
+        self._within = timeout_s
 
     @property
     def name(self) -> str:
         """As shown in the audit record."""
         return f"llm {self._endpoint.model}"
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         """The first plan that is accepted, the model's or else the other planner's."""
-        asking = _Asking(self._site, self._endpoint, routed, world, modules, time.monotonic() + self._within)
-        graph = asking.accepted()
+        asking = _Conversation(
+            self._site, self._endpoint, routed, world, modules, time.monotonic() + self._within
+        )
+        graph = asking.accepted_plan()
         if graph is not None:
-            return TaskGraph(graph.parts, f"try {len(asking.wrong) + 1} of {TRIES}")
+            return TaskGraph(graph.parts, f"try {len(asking.rejections) + 1} of {MAX_TRIES}")
         graph = self._fallback.plan(routed, world, modules)
-        why = "; ".join(f"try {number}: {what}" for number, what in enumerate(asking.wrong, 1))
+        why = "; ".join(f"try {number}: {what}" for number, what in enumerate(asking.rejections, 1))
         remark = (
             f"planned by {self._fallback.name} instead, as the language model has no plan that is accepted"
         )
-        return TaskGraph(graph.parts, f"{remark}: {why}"[:_MOST_FED_BACK])
+        return TaskGraph(graph.parts, f"{remark}: {why}"[:_MAX_FEEDBACK_CHARS])
 
 
-class _Asking:
+class _Conversation:
     """One conversation about one plan.
 
     wrong: of each try so far what was wrong with it.
@@ -93,62 +95,64 @@ class _Asking:
     def __init__(
         self,
         site: Site,
-        endpoint: Endpoint,
-        routed: Routed,
-        world: World,
+        endpoint: LlmEndpoint,
+        routed: RoutedTask,
+        world: WorldModel,
         modules: Mapping[str, Ecm],
-        by: float,
+        deadline: float,
     ) -> None:
         self._site = site
         self._endpoint = endpoint
         self._modules = modules
-        self._by = by
-        self._judge = Judge(routed, world, modules, site)
+        self._by = deadline
+        self._judge = PlanChecker(routed, world, modules, site)
         task = routed.task
         also = {f"{module}.{skill}".casefold() for module, ecm in modules.items() for skill in ecm.skills}
-        domain = domain_for(modules, site, world.known, task.goal, task.invariants, also=also)
-        told = json.dumps(_told(domain, routed, world, site.limits.retries))
-        self._schema = schema_of(domain, site.limits.retries)
-        self._messages = [{"role": "system", "content": _ROLE}, {"role": "user", "content": told}]
-        self.wrong: list[str] = []
+        domain = domain_for(modules, site, world.known, task.goal, task.invariants, extra_variables=also)
+        told = json.dumps(_task_prompt(domain, routed, world, site.limits.retries))
+        self._schema = answer_schema(domain, site.limits.retries)
+        self._messages = [{"role": "system", "content": _SYSTEM_PROMPT}, {"role": "user", "content": told}]
+        self.rejections: list[str] = []
 
-    def accepted(self) -> TaskGraph | None:
+    def accepted_plan(self) -> TaskGraph | None:
         """The first plan with which nothing is wrong; None where none comes in time and within the tries."""
-        while len(self.wrong) < TRIES:
+        while len(self.rejections) < MAX_TRIES:
             try:
-                said = ask(self._endpoint, self._messages, self._schema, self._by)
-            except ChatError as error:
-                self.wrong.append(str(error))
+                said = request_completion(self._endpoint, self._messages, self._schema, self._by)
+            except LlmError as error:
+                self.rejections.append(str(error))
                 if not error.may_pass:
                     return None
-                time.sleep(max(0.0, min(_PAUSE, self._by - time.monotonic())))
+                time.sleep(max(0.0, min(_RETRY_DELAY_S, self._by - time.monotonic())))
                 continue
             try:
-                graph = self._graph(said)
+                graph = self._parse_answer(said)
                 problems = verify_plan(graph, self._modules, self._site) or self._judge.problems(graph)
             except MalformedPlanError as error:
                 problems = [str(error)]
             else:
                 if not problems:
                     return graph
-            self._reject(said, safe("; ".join(problems)[:_MOST_FED_BACK]))
+            self._reject(said, escape_invisible("; ".join(problems)[:_MAX_FEEDBACK_CHARS]))
         return None
 
-    def _graph(self, said: str) -> TaskGraph:
-        answer = read_json(said)
+    def _parse_answer(self, said: str) -> TaskGraph:
+        answer = parse_strict_json(said)
         if type(answer) is not dict or answer.keys() != {"plan"}:
             raise MalformedPlanError('the answer is not an object with the single key "plan"')
-        return graph_of(answer["plan"], self._site)
+        return plan_from_json(answer["plan"], self._site)
 
     def _reject(self, said: str, problems: str) -> None:
-        self.wrong.append(problems)
+        self.rejections.append(problems)
         self._messages += [
-            {"role": "assistant", "content": said[:_MOST_FED_BACK]},
+            {"role": "assistant", "content": said[:_MAX_FEEDBACK_CHARS]},
             {"role": "user", "content": json.dumps({"rejected_because": problems})},
         ]
 
 
-def _told(domain: Domain, routed: Routed, world: World, retries: int) -> dict[str, Any]:
+def _task_prompt(
+    domain: PlanningDomain, routed: RoutedTask, world: WorldModel, retries: int
+) -> dict[str, Any]:
     """The task, as JSON values."""
     read = {*domain.names, *t.variables_of(routed.task.goal)}
     clauses = (choice.skill.precondition for choice in domain.choices)
@@ -157,20 +161,20 @@ def _told(domain: Domain, routed: Routed, world: World, retries: int) -> dict[st
         "task": routed.task.id,
         "goal": routed.task.goal_text,
         "must_always_hold": [one.text for one in routed.task.invariants],
-        "measured": {name: plain(world.known.get(name)) for name in sorted(read) if "." not in name},
+        "measured": {name: to_json_value(world.known.get(name)) for name in sorted(read) if "." not in name},
         "most_retries": retries,
         "skills": [_skill(choices) for choices in _by_skill(domain).values()],
     }
 
 
-def _by_skill(domain: Domain) -> dict[str, list[Choice]]:
-    found: dict[str, list[Choice]] = {}
+def _by_skill(domain: PlanningDomain) -> dict[str, list[GroundSkill]]:
+    found: dict[str, list[GroundSkill]] = {}
     for choice in domain.choices:
         found.setdefault(choice.name, []).append(choice)
     return found
 
 
-def _skill(choices: list[Choice]) -> dict[str, Any]:
+def _skill(choices: list[GroundSkill]) -> dict[str, Any]:
     choice, clause = choices[0], choices[0].skill.precondition
     return {
         "skill": choice.name,
@@ -180,7 +184,7 @@ def _skill(choices: list[Choice]) -> dict[str, Any]:
             {
                 "outcome": one.id,
                 "is_failure": one.failure,
-                "sets": {key: plain(value) for key, value in one.effects.items()},
+                "sets": {key: to_json_value(value) for key, value in one.effects.items()},
             }
             for one in choice.skill.outcomes.values()
             if one.probability != 0
@@ -188,12 +192,12 @@ def _skill(choices: list[Choice]) -> dict[str, Any]:
     }
 
 
-def _inputs(choices: list[Choice]) -> dict[str, list[Any]]:
+def _inputs(choices: list[GroundSkill]) -> dict[str, list[Any]]:
     """The values that each input without default may have."""
     return {name: list(dict.fromkeys(one.inputs[name] for one in choices)) for name in choices[0].inputs}
 
 
-def schema_of(domain: Domain, retries: int) -> dict[str, Any]:
+def answer_schema(domain: PlanningDomain, retries: int) -> dict[str, Any]:
     """The JSON Schema of answers: what structured output holds a model to, where its server does."""
     steps = [_step_schema(name, choices, domain, retries) for name, choices in _by_skill(domain).items()]
     plan = {"$ref": "#/$defs/plan"}
@@ -202,7 +206,9 @@ def schema_of(domain: Domain, retries: int) -> dict[str, Any]:
     return {**_object({"plan": plan}), "$defs": {"plan": parts}}
 
 
-def _step_schema(name: str, choices: list[Choice], domain: Domain, retries: int) -> dict[str, Any]:
+def _step_schema(
+    name: str, choices: list[GroundSkill], domain: PlanningDomain, retries: int
+) -> dict[str, Any]:
     own = {one.skill.id for one in domain.choices if one.module == choices[0].module and not one.inputs}
     return _object(
         {

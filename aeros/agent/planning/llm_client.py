@@ -18,32 +18,32 @@ from urllib.parse import urlsplit
 
 import httpx
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.planning.plan_json import MalformedPlanError, read_json
+from aeros.agent.errors import AgentError
+from aeros.agent.planning.plan_json import MalformedPlanError, parse_strict_json
 
-MOST_BODY: Final = 1 << 20
+MAX_RESPONSE_BYTES: Final = 1 << 20
 """The longest answer, bytes."""
 
-_PASSING: Final = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 529})
-_HERE: Final = frozenset({"localhost", "127.0.0.1", "::1"})
+_TRANSIENT_STATUS_CODES: Final = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 529})
+_LOOPBACK_HOSTS: Final = frozenset({"localhost", "127.0.0.1", "::1"})
 
 Messages = Sequence[Mapping[str, str]]
 """Who says what, in order: `role` and `content`."""
 
 
-class ChatError(Exception):
+class LlmError(Exception):
     """There is no answer; the message says why.
 
     may_pass: asking again may help.
     """
 
-    def __init__(self, reason: str, *, may_pass: bool = False) -> None:
+    def __init__(self, reason: str, *, is_transient: bool = False) -> None:
         super().__init__(reason)
-        self.may_pass = may_pass
+        self.may_pass = is_transient
 
 
 @dataclass(frozen=True)
-class Endpoint:
+class LlmEndpoint:
     """Where a model is asked.
 
     url: of the API, up to and with its version, as in `https://host/v1`.
@@ -52,7 +52,7 @@ class Endpoint:
 
     url: str
     model: str
-    key: str | None = field(default=None, repr=False)
+    api_key: str | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         try:
@@ -61,21 +61,26 @@ class Endpoint:
         except ValueError:
             host = None
         if not host or parts.scheme not in ("http", "https") or parts.username or parts.query:
-            raise RefusedError("the language model's URL is not of the form `https://HOST/v1`")
-        if self.key is None:
+            raise AgentError("the language model's URL is not of the form `https://HOST/v1`")
+        if self.api_key is None:
             return
-        if not self.key.isascii() or not self.key.isprintable() or " " in self.key or not self.key:
-            raise RefusedError(
-                "the language model's key holds what no key does, such as a space or a newline"
-            )
-        if parts.scheme == "http" and host not in _HERE:
-            raise RefusedError(
+        if (
+            not self.api_key.isascii()
+            or not self.api_key.isprintable()
+            or " " in self.api_key
+            or not self.api_key
+        ):
+            raise AgentError("the language model's key holds what no key does, such as a space or a newline")
+        if parts.scheme == "http" and host not in _LOOPBACK_HOSTS:
+            raise AgentError(
                 f"the language model's key would go to `{host}` in the clear: its URL is not https://"
             )
 
 
-def ask(endpoint: Endpoint, messages: Messages, schema: Mapping[str, Any], by: float) -> str:
-    """What the model says, which should be JSON of this schema.  Raises `ChatError`.
+def request_completion(
+    endpoint: LlmEndpoint, messages: Messages, schema: Mapping[str, Any], by: float
+) -> str:
+    """What the model says, which should be JSON of this schema.  Raises `LlmError`.
 
     by: when all of it must be there, on the clock of `time.monotonic`.
     """
@@ -86,17 +91,17 @@ def ask(endpoint: Endpoint, messages: Messages, schema: Mapping[str, Any], by: f
         "response_format": {"type": "json_schema", "json_schema": form},
     }
     headers = {"Accept-Encoding": "identity"}
-    if endpoint.key is not None:
-        headers["Authorization"] = f"Bearer {endpoint.key}"
-    said = _body(f"{endpoint.url.rstrip('/')}/chat/completions", asked, headers, by)
-    text = _content(said)
-    return text if endpoint.key is None else text.replace(endpoint.key, "***")
+    if endpoint.api_key is not None:
+        headers["Authorization"] = f"Bearer {endpoint.api_key}"
+    said = _post(f"{endpoint.url.rstrip('/')}/chat/completions", asked, headers, by)
+    text = _completion_text(said)
+    return text if endpoint.api_key is None else text.replace(endpoint.api_key, "***")
 
 
-def _body(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: float) -> bytes:
+def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: float) -> bytes:
     left = by - time.monotonic()
     if left <= 0:
-        raise ChatError("it has not answered in time")
+        raise LlmError("it has not answered in time")
     body = bytearray()
     try:
         with (
@@ -105,31 +110,35 @@ def _body(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
         ):
             if answer.status_code != httpx.codes.OK:
                 status = answer.status_code
-                raise ChatError(f"its server answers with status {status}", may_pass=status in _PASSING)
+                raise LlmError(
+                    f"its server answers with status {status}", is_transient=status in _TRANSIENT_STATUS_CODES
+                )
             if answer.headers.get("content-encoding", "identity") != "identity":
-                raise ChatError("its answer is compressed, which was not asked for")
+                raise LlmError("its answer is compressed, which was not asked for")
             for chunk in answer.iter_raw():
                 body += chunk
-                if len(body) > MOST_BODY:
-                    raise ChatError(f"its answer is longer than {MOST_BODY} bytes")
+                if len(body) > MAX_RESPONSE_BYTES:
+                    raise LlmError(f"its answer is longer than {MAX_RESPONSE_BYTES} bytes")
                 if time.monotonic() > by:
-                    raise ChatError("it has not answered in time")
+                    raise LlmError("it has not answered in time")
     except httpx.TimeoutException as error:
-        raise ChatError("it has not answered in time") from error
+        raise LlmError("it has not answered in time") from error
     except httpx.HTTPError as error:
-        raise ChatError(f"it is not reached, or broke off ({type(error).__name__})", may_pass=True) from error
+        raise LlmError(
+            f"it is not reached, or broke off ({type(error).__name__})", is_transient=True
+        ) from error
     return bytes(body)
 
 
-def _content(body: bytes) -> str:
+def _completion_text(body: bytes) -> str:
     """The text of a whole answer."""
     try:
-        choice = read_json(body)["choices"][0]
+        choice = parse_strict_json(body)["choices"][0]
         reason, text = choice.get("finish_reason"), choice["message"]["content"]
     except (MalformedPlanError, LookupError, TypeError, AttributeError) as error:
-        raise ChatError("its answer is no chat completion", may_pass=True) from error
+        raise LlmError("its answer is no chat completion", is_transient=True) from error
     if reason == "length":
-        raise ChatError("its answer is cut off", may_pass=True)
+        raise LlmError("its answer is cut off", is_transient=True)
     if type(text) is not str:
-        raise ChatError("it declines to answer", may_pass=True)
+        raise LlmError("it declines to answer", is_transient=True)
     return text

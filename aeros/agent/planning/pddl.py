@@ -13,33 +13,33 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, Protocol
 
-from aeros.agent.planning.classical import EngineError
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.smt import NoPlanError, why_not
-from aeros.agent.planning.strategy_to_graph import task_graph
+from aeros.agent.planning.classical import ClassicalEngineError
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.smt import NoPlanError, explain_no_plan
+from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.task_graph import TaskGraph
-from aeros.agent.world.world import World
+from aeros.agent.world.world import WorldModel
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.model.model import Ecm, Outcome, Site
-from aeros.spec.planning.domain import Choice, Domain, domain_for
-from aeros.spec.planning.pddl import action_name, as_pddl
-from aeros.spec.planning.search_result import Avoided, NotDecidedError, Path
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
+from aeros.spec.planning.pddl import action_name, write_pddl
+from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
-_MOST_ASKED: Final = 100
+_MAX_ENGINE_CALLS: Final = 100
 
 
-class Engine(Protocol):
-    """A classical planner; see `classical.Engine`."""
+class ClassicalEngine(Protocol):
+    """A classical planner; see `classical.ClassicalEngine`."""
 
     def solve(self, domain: str, problem: str) -> list[str] | None:
-        """The names of the actions of a plan, or None; may raise `EngineError`."""
+        """The names of the actions of a plan, or None; may raise `ClassicalEngineError`."""
 
 
-class ClassicalPlanner:
+class PddlPlanner:
     """Plans for the goal of the task, whatever its rules are."""
 
-    def __init__(self, site: Site, engine: Engine) -> None:
+    def __init__(self, site: Site, engine: ClassicalEngine) -> None:
         self._site = site
         self._engine = engine
 
@@ -48,26 +48,29 @@ class ClassicalPlanner:
         """As shown in the audit record."""
         return "pddl"
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The plan; raises `NoPlanError`, or `NotDecidedError` where the engine does not say or errs."""
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
+        """The plan; raises `NoPlanError`, or `PlanUndecidedError` where the engine does not say or errs."""
         task = routed.task
         domain = domain_for(modules, self._site, world.known, task.goal, task.invariants)
-        strategy, start = Strategy(domain, Finder(self._engine)), domain.state(world.known)
+        strategy, start = (
+            StrongCyclicStrategy(domain, OptimisticPlanFinder(self._engine)),
+            domain.state(world.known),
+        )
         if not strategy.solves(start):
-            raise NoPlanError(why_not(strategy))
-        return task_graph(strategy, start, self._site.limits.retries)
+            raise NoPlanError(explain_no_plan(strategy))
+        return strategy_to_graph(strategy, start, self._site.limits.retries)
 
 
-class Finder:
-    """Finds plans that count on successes (`cyclic.Finder`) by asking an engine."""
+class OptimisticPlanFinder:
+    """Finds plans that count on successes (`cyclic.OptimisticPlanFinder`) by asking an engine."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: ClassicalEngine) -> None:
         self._engine = engine
         self._asked = 0
 
-    def __call__(self, domain: Domain, start: State, avoided: Avoided) -> Path | None:
+    def __call__(self, domain: PlanningDomain, start: State, avoided: AvoidSet) -> PlanPath | None:
         """A plan from `start` that keeps out of what is avoided; None where the engine finds none."""
-        if start in avoided.states or domain.broken(start) is not None:
+        if start in avoided.states or domain.violated_invariant(start) is not None:
             return None
         actions = {
             action_name(choice, outcome.id).casefold(): (choice, outcome)
@@ -77,47 +80,53 @@ class Finder:
         excluded: list[tuple[State, str]] = []
         while True:
             self._asked += 1
-            if self._asked > _MOST_ASKED:
-                raise NotDecidedError(f"the engine was asked for {_MOST_ASKED} plans, and more are needed")
+            if self._asked > _MAX_ENGINE_CALLS:
+                raise PlanUndecidedError(
+                    f"the engine was asked for {_MAX_ENGINE_CALLS} plans, and more are needed"
+                )
             try:
-                found = self._engine.solve(*as_pddl(domain, start, excluded))
-            except EngineError as error:
-                raise NotDecidedError(f"the engine does not say: {error}") from error
+                found = self._engine.solve(*write_pddl(domain, start, excluded))
+            except ClassicalEngineError as error:
+                raise PlanUndecidedError(f"the engine does not say: {error}") from error
             if found is None:
                 return None
-            path = _walked(domain, start, avoided, [name.casefold() for name in found], actions)
+            path = _simulate(domain, start, avoided, [name.casefold() for name in found], actions)
             if isinstance(path, list):
                 return path
             if path in excluded:
-                raise NotDecidedError(f"the engine uses `{path[1]}` where that is excluded")
+                raise PlanUndecidedError(f"the engine uses `{path[1]}` where that is excluded")
             excluded.append(path)
 
 
-def _walked(
-    domain: Domain,
+def _simulate(
+    domain: PlanningDomain,
     start: State,
-    avoided: Avoided,
+    avoided: AvoidSet,
     names: list[str],
-    actions: Mapping[str, tuple[Choice, Outcome]],
-) -> Path | tuple[State, str]:
+    actions: Mapping[str, tuple[GroundSkill, Outcome]],
+) -> PlanPath | tuple[State, str]:
     """The way that these actions go; or the first of them that may not be used, and where."""
-    path: Path = []
+    path: PlanPath = []
     state = start
     for name in names:
         if domain.goal(state) is True:
             break
         if name not in actions:
-            raise NotDecidedError(f"the engine's plan has `{name[:80]}`, which is no action")
+            raise PlanUndecidedError(f"the engine's plan has `{name[:80]}`, which is no action")
         choice, outcome = actions[name]
         pairs = zip(domain.names, state, strict=True)
         then = tuple(outcome.effects.get(name, value) for name, value in pairs)
         successes = [one for one, measured, _ in domain.after(choice, state) if not measured.failure]
         if not domain.can_start(choice, state) or then not in successes:
-            raise NotDecidedError(f"the engine's plan has `{name}` where that is impossible")
-        if (state, choice) in avoided.pairs or then in avoided.states or domain.broken(then) is not None:
+            raise PlanUndecidedError(f"the engine's plan has `{name}` where that is impossible")
+        if (
+            (state, choice) in avoided.pairs
+            or then in avoided.states
+            or domain.violated_invariant(then) is not None
+        ):
             return state, name
         path.append((state, choice))
         state = then
     if domain.goal(state) is not True:
-        raise NotDecidedError("the engine's plan ends before the goal")
+        raise PlanUndecidedError("the engine's plan ends before the goal")
     return path

@@ -15,8 +15,8 @@ import json
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.agent.planning.task_graph import MOST_LEVELS, MOST_STEPS, PLANNED, Part, Step, TaskGraph
-from aeros.agent.world.values import plain
+from aeros.agent.planning.task_graph import MAX_DEPTH, MAX_STEPS, PLAN_SPAN, Part, PlanStep, TaskGraph
+from aeros.agent.world.values import to_json_value
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.expr import terms as t
@@ -24,96 +24,96 @@ from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
-from aeros.spec.expr.unparse import spell
+from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.model import Site
 from aeros.spec.model.step_graph import If, Seq
 
-_LONGEST_TEXT: Final = 2000
+_MAX_TEXT_CHARS: Final = 2000
 
 
 class MalformedPlanError(Exception):
     """It has not the form of a plan; the message says where and why."""
 
 
-def form_of(graph: TaskGraph) -> list[dict[str, Any]]:
+def plan_to_json(graph: TaskGraph) -> list[dict[str, Any]]:
     """The plan, as JSON values; of plans without branches at the same time, handlers and flows."""
-    return [_form_of(part) for part in graph.parts]
+    return [_part_to_json(part) for part in graph.parts]
 
 
-def _form_of(part: Part) -> dict[str, Any]:
+def _part_to_json(part: Part) -> dict[str, Any]:
     match part:
-        case Step():
-            inputs = {name: plain(value) for name, value in part.inputs.items()}
+        case PlanStep():
+            inputs = {name: to_json_value(value) for name, value in part.inputs.items()}
             skill = f"{part.module}.{part.skill}"
             form = {"skill": skill, "inputs": inputs, "retry": part.retry, "on_failure": part.on_failure}
-            return form if part.unless is None else {**form, "unless": spell(part.unless)}
+            return form if part.unless is None else {**form, "unless": unparse(part.unless)}
         case If(text=text, then=then, otherwise=otherwise):
-            other = None if otherwise is None else _inner(otherwise)
-            return {"if": text, "then": _inner(then), "else": other}
+            other = None if otherwise is None else _parts_to_json(otherwise)
+            return {"if": text, "then": _parts_to_json(then), "else": other}
         case Seq():
-            return {"seq": _inner(part)}
+            return {"seq": _parts_to_json(part)}
         case _:
             raise InternalError("no plan of ours has parallel branches")
 
 
-def _inner(part: Part) -> list[dict[str, Any]]:
-    return [_form_of(one) for one in part.parts] if isinstance(part, Seq) else [_form_of(part)]
+def _parts_to_json(part: Part) -> list[dict[str, Any]]:
+    return [_part_to_json(one) for one in part.parts] if isinstance(part, Seq) else [_part_to_json(part)]
 
 
-def read_json(text: str | bytes) -> Any:
+def parse_strict_json(text: str | bytes) -> Any:
     """JSON values; raises `MalformedPlanError` for what is none, says a key twice or is no finite number."""
     try:
-        return json.loads(text, object_pairs_hook=_unique, parse_constant=_no_number)
+        return json.loads(text, object_pairs_hook=_reject_duplicate_keys, parse_constant=_reject_non_finite)
     except (ValueError, RecursionError) as error:
         raise MalformedPlanError(f"it is no JSON: {error}") from error
 
 
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         raise MalformedPlanError("an object says a key twice")
     return found
 
 
-def _no_number(name: str) -> float:
+def _reject_non_finite(name: str) -> float:
     raise MalformedPlanError(f"{name} is no number")
 
 
-def graph_of(form: Any, site: Site) -> TaskGraph:
+def plan_from_json(data: Any, site: Site) -> TaskGraph:
     """The plan that these JSON values say; raises `MalformedPlanError`."""
-    return TaskGraph(_Reading(site).parts(form, "plan", 0))
+    return TaskGraph(_PlanReader(site).parts(data, "plan", 0))
 
 
-class _Reading:
+class _PlanReader:
     """Reads one plan, of a bounded number of parts."""
 
     def __init__(self, site: Site) -> None:
         self._scope = state_scope(site)
-        self._left = 2 * MOST_STEPS
+        self._left = 2 * MAX_STEPS
 
     def parts(self, form: Any, place: str, level: int) -> tuple[Part, ...]:
         if type(form) is not list:
             raise MalformedPlanError(f"`{place}` is no list of steps")
-        if level > MOST_LEVELS:
-            raise MalformedPlanError(f"`{place}` is nested more than {MOST_LEVELS} deep")
+        if level > MAX_DEPTH:
+            raise MalformedPlanError(f"`{place}` is nested more than {MAX_DEPTH} deep")
         return tuple(self._part(one, f"{place}[{at}]", level) for at, one in enumerate(form))
 
     def _part(self, form: Any, place: str, level: int) -> Part:
         self._left -= 1
         if self._left < 0:
-            raise MalformedPlanError(f"it has more than {2 * MOST_STEPS} parts")
+            raise MalformedPlanError(f"it has more than {2 * MAX_STEPS} parts")
         if type(form) is not dict:
             raise MalformedPlanError(f"`{place}` is no object")
         if "if" in form:
             return self._if(form, place, level)
         if "seq" in form:
-            _only(form, {"seq"}, place)
+            _reject_unknown_keys(form, {"seq"}, place)
             return Seq(self.parts(form["seq"], f"{place}.seq", level + 1))
         return self._step(form, place)
 
-    def _step(self, form: Mapping[str, Any], place: str) -> Step:
-        _only(form, {"skill", "inputs", "retry", "on_failure", "unless"}, place)
-        module, dot, skill = _text(form, "skill", place).partition(".")
+    def _step(self, form: Mapping[str, Any], place: str) -> PlanStep:
+        _reject_unknown_keys(form, {"skill", "inputs", "retry", "on_failure", "unless"}, place)
+        module, dot, skill = _read_text(form, "skill", place).partition(".")
         if not dot:
             raise MalformedPlanError(f"`{place}.skill` is not of the form MODULE.SKILL")
         inputs, retry = form.get("inputs", {}), form.get("retry", 0)
@@ -121,33 +121,33 @@ class _Reading:
             raise MalformedPlanError(f"`{place}.inputs` is no object")
         if type(retry) is not int:
             raise MalformedPlanError(f"`{place}.retry` is no whole number")
-        on_failure = None if form.get("on_failure") is None else _text(form, "on_failure", place)
+        on_failure = None if form.get("on_failure") is None else _read_text(form, "on_failure", place)
         unless = None if form.get("unless") is None else self._condition(form, "unless", place)
-        return Step(module, skill, inputs, retry, on_failure, unless)
+        return PlanStep(module, skill, inputs, retry, on_failure, unless)
 
     def _if(self, form: Mapping[str, Any], place: str, level: int) -> Part:
-        _only(form, {"if", "then", "else"}, place)
+        _reject_unknown_keys(form, {"if", "then", "else"}, place)
         condition = self._condition(form, "if", place)
         then = Seq(self.parts(form.get("then"), f"{place}.then", level + 1))
         other = form.get("else")
         otherwise = None if other is None else Seq(self.parts(other, f"{place}.else", level + 1))
-        return If(condition, form["if"], then, otherwise, PLANNED)
+        return If(condition, form["if"], then, otherwise, PLAN_SPAN)
 
     def _condition(self, form: Mapping[str, Any], key: str, place: str) -> t.Term:
         try:
-            return check(parse(_text(form, key, place)), self._scope, BOOL)
+            return check(parse(_read_text(form, key, place)), self._scope, BOOL)
         except (ExpressionSyntaxError, ExpressionTypeError) as fault:
             raise MalformedPlanError(f"`{place}.{key}` is no condition: {fault.message}") from fault
 
 
-def _only(form: Mapping[str, Any], known: set[str], place: str) -> None:
+def _reject_unknown_keys(form: Mapping[str, Any], known: set[str], place: str) -> None:
     unknown = sorted(form.keys() - known)
     if unknown:
         raise MalformedPlanError(f"`{place}` has a key that no plan has: {json.dumps(unknown[0][:80])}")
 
 
-def _text(form: Mapping[str, Any], key: str, place: str) -> str:
+def _read_text(form: Mapping[str, Any], key: str, place: str) -> str:
     text = form.get(key)
-    if type(text) is not str or len(text) > _LONGEST_TEXT:
-        raise MalformedPlanError(f"`{place}.{key}` is no text of at most {_LONGEST_TEXT} characters")
+    if type(text) is not str or len(text) > _MAX_TEXT_CHARS:
+        raise MalformedPlanError(f"`{place}.{key}` is no text of at most {_MAX_TEXT_CHARS} characters")
     return text

@@ -13,35 +13,40 @@ from math import inf
 from typing import Any
 
 from aeros.agent.planning.base import Planner
-from aeros.agent.planning.check_plan import Judge
-from aeros.agent.planning.plan_json import MalformedPlanError, form_of, graph_of
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.check_plan import PlanChecker
+from aeros.agent.planning.plan_json import MalformedPlanError, plan_from_json, plan_to_json
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
-from aeros.agent.planning.time_limited import MOST_REASON, Beside, LateError, ThinkingFailedError
-from aeros.agent.world.world import World
+from aeros.agent.planning.time_limited import (
+    MOST_REASON,
+    PlannerProcess,
+    PlannerProcessError,
+    PlanningTimeoutError,
+)
+from aeros.agent.world.world import WorldModel
 from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 
 
-class Proposals:
+class PlannerClient:
     """What one planner proposes.
 
     within: seconds allowed for a plan that is made beside, where the site does not allow fewer; None where
         it is made in place.
     """
 
-    def __init__(self, runtime: Runtime, planner: Planner, within: float | None = None) -> None:
+    def __init__(self, runtime: Runtime, planner: Planner, timeout_s: float | None = None) -> None:
         self._runtime = runtime
         self._planner = planner
-        self._within = within
+        self._within = timeout_s
 
     @property
     def name(self) -> str:
         """The planner's."""
         return self._planner.name
 
-    def plan(self, routed: Routed, world: World, until: float = inf) -> TaskGraph:
-        """What the planner proposes; raises `LateError` and `ThinkingFailedError`.
+    def plan(self, routed: RoutedTask, world: WorldModel, until: float = inf) -> TaskGraph:
+        """What the planner proposes; raises `PlanningTimeoutError` and `PlannerProcessError`.
 
         until: plant seconds after which it is not waited for.
         """
@@ -50,29 +55,29 @@ class Proposals:
             try:
                 return self._planner.plan(routed, world, modules)
             except Exception as error:  # an untrusted planner may raise anything
-                raise ThinkingFailedError(describe_exception(error, MOST_REASON, one_line=True)) from error
+                raise PlannerProcessError(describe_exception(error, MOST_REASON, one_line=True)) from error
 
         def propose() -> tuple[Any, str]:
             graph = self._planner.plan(routed, world, modules)
-            return form_of(graph), graph.remark
+            return plan_to_json(graph), graph.remark
 
-        match self._think(propose, self._within, until):
+        match self._run(propose, self._within, until):
             case [form, remark]:
                 pass
             case _:
-                raise ThinkingFailedError("its process has said something else than a plan")
+                raise PlannerProcessError("its process has said something else than a plan")
         try:
-            return replace(graph_of(form, self._runtime.site), remark=remark)
+            return replace(plan_from_json(form, self._runtime.site), remark=remark)
         except MalformedPlanError as error:
-            raise ThinkingFailedError(describe_exception(error, MOST_REASON, one_line=True)) from error
+            raise PlannerProcessError(describe_exception(error, MOST_REASON, one_line=True)) from error
 
-    def rest_of(
-        self, previous: TaskGraph, routed: Routed, world: World, until: float = inf
+    def remaining_plan(
+        self, previous: TaskGraph, routed: RoutedTask, world: WorldModel, until: float = inf
     ) -> TaskGraph | None:
         """The shortest end of `previous` that leads from `world` to the goal; None unless found in time."""
         if self._within is None:
             return None
-        judge = Judge(routed, world, self._runtime.active_modules(), self._runtime.site)
+        judge = PlanChecker(routed, world, self._runtime.active_modules(), self._runtime.site)
         ends = [TaskGraph(previous.parts[at:]) for at in range(len(previous.parts))]
 
         def first() -> int | None:
@@ -82,12 +87,12 @@ class Proposals:
             return next(fits, None)
 
         try:
-            at = self._think(first, self._within, until)
-        except (LateError, ThinkingFailedError):
+            at = self._run(first, self._within, until)
+        except (PlanningTimeoutError, PlannerProcessError):
             return None
         return ends[at] if type(at) is int and 0 <= at < len(ends) else None
 
-    def _think(self, job: Callable[[], Any], within: float, until: float) -> Any:
+    def _run(self, job: Callable[[], Any], within: float, until: float) -> Any:
         """What `job` comes to, in the time that the site allows by now."""
         allowed = min(within, float(self._runtime.site.limits.planning))
-        return Beside(self._runtime, allowed, until)(job)
+        return PlannerProcess(self._runtime, allowed, until)(job)

@@ -11,18 +11,18 @@ import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.spec.diagnostics.codes import quoted
-from aeros.spec.diagnostics.words import words_of
+from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.model.model import Ecm, Task
 
 
-class RoutingError(RefusedError):
+class RoutingError(AgentError):
     """The instruction names no task, or more than one."""
 
 
 @dataclass(frozen=True, slots=True)
-class Routed:
+class RoutedTask:
     """A task and the module that provides it."""
 
     module: str
@@ -36,44 +36,52 @@ def route(
     instruction: str,
     modules: Mapping[str, Ecm],
     inactive: Callable[[], Mapping[str, Ecm]] = dict,
-) -> Routed:
+) -> RoutedTask:
     """The only task of the active `modules` one of whose words is in `instruction`; else `RoutingError`.
 
     inactive: the other modules that are installed; called where no task matches.
     """
-    tasks, asked = _tasks(modules), words_of(instruction)
-    found = _meant(asked, tasks)
+    tasks, asked = _tasks(modules), normalized_words(instruction)
+    found = _matching_tasks(asked, tasks)
     if len(found) == 1:
         return found[0]
     if found:
-        candidates = ", ".join(f"`{routed}` ({', '.join(routed.task.words)})" for routed in found)
+        candidates = ", ".join(f"`{routed}` ({', '.join(routed.task.trigger_phrases)})" for routed in found)
         raise RoutingError(f"{quoted(instruction)} may mean several tasks: {candidates}")
-    idle = _meant(asked, _tasks(inactive()))
+    idle = _matching_tasks(asked, _tasks(inactive()))
     if idle:
         means = ", ".join(f"`{routed}` (`aeros activate {routed.module}`)" for routed in idle)
         raise RoutingError(f"no active module provides {quoted(instruction)}; installed is {means}")
-    raise RoutingError(f"no installed module provides {quoted(instruction)}; {_nearest(asked, tasks)}")
+    raise RoutingError(f"no installed module provides {quoted(instruction)}; {_suggestion(asked, tasks)}")
 
 
-def _tasks(modules: Mapping[str, Ecm]) -> list[Routed]:
-    return [Routed(name, task) for name, module in modules.items() for task in module.tasks.values()]
+def _tasks(modules: Mapping[str, Ecm]) -> list[RoutedTask]:
+    return [RoutedTask(name, task) for name, module in modules.items() for task in module.tasks.values()]
 
 
-def _meant(asked: tuple[str, ...], tasks: list[Routed]) -> list[Routed]:
+def _matching_tasks(instruction: tuple[str, ...], tasks: list[RoutedTask]) -> list[RoutedTask]:
     """The tasks whose name is what is asked, or else one of whose words is in it."""
-    named = [routed for routed in tasks if asked in (words_of(routed.task.id), words_of(str(routed)))]
-    return named or [routed for routed in tasks if any(_mentions(asked, word) for word in routed.task.words)]
+    named = [
+        routed
+        for routed in tasks
+        if instruction in (normalized_words(routed.task.id), normalized_words(str(routed)))
+    ]
+    return named or [
+        routed
+        for routed in tasks
+        if any(_contains_words(instruction, word) for word in routed.task.trigger_phrases)
+    ]
 
 
-def _mentions(asked: tuple[str, ...], declared: str) -> bool:
+def _contains_words(asked: tuple[str, ...], declared: str) -> bool:
     """Whether the words of `declared` (mostly one) stand in `asked`, side by side."""
-    wanted = words_of(declared)
+    wanted = normalized_words(declared)
     last = len(asked) - len(wanted)
     return bool(wanted) and any(asked[at : at + len(wanted)] == wanted for at in range(last + 1))
 
 
-def _nearest(asked: tuple[str, ...], tasks: list[Routed]) -> str:
-    declared = {word: routed for routed in tasks for word in routed.task.words}
+def _suggestion(asked: tuple[str, ...], tasks: list[RoutedTask]) -> str:
+    declared = {word: routed for routed in tasks for word in routed.task.trigger_phrases}
     if not declared:
         return "no task is installed"
     # An instruction may be any text at all, and difflib is quadratic.

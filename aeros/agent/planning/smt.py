@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.strategy_to_graph import task_graph
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.task_graph import TaskGraph
-from aeros.agent.world.world import World
+from aeros.agent.world.world import WorldModel
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.model.model import Ecm, Site
 from aeros.spec.planning.domain import domain_for
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 
 class NoPlanError(Exception):
@@ -35,21 +35,23 @@ class SmtPlanner:
         """As shown in the audit record."""
         return "smt"
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The plan; raises `NoPlanError`, or `NotDecidedError` where the search had to be given up."""
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
+        """The plan; raises `NoPlanError`, or `PlanUndecidedError` where the search had to be given up."""
         task = routed.task
         domain = domain_for(modules, self._site, world.known, task.goal, task.invariants, self._oracle)
-        strategy, start = Strategy(domain), domain.state(world.known)
+        strategy, start = StrongCyclicStrategy(domain), domain.state(world.known)
         if not strategy.solves(start):
-            raise NoPlanError(why_not(strategy))
-        return task_graph(strategy, start, self._site.limits.retries)
+            raise NoPlanError(explain_no_plan(strategy))
+        return strategy_to_graph(strategy, start, self._site.limits.retries)
 
 
-def why_not(strategy: Strategy) -> str:
+def explain_no_plan(strategy: StrongCyclicStrategy) -> str:
     """Why there is no plan: the first dead end that was found, and how it comes about."""
     dead_end, domain = strategy.dead_ends[0], strategy.domain
-    why = f"no plan reaches the goal: {dead_end.why}"
+    why = f"no plan reaches the goal: {dead_end.reason}"
     if dead_end.trace:
-        way, state = ", ".join(dead_end.trace), domain.shown(dead_end.state)
-        why = f"no plan recovers from every outcome: {way} leads to {state}, and there {dead_end.why}"
-    return "; ".join([why, *(f"`{name}` is left out: {reason}" for name, reason in domain.left_out.items())])
+        way, state = ", ".join(dead_end.trace), domain.format_state(dead_end.state)
+        why = f"no plan recovers from every outcome: {way} leads to {state}, and there {dead_end.reason}"
+    return "; ".join(
+        [why, *(f"`{name}` is left out: {reason}" for name, reason in domain.excluded_skills.items())]
+    )

@@ -11,35 +11,35 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from aeros.agent.planning.task_graph import PLANNED, Part, Step, TaskGraph
+from aeros.agent.planning.task_graph import PLAN_SPAN, Part, PlanStep, TaskGraph
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.unparse import spell
+from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.step_graph import If, Seq
-from aeros.spec.planning.domain import Choice, equals
-from aeros.spec.planning.search_result import NotDecidedError
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.planning.domain import GroundSkill, equality_condition
+from aeros.spec.planning.search_result import PlanUndecidedError
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
-_MOST_STEPS: Final = 60
-_MOST_LEVELS: Final = 6
+_MAX_STEPS: Final = 60
+_MAX_DEPTH: Final = 6
 
 
-def task_graph(strategy: Strategy, start: State, retries: int) -> TaskGraph:
+def strategy_to_graph(strategy: StrongCyclicStrategy, start: State, retries: int) -> TaskGraph:
     """What the strategy does from `start`, which it provides for; `retries`: as often as the site allows."""
-    return TaskGraph(tuple(_Unfolding(strategy, retries).parts(start, frozenset(), 0)))
+    return TaskGraph(tuple(_GraphBuilder(strategy, retries).parts(start, frozenset(), 0)))
 
 
-class _Unfolding:
+class _GraphBuilder:
     """One unfolding.
 
     cures: by skill, the skills that are run where it failed.
     """
 
-    def __init__(self, strategy: Strategy, retries: int) -> None:
+    def __init__(self, strategy: StrongCyclicStrategy, retries: int) -> None:
         self._strategy = strategy
         self._domain = strategy.domain
         self._retries = retries
-        self._left = _MOST_STEPS
+        self._left = _MAX_STEPS
         self._cures: dict[str, set[str]] = {}
 
     def parts(self, state: State, above: frozenset[State], level: int) -> list[Part]:
@@ -51,31 +51,31 @@ class _Unfolding:
             step, successes = self._step(state, self._strategy.chosen[state])
             parts.append(step)
             if len(successes) > 1:
-                return parts + self._fork(successes, above, level + 1)
+                return parts + self._branch(successes, above, level + 1)
             (state,) = successes
         return parts
 
-    def _step(self, state: State, choice: Choice) -> tuple[Step, list[State]]:
+    def _step(self, state: State, choice: GroundSkill) -> tuple[PlanStep, list[State]]:
         """The step, with the most help between tries that is provided for, and the states it succeeds in."""
-        cure = self._cure(state, choice)
+        cure = self._recovery_for(state, choice)
         for retry, helper in [*([(self._retries, cure)] if cure else []), (self._retries, None), (0, None)]:
-            successes, visited, is_of_use = self._tries(state, choice, retry, helper)
-            if retry == 0 or (is_of_use and all(self._is_provided_for(one) for one in visited)):
+            successes, visited, is_of_use = self._attempt_states(state, choice, retry, helper)
+            if retry == 0 or (is_of_use and all(self._is_covered(one) for one in visited)):
                 break
         if helper is not None:
             self._cures.setdefault(choice.name, set()).add(helper.name)
         on_failure = None if helper is None else helper.skill.id
-        return Step(choice.module, choice.skill.id, choice.inputs, retry, on_failure), successes
+        return PlanStep(choice.module, choice.skill.id, choice.inputs, retry, on_failure), successes
 
-    def _is_provided_for(self, state: State) -> bool:
+    def _is_covered(self, state: State) -> bool:
         try:
             return self._strategy.solves(state)
-        except NotDecidedError:
+        except PlanUndecidedError:
             return False
 
-    def _cure(self, state: State, choice: Choice) -> Choice | None:
+    def _recovery_for(self, state: State, choice: GroundSkill) -> GroundSkill | None:
         """What the strategy does where the choice failed, if that is one skill and can be an `on_failure`."""
-        wanted: dict[Choice, None] = {}
+        wanted: dict[GroundSkill, None] = {}
         for then, outcome, _ in self._domain.after(choice, state):
             chosen = self._strategy.chosen.get(then)
             if outcome.failure and chosen is not None and chosen is not choice:
@@ -84,9 +84,9 @@ class _Unfolding:
             return None
         (cure,) = wanted
         fits = cure.module == choice.module and not cure.inputs
-        return cure if fits and choice.name not in self._cured_by(cure.name) else None
+        return cure if fits and choice.name not in self._recovery_skills(cure.name) else None
 
-    def _cured_by(self, name: str) -> set[str]:
+    def _recovery_skills(self, name: str) -> set[str]:
         """`name`, and every skill that may run where it failed."""
         found, pending = {name}, [name]
         while pending:
@@ -95,8 +95,8 @@ class _Unfolding:
             pending += fresh
         return found
 
-    def _tries(
-        self, state: State, choice: Choice, retry: int, cure: Choice | None
+    def _attempt_states(
+        self, state: State, choice: GroundSkill, retry: int, cure: GroundSkill | None
     ) -> tuple[list[State], set[State], bool]:
         """The states it succeeds in, all that it and the cure may come to, and whether each try can start."""
         successes: dict[State, None] = {}
@@ -113,11 +113,11 @@ class _Unfolding:
             visited |= {*successes, *failures}
             here = failures
             if left and cure is not None:
-                here = self._cured(cure, failures)
+                here = self._recovered_states(cure, failures)
                 visited |= {*here}
         return list(successes), visited, is_of_use
 
-    def _cured(self, cure: Choice, failures: Iterable[State]) -> dict[State, None]:
+    def _recovered_states(self, cure: GroundSkill, failures: Iterable[State]) -> dict[State, None]:
         found: dict[State, None] = {}
         for one in failures:
             if self._domain.can_start(cure, one):
@@ -128,14 +128,14 @@ class _Unfolding:
 
     # Several successes.
 
-    def _fork(self, states: Sequence[State], above: frozenset[State], level: int) -> list[Part]:
+    def _branch(self, states: Sequence[State], above: frozenset[State], level: int) -> list[Part]:
         """What to do in each of `states`: what differs in an `if`, what they share at the end after it."""
         differing = [place for place, values in enumerate(zip(*states, strict=True)) if len({*values}) > 1]
         unknown = any(one[place] is None for one in states for place in differing)
-        if unknown or level > _MOST_LEVELS:
+        if unknown or level > _MAX_DEPTH:
             return []
         ways = {state: self.parts(state, above, level) for state in states}
-        shared = _common_end(list(ways.values()))
+        shared = _common_suffix(list(ways.values()))
         groups: list[tuple[list[Part], list[State]]] = []
         for state, way in ways.items():
             own = way[: len(way) - len(shared)]
@@ -149,25 +149,25 @@ class _Unfolding:
         part: Part = Seq(tuple(rest))
         for own, members in reversed(conditional):
             others = [state for state in states if state not in members]
-            condition = self._told_apart(members, others)
-            part = If(condition, spell(condition), Seq(tuple(own)), part, PLANNED)
+            condition = self._distinguishing_condition(members, others)
+            part = If(condition, unparse(condition), Seq(tuple(own)), part, PLAN_SPAN)
         return [part, *shared] if conditional else [*rest, *shared]
 
-    def _told_apart(self, members: Sequence[State], others: Sequence[State]) -> t.Term:
+    def _distinguishing_condition(self, members: Sequence[State], others: Sequence[State]) -> t.Term:
         """A condition that holds in `members`, and in none of `others`."""
-        ways = [self._unlike(state, others) for state in members]
+        ways = [self._difference(state, others) for state in members]
         return ways[0] if len(ways) == 1 else t.Or(tuple(dict.fromkeys(ways)))
 
-    def _unlike(self, state: State, others: Sequence[State]) -> t.Term:
+    def _difference(self, state: State, others: Sequence[State]) -> t.Term:
         places = range(len(state))
         telling = [at for at in places if all(state[at] != other[at] for other in others)][:1]
         telling = telling or [at for at in places if any(state[at] != other[at] for other in others)]
         names = self._domain.names
-        terms = [equals(self._domain.variables[names[at]], state[at]) for at in telling]
+        terms = [equality_condition(self._domain.variables[names[at]], state[at]) for at in telling]
         return t.conjunction(*terms)
 
 
-def _common_end(ways: Sequence[list[Part]]) -> list[Part]:
+def _common_suffix(ways: Sequence[list[Part]]) -> list[Part]:
     """The longest list of parts that each of `ways` ends with."""
     first = ways[0]
     length = 0

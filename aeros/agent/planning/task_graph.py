@@ -14,30 +14,30 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeAlias, cast
 
-from aeros.agent.world.values import UnusableValueError, exact
+from aeros.agent.world.values import UnusableValueError, to_exact
 from aeros.spec.diagnostics.codes import did_you_mean
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model import composition as spec
 from aeros.spec.model import step_graph as parts
 from aeros.spec.model.model import Ecm, Site, Skill
-from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_steps, parts_of, steps_of
-from aeros.spec.obligations.parallel import interference
+from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_graph_steps, steps_of, walk_parts
+from aeros.spec.obligations.parallel import interference_claims
 
-MOST_STEPS: Final = 100
+MAX_STEPS: Final = 100
 """The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
 
-MOST_LEVELS: Final = 20
+MAX_DEPTH: Final = 20
 """How deep the parts of a plan, and the handlers of a step, may be nested."""
 
-LONGEST_REMARK: Final = 4000
+MAX_REMARK_CHARS: Final = 4000
 
-PLANNED: Final = Source("plan", "plan").span(0, 4)
+PLAN_SPAN: Final = Source("plan", "plan").span(0, 4)
 """The place of what a planner makes up, and no file says."""
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PlanStep:
     """One skill invocation of a plan.
 
     skill: by name; or a capability of the module, any of whose providers the dispatcher may choose.
@@ -56,7 +56,7 @@ class Step:
     retry: int = 0
     on_failure: str | None = None
     unless: t.Term | None = None
-    handler: Step | None = None
+    handler: PlanStep | None = None
     id: str = ""
     flows: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
@@ -66,7 +66,7 @@ class Step:
         return f"{self.module}.{self.skill}" + (f" (retry {self.retry}{recovery})" if self.retry else "")
 
 
-Part: TypeAlias = parts.Part[Step]
+Part: TypeAlias = parts.Part[PlanStep]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,19 +85,19 @@ class TaskGraph:
         return Seq(self.parts)
 
     @property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[PlanStep, ...]:
         """Every step, in the order written; handlers are not among them."""
         return tuple(steps_of(self.body))
 
 
-_FORM: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
+_STEP_FIELD_TYPES: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
     ("module", (str,)),
     ("skill", (str,)),
     ("inputs", (Mapping,)),
     ("retry", (int,)),
     ("on_failure", (str, type(None))),
     ("unless", (t.Term, type(None))),
-    ("handler", (Step, type(None))),
+    ("handler", (PlanStep, type(None))),
     ("id", (str,)),
     ("flows", (Mapping,)),
 )
@@ -107,20 +107,24 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     """Every reason not to start this plan; empty iff it may be started.  `modules`: the active ones."""
     if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
-    if type(graph.remark) is not str or len(graph.remark) > LONGEST_REMARK:
-        return [f"its remark is no text of at most {LONGEST_REMARK} characters"]
-    misshapen = _misshapen(graph.body, 0)
+    if type(graph.remark) is not str or len(graph.remark) > MAX_REMARK_CHARS:
+        return [f"its remark is no text of at most {MAX_REMARK_CHARS} characters"]
+    misshapen = _shape_problems(graph.body, 0)
     if misshapen is not None:
         return [misshapen]
-    pars = (part for part in parts_of(graph.body) if isinstance(part, Par))
+    pars = (part for part in walk_parts(graph.body) if isinstance(part, Par))
     if any(not any(steps_of(branch)) for par in pars for branch in par.branches):
         return ["a branch of a `par` has no step"]
     if not graph.steps:
         return ["the plan is empty, and the goal is not measured"]
-    if len(graph.steps) > MOST_STEPS:
-        return [f"the plan has {len(graph.steps)} steps; at most {MOST_STEPS} are allowed"]
-    runs = [(f"step {n}{of}", run) for n, step in enumerate(graph.steps, 1) for of, run in _runs(step)]
-    malformed = [f"{which}: {text}" for which, run in runs if (text := _malformed(run))]
+    if len(graph.steps) > MAX_STEPS:
+        return [f"the plan has {len(graph.steps)} steps; at most {MAX_STEPS} are allowed"]
+    runs = [
+        (f"step {n}{of}", run)
+        for n, step in enumerate(graph.steps, 1)
+        for of, run in _step_and_handlers(step)
+    ]
+    malformed = [f"{which}: {text}" for which, run in runs if (text := _field_problems(run))]
     if malformed:
         return malformed
     problems = [
@@ -128,45 +132,45 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
         for which, run in runs
         for text in _step_problems(run, modules, site)
     ]
-    return problems + _recovery_cycles(graph, modules) or _interference(graph, modules, site)
+    return problems + _recovery_cycles(graph, modules) or _parallel_conflicts(graph, modules, site)
 
 
-def _runs(step: Step) -> Iterator[tuple[str, Step]]:
+def _step_and_handlers(step: PlanStep) -> Iterator[tuple[str, PlanStep]]:
     """A step, and the handlers that its failures may lead to."""
     of, run = "", step
     while True:
         yield of, run
-        if not isinstance(run.handler, Step):
+        if not isinstance(run.handler, PlanStep):
             return
         of, run = f"{of}, its handler", run.handler
 
 
-def _misshapen(part: object, depth: int) -> str | None:
+def _shape_problems(part: object, depth: int) -> str | None:
     """Why it is no graph of parts, whatever its steps are."""
-    if depth > MOST_LEVELS:
-        return f"the plan is nested more than {MOST_LEVELS} deep"
+    if depth > MAX_DEPTH:
+        return f"the plan is nested more than {MAX_DEPTH} deep"
     match part:
         case Seq(parts=inner) if isinstance(inner, tuple):
             pass
-        case Par(branches=inner, span=Span()) if isinstance(inner, tuple) and len(inner) > 1:
+        case Par(branches=inner, span=SourceSpan()) if isinstance(inner, tuple) and len(inner) > 1:
             pass
-        case Par(span=Span()):
+        case Par(span=SourceSpan()):
             return "a `par` has not two branches"
-        case If(condition=condition, text=str(), span=Span()) if isinstance(condition, t.Term):
+        case If(condition=condition, text=str(), span=SourceSpan()) if isinstance(condition, t.Term):
             inner = children_of(part)
         case Seq() | Par() | If():
             return f"a {type(part).__name__} is malformed"
-        case Step():
+        case PlanStep():
             return None
         case _:
             return f"a {type(part).__name__} is not a step"
-    return next((fault for one in inner if (fault := _misshapen(one, depth + 1)) is not None), None)
+    return next((fault for one in inner if (fault := _shape_problems(one, depth + 1)) is not None), None)
 
 
-def _malformed(step: object) -> str | None:
-    if not isinstance(step, Step):
+def _field_problems(step: object) -> str | None:
+    if not isinstance(step, PlanStep):
         return f"a {type(step).__name__} is not a step"
-    for name, allowed in _FORM:
+    for name, allowed in _STEP_FIELD_TYPES:
         value = getattr(step, name)
         if not isinstance(value, allowed) or isinstance(value, bool):
             return f"`{name}` is of type {type(value).__name__}"
@@ -180,7 +184,7 @@ def _is_source(source: object) -> bool:
     return isinstance(source, tuple) and len(source) == 2 and all(isinstance(name, str) for name in source)
 
 
-def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[str]:
+def _step_problems(step: PlanStep, modules: Mapping[str, Ecm], site: Site) -> list[str]:
     problems: list[str] = []
     if step.handler is not None and step.on_failure is not None:
         problems.append("it has both a handler and an `on_failure`")
@@ -191,7 +195,7 @@ def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[s
     module = modules.get(step.module)
     if module is None:
         return [*problems, f"no active module is named `{step.module}`"]
-    providers = module.providers_of(step.skill)
+    providers = module.providers(step.skill)
     if not providers:
         problems.append(_unknown_skill(step.skill, module))
     for name in providers:
@@ -205,9 +209,9 @@ def _step_problems(step: Step, modules: Mapping[str, Ecm], site: Site) -> list[s
     return problems
 
 
-def _is_capability(step: Step, modules: Mapping[str, Ecm]) -> bool:
+def _is_capability(step: PlanStep, modules: Mapping[str, Ecm]) -> bool:
     module = modules.get(step.module)
-    return module is not None and module.providers_of(step.skill) not in ((), (step.skill,))
+    return module is not None and module.providers(step.skill) not in ((), (step.skill,))
 
 
 def _unknown_skill(name: str, module: Ecm) -> str:
@@ -224,11 +228,11 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
     problems = [f"`{name}` is no input of it" for name in (*inputs, *flows) if name not in skill.inputs]
     for name, declared in skill.inputs.items():
         if name not in inputs:
-            if declared.default is None and name not in flows:
+            if declared.default_value is None and name not in flows:
                 problems.append(f"it needs the input `{name}`")
             continue
         try:
-            exact(declared, inputs[name])
+            to_exact(declared, inputs[name])
         except UnusableValueError as error:
             problems.append(f"the input `{name}` {error}")
     return problems
@@ -240,7 +244,7 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
         (f"{step.module}.{skill}", f"{step.module}.{step.on_failure}")
         for step in graph.steps
         if step.on_failure is not None and step.module in modules
-        for skill in modules[step.module].providers_of(step.skill)
+        for skill in modules[step.module].providers(step.skill)
     ]
     if {skill for skill, _ in recoveries}.isdisjoint(cure for _, cure in recoveries):
         return []
@@ -252,17 +256,17 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
     ]
 
 
-def _interference(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
+def _parallel_conflicts(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
     """What parallel branches may not share, and do."""
-    composed = _Composed(modules)
+    composed = _CompositionView(modules)
     # Parts in place of steps make a graph of parts again.
-    body = cast("spec.Part", map_steps(graph.body, composed.part))
-    composition = spec.Composition("plan", t.TRUE, None, body, composed.handlers, PLANNED)
-    claims = interference(composition, composed.skills, site)
+    body = cast("spec.Part", map_graph_steps(graph.body, composed.part))
+    composition = spec.Composition("plan", t.TRUE, None, body, composed.handlers, PLAN_SPAN)
+    claims = interference_claims(composition, composed.skills, site)
     return [claim.diagnostic.headline for claim in claims if claim.diagnostic is not None]
 
 
-class _Composed:
+class _CompositionView:
     """Steps of a plan as those of a composition over the skills of all its modules, by `MODULE.SKILL`."""
 
     def __init__(self, modules: Mapping[str, Ecm]) -> None:
@@ -271,20 +275,20 @@ class _Composed:
         self.handlers: dict[str, spec.Step] = {}
         self._count = 0
 
-    def part(self, step: Step) -> spec.Part:
+    def part(self, step: PlanStep) -> spec.Part:
         """Of a capability every provider, one after the other: whichever runs is then looked at."""
-        providers = self._modules[step.module].providers_of(step.skill)
+        providers = self._modules[step.module].providers(step.skill)
         steps = tuple(self._step(replace(step, skill=name)) for name in providers)
         return steps[0] if len(steps) == 1 else Seq(steps)
 
-    def _step(self, step: Step) -> spec.Step:
+    def _step(self, step: PlanStep) -> spec.Step:
         self._count += 1
         name = f"{step.module}.{step.skill}"
         id_ = f"{self._count} {name}"
         self.skills[name] = self._modules[step.module].skills[step.skill]
-        helper = step.handler or (Step(step.module, step.on_failure) if step.on_failure else None)
+        helper = step.handler or (PlanStep(step.module, step.on_failure) if step.on_failure else None)
         handler = None
         if helper is not None:
             made = self._step(helper)
             handler, self.handlers[made.id] = made.id, made
-        return spec.Step(id_, name, {}, {}, step.retry, handler, PLANNED)
+        return spec.Step(id_, name, {}, {}, step.retry, handler, PLAN_SPAN)

@@ -27,28 +27,28 @@ from typing import Any, Final
 from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 
-MOST_MEMORY: Final = 2 << 30
+MAX_MEMORY_BYTES: Final = 2 << 30
 """What thinking may take beyond what the agent has when it begins, bytes."""
 
-MOST_SAID: Final = 4 << 20
+MAX_ANSWER_BYTES: Final = 4 << 20
 """The longest answer, bytes."""
 
 MOST_REASON: Final = 2000
 """Characters that are kept of the message of an exception that ended thinking."""
 
-_LOOK_EVERY: Final = 0.02  # s
+_POLL_INTERVAL_S: Final = 0.02  # s
 _PR_SET_PDEATHSIG: Final = 1
 
 
-class LateError(Exception):
+class PlanningTimeoutError(Exception):
     """There is no answer in time, or nobody waits for one any more; the message says which."""
 
 
-class ThinkingFailedError(Exception):
+class PlannerProcessError(Exception):
     """There is no answer, as thinking broke off; the message says how."""
 
 
-class Beside:
+class PlannerProcess:
     """Has an answer worked out while the runtime goes on.
 
     within: seconds allowed for each.
@@ -59,42 +59,42 @@ class Beside:
     def __init__(
         self,
         runtime: Runtime,
-        within: float,
-        until: float = inf,
+        timeout_s: float,
+        deadline: float = inf,
         seconds: Callable[[], float] = time.monotonic,
     ) -> None:
         self._runtime = runtime
-        self._within = within
-        self._until = until
+        self._within = timeout_s
+        self._until = deadline
         self._seconds = seconds
 
-    def __call__(self, think: Callable[[], Any]) -> Any:
-        """What `think` returns: JSON values.  Raises `LateError` and `ThinkingFailedError`."""
+    def __call__(self, job: Callable[[], Any]) -> Any:
+        """What `think` returns: JSON values.  Raises `PlanningTimeoutError` and `PlannerProcessError`."""
         began = self._runtime.now()
         within = min(self._within, self._until - began)
         since, charged = self._seconds(), 0
-        with _Thought(think) as thought:
-            while not thought.is_over(_LOOK_EVERY):
+        with _Child(job) as thought:
+            while not thought.has_finished(_POLL_INTERVAL_S):
                 if self._runtime.is_stopped:
-                    raise LateError("the operator has stopped everything")
+                    raise PlanningTimeoutError("the operator has stopped everything")
                 spent = self._seconds() - since
                 if spent >= within:
                     break
                 if floor(spent) > charged:
                     charged = floor(spent)
-                    self._pass(began + charged)
+                    self._advance_plant(began + charged)
             else:
-                return thought.answer()
-        self._pass(began + max(0.0, within))
-        raise LateError(f"nothing came within {within:g} s")
+                return thought.result()
+        self._advance_plant(began + max(0.0, within))
+        raise PlanningTimeoutError(f"nothing came within {within:g} s")
 
-    def _pass(self, until: float) -> None:
+    def _advance_plant(self, until: float) -> None:
         """Let the plant's time go on, whatever ends meanwhile: no step is the thinker's own."""
         while self._runtime.wait(until) is not None:
             pass
 
 
-class _Thought:
+class _Child:
     """A process that thinks, as long as it is entered."""
 
     def __init__(self, think: Callable[[], Any]) -> None:
@@ -104,14 +104,14 @@ class _Thought:
         self._pid = os.fork()
         if self._pid == 0:
             os.close(reading)
-            _think(think, writing, parent)
+            _run_in_child(think, writing, parent)
         os.close(writing)
         self._pipe = reading
         os.set_blocking(reading, False)
         self._poll = select.poll()
         self._poll.register(reading, select.POLLIN)
 
-    def __enter__(self) -> _Thought:
+    def __enter__(self) -> _Child:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -123,32 +123,32 @@ class _Thought:
                 continue
         os.waitpid(self._pid, 0)
 
-    def is_over(self, within: float) -> bool:
+    def has_finished(self, within: float) -> bool:
         """Whether it has said all that it will, after `within` seconds at most."""
         if not self._poll.poll(within * 1000):
             return False
         said = os.read(self._pipe, 1 << 16)
         self._said += said
-        return not said or len(self._said) > MOST_SAID
+        return not said or len(self._said) > MAX_ANSWER_BYTES
 
-    def answer(self) -> Any:
-        """What it has said; raises `ThinkingFailedError`."""
-        if len(self._said) > MOST_SAID:
-            raise ThinkingFailedError(f"its answer is longer than {MOST_SAID} bytes")
+    def result(self) -> Any:
+        """What it has said; raises `PlannerProcessError`."""
+        if len(self._said) > MAX_ANSWER_BYTES:
+            raise PlannerProcessError(f"its answer is longer than {MAX_ANSWER_BYTES} bytes")
         try:
             said = json.loads(bytes(self._said))
         except (ValueError, RecursionError) as error:
-            raise ThinkingFailedError("its process ended without an answer") from error
+            raise PlannerProcessError("its process ended without an answer") from error
         if type(said) is dict and said.keys() == {"answer"}:
             return said["answer"]
         why = said["failed"] if type(said) is dict and said.keys() == {"failed"} else "it is no answer"
-        raise ThinkingFailedError(str(why))
+        raise PlannerProcessError(str(why))
 
 
-def _think(think: Callable[[], Any], writing: int, parent: int) -> None:
+def _run_in_child(think: Callable[[], Any], writing: int, parent: int) -> None:
     """In the new process: think, say it, and end without any of the agent's clean-up."""
     try:
-        _be_killable(parent)
+        _isolate_child(parent)
         try:
             said = json.dumps({"answer": think()})
         except BaseException as error:  # whoever waits hears of it, whatever it is
@@ -159,7 +159,7 @@ def _think(think: Callable[[], Any], writing: int, parent: int) -> None:
         os._exit(0)
 
 
-def _be_killable(parent: int) -> None:
+def _isolate_child(parent: int) -> None:
     """End with the agent and with one signal; take neither its terminal, its priority nor its memory."""
     os.setpgid(0, 0)
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -174,7 +174,7 @@ def _be_killable(parent: int) -> None:
     with open("/proc/self/statm", encoding="ascii") as file:
         taken = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    most = taken + MOST_MEMORY
+    most = taken + MAX_MEMORY_BYTES
     resource.setrlimit(
         resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
     )

@@ -19,25 +19,27 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.execution.progress import Begun, Place, Progress, Tried
+from aeros.agent.errors import AgentError
+from aeros.agent.execution.progress import AttemptHistory, PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import RunReport, StepRecord
-from aeros.agent.execution.step_attempt import Attempt
+from aeros.agent.execution.step_attempt import AttemptResult
 from aeros.agent.planning.task_graph import TaskGraph
-from aeros.agent.recovery.json_values import Writing
-from aeros.files import replace_file
-from aeros.runtime.ports import Head
+from aeros.agent.recovery.json_values import ValueSerializer
+from aeros.files import replace_durably
+from aeros.runtime.ports import LogHead
 from aeros.spec.migrations.formats import CHECKPOINT
 
 SCHEMA: Final = CHECKPOINT.version
 
 _FILE: Final = "checkpoint.json"
-_PREVIOUS: Final = "checkpoint.previous.json"
-_WRITING: Final = Writing((Attempt, Begun, Tried, RunReport, StepRecord))
+_PREVIOUS_FILE: Final = "checkpoint.previous.json"
+_SERIALIZER: Final = ValueSerializer(
+    (AttemptResult, UnfinishedAttempt, AttemptHistory, RunReport, StepRecord)
+)
 
 
 @dataclass(frozen=True, slots=True)
-class Checkpoint:
+class TaskCheckpoint:
     """Where one run stands.
 
     agent: its id.
@@ -59,92 +61,96 @@ class Checkpoint:
     task: str
     goal: str
     time: float
-    head: Head
+    audit_head: LogHead
     world: Mapping[str, Any]
     replans: int
-    waited: float
-    until: float | None
-    denied: tuple[str, ...]
-    avoided: tuple[tuple[str, str], ...]
-    barred: tuple[str, ...]
-    rejected: tuple[str, ...]
-    planned_in: tuple[Mapping[str, Any], ...]
+    waited_s: float
+    deadline: float | None
+    denied_steps: tuple[str, ...]
+    avoided_skills: tuple[tuple[str, str], ...]
+    uncertain_steps: tuple[str, ...]
+    last_plan_problems: tuple[str, ...]
+    planning_states: tuple[Mapping[str, Any], ...]
     steps: tuple[StepRecord, ...]
     plan: TaskGraph | None
-    tried: tuple[tuple[Place, Tried], ...]
-    settled: tuple[Place, ...]
-    branches: tuple[tuple[Place, bool], ...]
-    ended: RunReport | None = None
+    attempts: tuple[tuple[StepPath, AttemptHistory], ...]
+    done_paths: tuple[StepPath, ...]
+    branch_choices: tuple[tuple[StepPath, bool], ...]
+    final_report: RunReport | None = None
 
     @property
-    def earliest(self) -> Head:
+    def earliest_head(self) -> LogHead:
         """Where the audit record ended when the first of what is under way began, or else now."""
-        heads = [one.begun.head for _, one in self.tried if one.begun is not None]
-        return min([self.head, *heads])
+        heads = [one.unfinished.head for _, one in self.attempts if one.unfinished is not None]
+        return min([self.audit_head, *heads])
 
-    def progress(self) -> Progress:
+    def progress(self) -> PlanProgress:
         """How far the plan has come."""
-        return Progress(dict(self.tried), set(self.settled), dict(self.branches))
+        return PlanProgress(dict(self.attempts), set(self.done_paths), dict(self.branch_choices))
 
 
-class Ended(NamedTuple):
+class TaskEnd(NamedTuple):
     """How a task ended, when on the plant's clock, and the end of the audit record then."""
 
     report: RunReport
     time: float
-    head: Head
+    head: LogHead
 
 
-class UnusableError(ValueError):
+class UnusableCheckpointError(ValueError):
     """A checkpoint cannot be gone on from; the message says why."""
 
 
-class Checkpoints:
+class CheckpointStore:
     """The checkpoints in an agent's folder; whoever makes one holds the folder's lock."""
 
     def __init__(self, folder: Path) -> None:
-        self._path, self._previous = folder / _FILE, folder / _PREVIOUS
+        self._path, self._previous = folder / _FILE, folder / _PREVIOUS_FILE
 
-    def write(self, checkpoint: Checkpoint) -> None:
-        """Keep it durably, and the one before it; raises `RefusedError`."""
-        content = spelt(checkpoint)
+    def write(self, checkpoint: TaskCheckpoint) -> None:
+        """Keep it durably, and the one before it; raises `AgentError`."""
+        content = encode_checkpoint(checkpoint)
         try:
-            self._keep_previous()
-            replace_file(self._path, content)
+            self._save_previous()
+            replace_durably(self._path, content)
         except OSError as error:
-            raise RefusedError(f"the checkpoint {self._path} cannot be written: {error.strerror}") from error
+            raise AgentError(f"the checkpoint {self._path} cannot be written: {error.strerror}") from error
 
-    def read(self) -> Iterator[Checkpoint | UnusableError]:
+    def read(self) -> Iterator[TaskCheckpoint | UnusableCheckpointError]:
         """The newest first; or why it is none."""
         for path in (self._path, self._previous):
             try:
-                yield understood(path.read_bytes(), path)
+                yield decode_checkpoint(path.read_bytes(), path)
             except FileNotFoundError:
                 continue
             except (OSError, ValueError) as error:
-                yield UnusableError(f"{path}: {error}")
+                yield UnusableCheckpointError(f"{path}: {error}")
 
-    def conclude(self, checkpoint: Checkpoint) -> None:
-        """Keep durably how it ended, and nothing to go on with; raises `RefusedError`."""
+    def write_final(self, checkpoint: TaskCheckpoint) -> None:
+        """Keep durably how it ended, and nothing to go on with; raises `AgentError`."""
         self.write(checkpoint)
         try:
             self._previous.unlink(missing_ok=True)
         except OSError as error:
-            raise RefusedError(f"{self._previous} cannot be removed: {error.strerror}") from error
+            raise AgentError(f"{self._previous} cannot be removed: {error.strerror}") from error
 
-    def ended(self, instruction: str) -> Ended | None:
+    def read_final(self, instruction: str) -> TaskEnd | None:
         """How that ended, if the newest says so: there is nothing to go on with, and no plant is needed."""
         newest = next(self.read(), None)
-        if not isinstance(newest, Checkpoint) or newest.ended is None or newest.instruction != instruction:
+        if (
+            not isinstance(newest, TaskCheckpoint)
+            or newest.final_report is None
+            or newest.instruction != instruction
+        ):
             return None
-        return Ended(newest.ended, newest.time, newest.head)
+        return TaskEnd(newest.final_report, newest.time, newest.audit_head)
 
-    def forget(self) -> None:
+    def delete(self) -> None:
         """Nothing is left, not even how it ended."""
         for path in (self._path, self._previous):
             path.unlink(missing_ok=True)
 
-    def _keep_previous(self) -> None:
+    def _save_previous(self) -> None:
         """By a second name, so that at each moment there is a newest."""
         beside = self._previous.with_name(self._previous.name + ".new")
         beside.unlink(missing_ok=True)
@@ -153,14 +159,14 @@ class Checkpoints:
             beside.replace(self._previous)
 
 
-def spelt(checkpoint: Checkpoint) -> bytes:
+def encode_checkpoint(checkpoint: TaskCheckpoint) -> bytes:
     """As it is kept: JSON with the digest of its body."""
-    held = {field.name: _WRITING.write(getattr(checkpoint, field.name)) for field in fields(checkpoint)}
+    held = {field.name: _SERIALIZER.encode(getattr(checkpoint, field.name)) for field in fields(checkpoint)}
     body = json.dumps(held, sort_keys=True, allow_nan=False)
     return json.dumps({"schema": SCHEMA, "digest": _digest(body), "body": body}, indent=1).encode()
 
 
-def understood(content: bytes, path: Path) -> Checkpoint:
+def decode_checkpoint(content: bytes, path: Path) -> TaskCheckpoint:
     """What was kept; raises `ValueError` where it is not whole or of another schema.
 
     path: where it was, for messages.
@@ -170,12 +176,12 @@ def understood(content: bytes, path: Path) -> Checkpoint:
         digest, body = kept["digest"], kept["body"]
         version = CHECKPOINT.version_of(kept)
         if version is not None and version != SCHEMA:
-            raise UnusableError("; ".join(CHECKPOINT.refusal(version, path)))
+            raise UnusableCheckpointError("; ".join(CHECKPOINT.refusal(version, path)))
         if digest != _digest(body):
-            raise UnusableError("it is damaged: its digest is another")
-        return Checkpoint(**{name: _WRITING.read(value) for name, value in json.loads(body).items()})
+            raise UnusableCheckpointError("it is damaged: its digest is another")
+        return TaskCheckpoint(**{name: _SERIALIZER.decode(value) for name, value in json.loads(body).items()})
     except (KeyError, TypeError, AttributeError) as error:
-        raise UnusableError("it is damaged: it is not laid out as a checkpoint is") from error
+        raise UnusableCheckpointError("it is damaged: it is not laid out as a checkpoint is") from error
 
 
 def _digest(body: str) -> str:

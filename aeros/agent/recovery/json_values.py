@@ -12,32 +12,32 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any, Final, get_args
 
-from aeros.agent.execution.report import Role
-from aeros.agent.planning.task_graph import PLANNED, Step, TaskGraph
-from aeros.runtime.ports import Head, StepStatus
-from aeros.spec.diagnostics.source import Span
+from aeros.agent.execution.report import StepRole
+from aeros.agent.planning.task_graph import PLAN_SPAN, PlanStep, TaskGraph
+from aeros.runtime.ports import LogHead, StepStatus
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr import types
 from aeros.spec.expr.units import Dimension
 from aeros.spec.model.step_graph import If, Par, Seq
 
 _CLASSES: Final = (
-    *(TaskGraph, Step, Seq, Par, If, Head, Dimension),
+    *(TaskGraph, PlanStep, Seq, Par, If, LogHead, Dimension),
     *(types.BoolType, types.RealType, types.IntegerType, types.VectorType, types.EnumType, types.FamilyType),
     *get_args(t.Term),
 )
 # Two enumerations are called `Role`.
-_ENUMS: Final[Mapping[str, type[Enum]]] = {"role": Role, "status": StepStatus, "variable": t.Role}
+_ENUMS: Final[Mapping[str, type[Enum]]] = {"role": StepRole, "status": StepStatus, "variable": t.VariableRole}
 _ENUM_NAMES: Final = {kind: name for name, kind in _ENUMS.items()}
 
 
-class Writing:
-    """Writes and reads values; `more`: dataclasses beyond those that plans are made of."""
+class ValueSerializer:
+    """Writes and reads values; `extra_classes`: dataclasses beyond those that plans are made of."""
 
-    def __init__(self, more: Iterable[type[Any]] = ()) -> None:
-        self._classes = {kind.__name__: kind for kind in (*_CLASSES, *more)}
+    def __init__(self, extra_classes: Iterable[type[Any]] = ()) -> None:
+        self._classes = {kind.__name__: kind for kind in (*_CLASSES, *extra_classes)}
 
-    def write(self, value: Any) -> Any:
+    def encode(self, value: Any) -> Any:
         """`value` as JSON; raises `ValueError` for what is none of the known classes."""
         match value:
             case None | bool() | int() | float() | str():
@@ -47,41 +47,41 @@ class Writing:
             case Enum() if type(value) in _ENUM_NAMES:
                 return {"enum": _ENUM_NAMES[type(value)], "value": value.value}
             case tuple() if type(value) is tuple:
-                return {"tuple": [self.write(one) for one in value]}
+                return {"tuple": [self.encode(one) for one in value]}
             case list():
-                return [self.write(one) for one in value]
+                return [self.encode(one) for one in value]
             case Mapping() if all(isinstance(key, str) for key in value):
-                return {"map": {key: self.write(one) for key, one in value.items()}}
-            case Span():
+                return {"map": {key: self.encode(one) for key, one in value.items()}}
+            case SourceSpan():
                 return {"span": "planned"}
         name = type(value).__name__
         if self._classes.get(name) is not type(value):
             raise ValueError(f"a {name} cannot be written")
-        return {"class": name, "fields": {one: self.write(getattr(value, one)) for one in _fields(value)}}
+        return {"class": name, "fields": {one: self.encode(getattr(value, one)) for one in _fields(value)}}
 
-    def read(self, written: Any) -> Any:
-        """What `write` wrote; raises `ValueError` for anything else."""
+    def decode(self, written: Any) -> Any:
+        """What `encode` wrote; raises `ValueError` for anything else."""
         try:
-            return self._read(written)
+            return self._decode(written)
         except (KeyError, TypeError, AttributeError, ZeroDivisionError) as error:
             raise ValueError(f"it is not written as such a value is: {error}") from error
 
-    def _read(self, written: Any) -> Any:
+    def _decode(self, written: Any) -> Any:
         match written:
             case list():
-                return [self._read(one) for one in written]
+                return [self._decode(one) for one in written]
             case {"fraction": text}:
                 return Fraction(text)
             case {"enum": name, "value": value}:
                 return _ENUMS[name](value)
             case {"tuple": parts}:
-                return tuple(self._read(one) for one in parts)
+                return tuple(self._decode(one) for one in parts)
             case {"map": entries}:
-                return {key: self._read(one) for key, one in entries.items()}
+                return {key: self._decode(one) for key, one in entries.items()}
             case {"span": "planned"}:
-                return PLANNED
+                return PLAN_SPAN
             case {"class": name, "fields": held}:
-                return self._classes[name](**{key: self._read(one) for key, one in held.items()})
+                return self._classes[name](**{key: self._decode(one) for key, one in held.items()})
             case dict():
                 raise ValueError(f"nothing is written as {sorted(written)}")
         return written

@@ -14,8 +14,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from aeros.agent.errors import RefusedError
-from aeros.files import replace_file
+from aeros.agent.errors import AgentError
+from aeros.files import replace_durably
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import PHASE
@@ -31,7 +31,7 @@ class Phase(Enum):
     RECOVERED = "recovered"  # it woke, and its last session had ended without a word
 
 
-class Change(Enum):
+class LifecycleEvent(Enum):
     """What makes it another phase."""
 
     BEGIN = "begin"  # it is given a task, or goes on with one
@@ -41,26 +41,26 @@ class Change(Enum):
     CRASH = "crash"  # found by the next session
 
 
-TRANSITIONS: Final[Mapping[tuple[Phase, Change], Phase]] = MappingProxyType(
+TRANSITIONS: Final[Mapping[tuple[Phase, LifecycleEvent], Phase]] = MappingProxyType(
     {
-        (Phase.CREATED, Change.BEGIN): Phase.RUNNING,
-        (Phase.STOPPED, Change.BEGIN): Phase.RUNNING,
-        (Phase.RECOVERED, Change.BEGIN): Phase.RUNNING,
-        (Phase.RUNNING, Change.PAUSE): Phase.PAUSED,
-        (Phase.PAUSED, Change.RESUME): Phase.RUNNING,
-        (Phase.RUNNING, Change.END): Phase.STOPPED,
-        (Phase.PAUSED, Change.END): Phase.STOPPED,
-        (Phase.RECOVERED, Change.END): Phase.STOPPED,
-        (Phase.RUNNING, Change.CRASH): Phase.RECOVERED,
-        (Phase.PAUSED, Change.CRASH): Phase.RECOVERED,
-        (Phase.RECOVERED, Change.CRASH): Phase.RECOVERED,
+        (Phase.CREATED, LifecycleEvent.BEGIN): Phase.RUNNING,
+        (Phase.STOPPED, LifecycleEvent.BEGIN): Phase.RUNNING,
+        (Phase.RECOVERED, LifecycleEvent.BEGIN): Phase.RUNNING,
+        (Phase.RUNNING, LifecycleEvent.PAUSE): Phase.PAUSED,
+        (Phase.PAUSED, LifecycleEvent.RESUME): Phase.RUNNING,
+        (Phase.RUNNING, LifecycleEvent.END): Phase.STOPPED,
+        (Phase.PAUSED, LifecycleEvent.END): Phase.STOPPED,
+        (Phase.RECOVERED, LifecycleEvent.END): Phase.STOPPED,
+        (Phase.RUNNING, LifecycleEvent.CRASH): Phase.RECOVERED,
+        (Phase.PAUSED, LifecycleEvent.CRASH): Phase.RECOVERED,
+        (Phase.RECOVERED, LifecycleEvent.CRASH): Phase.RECOVERED,
     }
 )
 """Every transition there is."""
 
 _FILE: Final = "phase.json"
 
-Teller = Callable[[Phase, Change, Phase], None]
+TransitionListener = Callable[[Phase, LifecycleEvent, Phase], None]
 """Puts a transition into the audit record."""
 
 
@@ -70,20 +70,20 @@ class Lifecycle:
     folder: None of an agent that leaves nothing behind.
     """
 
-    def __init__(self, folder: Path | None, tell: Teller) -> None:
+    def __init__(self, folder: Path | None, on_transition: TransitionListener) -> None:
         self._path = None if folder is None else folder / _FILE
-        self._tell = tell
-        self.phase = self._kept()
-        if self.may(Change.CRASH):
-            self.change(Change.CRASH)
+        self._tell = on_transition
+        self.phase = self._read_phase()
+        if self.is_allowed(LifecycleEvent.CRASH):
+            self.apply(LifecycleEvent.CRASH)
 
-    def may(self, change: Change) -> bool:
+    def is_allowed(self, change: LifecycleEvent) -> bool:
         """Whether the table knows of it from here."""
         return (self.phase, change) in TRANSITIONS
 
-    def change(self, change: Change) -> None:
+    def apply(self, change: LifecycleEvent) -> None:
         """Tell of the transition, then keep the phase that it leads to."""
-        if not self.may(change):
+        if not self.is_allowed(change):
             raise InternalError(f"an agent that is {self.phase.value} knows no `{change.value}`")
         then = TRANSITIONS[self.phase, change]
         self._tell(self.phase, change, then)
@@ -91,11 +91,11 @@ class Lifecycle:
         if self._path is None:
             return
         try:
-            replace_file(self._path, json.dumps({"schema": PHASE.schema, "phase": then.value}).encode())
+            replace_durably(self._path, json.dumps({"schema": PHASE.schema, "phase": then.value}).encode())
         except OSError as error:
-            raise RefusedError(f"{self._path} cannot be written: {error.strerror}") from error
+            raise AgentError(f"{self._path} cannot be written: {error.strerror}") from error
 
-    def _kept(self) -> Phase:
+    def _read_phase(self) -> Phase:
         if self._path is None:
             return Phase.CREATED
         try:
@@ -105,7 +105,7 @@ class Lifecycle:
         except FileNotFoundError:
             return Phase.CREATED
         except FormatVersionError as error:
-            raise RefusedError(str(error)) from error
+            raise AgentError(str(error)) from error
         except (OSError, ValueError, KeyError, TypeError):
             # Whatever it was, nobody let it end.
             return Phase.RUNNING

@@ -10,8 +10,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.agent.errors import RefusedError
-from aeros.files import replace_file
+from aeros.agent.errors import AgentError
+from aeros.files import replace_durably
 from aeros.spec.migrations.format import FormatVersionError, UnmigratableError
 from aeros.spec.migrations.formats import CRASHES, QUARANTINE
 from aeros.spec.migrations.rewriting import rewrite
@@ -26,19 +26,19 @@ class Quarantine:
     def __init__(self, folder: Path) -> None:
         self._crashes, self._path = folder / _CRASHES, folder / _QUARANTINE
 
-    def crashed(self, why: str, now: float, most: int, within: float) -> str | None:
+    def record_crash(self, why: str, now: float, most: int, within: float) -> str | None:
         """Take note of a crash; the reason for a quarantine, where it makes `most` of them `within` seconds.
 
         now: seconds since 1970.
         """
-        recent = [one for one in self._recent() if 0.0 <= now - one[0] <= within]
+        recent = [one for one in self._recent_crashes() if 0.0 <= now - one[0] <= within]
         recent.append((now, why))
-        _keep(self._crashes, {"schema": CRASHES.schema, "crashes": recent})
+        _write_json(self._crashes, {"schema": CRASHES.schema, "crashes": recent})
         if len(recent) < most:
             return None
         reason = f"it crashed {len(recent)} times within {within:g} s; the last time, {why}"
         since = datetime.fromtimestamp(now, UTC).isoformat(timespec="seconds")
-        _keep(self._path, {"schema": QUARANTINE.schema, "since": since, "reason": reason})
+        _write_json(self._path, {"schema": QUARANTINE.schema, "since": since, "reason": reason})
         return reason
 
     def reason(self) -> str | None:
@@ -55,28 +55,28 @@ class Quarantine:
             why = f"{self._path} is there, and does not say why"
         return f"this agent is in quarantine: {why}; `aeros release` lets it go on"
 
-    def release(self) -> bool:
+    def clear(self) -> bool:
         """Let it go on; whether it was in quarantine."""
         was = self._path.exists()
         for path in (self._crashes, self._path):
             path.unlink(missing_ok=True)
         return was
 
-    def _recent(self) -> list[tuple[float, str]]:
+    def _recent_crashes(self) -> list[tuple[float, str]]:
         try:
             current = rewrite(self._crashes, self._crashes.read_text("utf-8"), CRASHES)
             return [(float(at), str(why)) for at, why in json.loads(current.text)["crashes"]]
         except FileNotFoundError:
             return []
         except UnmigratableError as error:
-            raise RefusedError(f"`{self._crashes}` cannot be read: {error}") from error
+            raise AgentError(f"`{self._crashes}` cannot be read: {error}") from error
         except (OSError, ValueError, KeyError, TypeError):
             return []  # at worst it is restarted a few times more
 
 
-def _keep(path: Path, content: Any) -> None:
+def _write_json(path: Path, content: Any) -> None:
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        replace_file(path, json.dumps(content).encode())
+        replace_durably(path, json.dumps(content).encode())
     except OSError as error:
-        raise RefusedError(f"{path} cannot be written: {error.strerror}") from error
+        raise AgentError(f"{path} cannot be written: {error.strerror}") from error

@@ -20,21 +20,21 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.progress import Begun, Progress
-from aeros.agent.execution.step_attempt import TRIED, Attempt
-from aeros.agent.execution.supervisor import judge
-from aeros.agent.execution.uncertain_steps import Bars, not_excluded
-from aeros.agent.world.values import plain
-from aeros.agent.world.world import World
-from aeros.runtime.ports import Said, StepResult, StepStatus
+from aeros.agent.execution.progress import PlanProgress, UnfinishedAttempt
+from aeros.agent.execution.step_attempt import RAN_STATUSES, AttemptResult
+from aeros.agent.execution.supervisor import assess_step
+from aeros.agent.execution.uncertain_steps import UncertainSteps, possible_success
+from aeros.agent.world.values import to_json_value
+from aeros.agent.world.world import WorldModel
+from aeros.runtime.ports import AuditEvent, StepResult, StepStatus
 from aeros.spec.model.model import Ecm, Skill
 
-_INTERRUPTED: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
+_INTERRUPTED_STATUSES: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
 """Endings that were not its own: as for one that never ended."""
 
 
 @dataclass
-class Told:
+class RecordedStep:
     """A step as the runtime's record tells of it.
 
     sequence: the record of its beginning.
@@ -49,100 +49,108 @@ class Told:
 
 
 @dataclass
-class Recovery:
+class ProgressRecovery:
     """Brings the progress of a plan up to date; `is_known`: whether it is known where the plan was."""
 
     modules: Mapping[str, Ecm]
-    world: World
-    bars: Bars
+    world: WorldModel
+    bars: UncertainSteps
     journal: Journal
-    is_known: bool = field(default=True, init=False)
+    is_position_known: bool = field(default=True, init=False)
 
-    def recover(self, progress: Progress, said: Iterable[Said], known: int) -> None:
+    def recover(
+        self, progress: PlanProgress, events: Iterable[AuditEvent], records_at_checkpoint: int
+    ) -> None:
         """Account for every step that `progress` or the record says was begun.
 
         known: how many records there were when `progress` was kept.
         """
-        told = steps_told(said)
-        for at, begun in progress.under_way():
-            one = next((one for one in told if self._is_of(begun, one)), None)
+        told = recorded_steps(events)
+        for at, begun in progress.unfinished_attempts():
+            one = next((one for one in told if self._matches(begun, one)), None)
             if one is None:
-                progress.withdraw(at)
-                self._tell(f"{begun.module}.{begun.skill}", "it never began")
+                progress.drop_attempt(at)
+                self._record(f"{begun.module}.{begun.skill}", "it never began")
                 continue
             told.remove(one)
-            attempt = self._account(one, begun.before)
+            attempt = self._resolve_step(one, begun.before)
             if attempt is None:
-                progress.withdraw(at)
+                progress.drop_attempt(at)
             else:
-                progress.conclude(at, attempt)
+                progress.finish_attempt(at, attempt)
         for one in told:
-            if one.sequence >= known:
-                self.is_known = False
-                self._account(one, {})
+            if one.sequence >= records_at_checkpoint:
+                self.is_position_known = False
+                self._resolve_step(one, {})
 
-    def _is_of(self, begun: Begun, told: Told) -> bool:
+    def _matches(self, begun: UnfinishedAttempt, told: RecordedStep) -> bool:
         module = self.modules.get(begun.module)
         return (
             module is not None
             and told.sequence >= begun.head.records
             and told.module == begun.module
-            and told.skill in module.providers_of(begun.skill)
+            and told.skill in module.providers(begun.skill)
         )
 
-    def _account(self, told: Told, before: Mapping[str, Any]) -> Attempt | None:
+    def _resolve_step(self, told: RecordedStep, before: Mapping[str, Any]) -> AttemptResult | None:
         """What came of it, None where nothing did; barred where it is not known to have succeeded."""
         name = f"{told.module}.{told.skill}"
         module = self.modules.get(told.module)
         skill = None if module is None else module.skills.get(told.skill)
         if skill is None:
-            self._tell(name, "it is not active any more")
-            return Attempt(failed=True, reason=f"interrupted, and `{name}` is not active any more")
-        attempt, how = self._judged(skill, told, before)
+            self._record(name, "it is not active any more")
+            return AttemptResult(failed=True, reason=f"interrupted, and `{name}` is not active any more")
+        attempt, how = self._classify(skill, told, before)
         if (attempt is None or attempt.failed) and not skill.idempotent:
-            self.bars.bar(told.module, told.skill, told.inputs)
-        self._tell(name, how)
+            self.bars.add(told.module, told.skill, told.inputs)
+        self._record(name, how)
         return attempt
 
-    def _judged(self, skill: Skill, told: Told, before: Mapping[str, Any]) -> tuple[Attempt | None, str]:
-        if told.result is not None and told.result.status not in _INTERRUPTED:
-            judgement = judge(told.module, skill, told.result, self.world, before)
+    def _classify(
+        self, skill: Skill, told: RecordedStep, before: Mapping[str, Any]
+    ) -> tuple[AttemptResult | None, str]:
+        if told.result is not None and told.result.status not in _INTERRUPTED_STATUSES:
+            judgement = assess_step(told.module, skill, told.result, self.world, before)
             how = judgement.reason or f"outcome `{judgement.outcome}`"
-            is_known = not (judgement.undeclared or judgement.unknown)
-            repeatable = judgement.failed and told.result.status in TRIED and is_known
-            attempt = Attempt(judgement.failed, judgement.reason, repeatable, outputs=told.result.outputs)
+            is_known = not (judgement.is_undeclared or judgement.is_unknown)
+            repeatable = judgement.failed and told.result.status in RAN_STATUSES and is_known
+            attempt = AttemptResult(
+                judgement.failed, judgement.reason, repeatable, outputs=told.result.outputs
+            )
             return attempt, f"it had ended: {how}"
-        done = judge(told.module, skill, StepResult(StepStatus.FINISHED, ""), self.world)
-        if done.outcome is not None and self._is_news(skill, done.outcome, before):
+        done = assess_step(told.module, skill, StepResult(StepStatus.FINISHED, ""), self.world)
+        if done.outcome is not None and self._has_new_effect(skill, done.outcome, before):
             how = f"it was interrupted, and `{done.outcome}` is measured"
-            return Attempt(done.failed, how if done.failed else "", repeatable=done.failed), how
+            return AttemptResult(done.failed, how if done.failed else "", is_retryable=done.failed), how
         if skill.idempotent:
             return None, "it was interrupted, and may be run twice"
-        possible = not_excluded(skill, self.world)
+        possible = possible_success(skill, self.world)
         if possible is None:
             return None, "it was interrupted, and no success of it is measured"
         why = f"it was interrupted, and what is measured does not tell whether `{possible}` happened"
-        return Attempt(failed=True, reason=why), why
+        return AttemptResult(failed=True, reason=why), why
 
-    def _is_news(self, skill: Skill, outcome: str, before: Mapping[str, Any]) -> bool:
+    def _has_new_effect(self, skill: Skill, outcome: str, before: Mapping[str, Any]) -> bool:
         """Whether anything of that outcome was measured otherwise before."""
         effects = skill.outcomes[outcome].effects
-        return any(before.get(name) not in (None, plain(value)) for name, value in effects.items())
+        return any(before.get(name) not in (None, to_json_value(value)) for name, value in effects.items())
 
-    def _tell(self, name: str, how: str) -> None:
-        self.journal.tell("step-accounted", f"{name} was under way: {how}", skill=name, how=how)
+    def _record(self, name: str, how: str) -> None:
+        self.journal.record("step-accounted", f"{name} was under way: {how}", skill=name, how=how)
 
 
-def steps_told(said: Iterable[Said]) -> list[Told]:
+def recorded_steps(said: Iterable[AuditEvent]) -> list[RecordedStep]:
     """The steps that began, in order, each with its end where the record has one."""
-    told: list[Told] = []
+    told: list[RecordedStep] = []
     for one in said:
         details = one.details
         match one.event:
             case "step-began":
-                told.append(Told(one.sequence, details["module"], details["skill"], details["inputs"]))
+                told.append(
+                    RecordedStep(one.sequence, details["module"], details["skill"], details["inputs"])
+                )
             case "step-ended":
-                open_one = _open(told, details)
+                open_one = _find_open_step(told, details)
                 if open_one is not None:
                     outputs = details.get("outputs", {})
                     status = StepStatus(details["status"])
@@ -150,7 +158,7 @@ def steps_told(said: Iterable[Said]) -> list[Told]:
     return told
 
 
-def _open(told: Iterable[Told], details: Mapping[str, Any]) -> Told | None:
+def _find_open_step(told: Iterable[RecordedStep], details: Mapping[str, Any]) -> RecordedStep | None:
     """The step that an end is of."""
     of = (details["module"], details["skill"])
     return next((one for one in told if one.result is None and (one.module, one.skill) == of), None)

@@ -17,7 +17,7 @@ class UnusableValueError(Exception):
     """A value that is not what is declared; the message completes “`NAME` …”."""
 
 
-def exact(declared: Declared, value: Any) -> Value:
+def to_exact(declared: Declared, value: Any) -> Value:
     """`value` as `semantics.py` takes it: a finite double is the rational it denotes.
 
     A look-alike (a `bool` for a number, a subclass of `float`) is refused: it may compare as it likes.
@@ -26,33 +26,33 @@ def exact(declared: Declared, value: Any) -> Value:
     return _exact(declared, declared.variable.type, value)
 
 
-Exactly = Callable[[Declared, Any], Value]
+ExactConverter = Callable[[Declared, Any], Value]
 """What makes a value exact."""
 
 
-class Kept:
-    """`exact`, which takes what it gave last of a variable where the value is the same object again."""
+class CachingConverter:
+    """`to_exact`, which takes what it gave last of a variable where the value is the same object again."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[Declared, Any, Value]] = {}
 
     def __call__(self, declared: Declared, value: Any) -> Value:
-        """See `exact`."""
+        """See `to_exact`."""
         name = declared.variable.name
         kept = self._kept.get(name)
         # A list may hold other values by now.
         if kept is not None and kept[0] is declared and kept[1] is value and type(value) is not list:
             return kept[2]
-        found = exact(declared, value)
+        found = to_exact(declared, value)
         self._kept[name] = (declared, value, found)
         return found
 
 
-def plain(value: Any) -> Any:
+def to_json_value(value: Any) -> Any:
     """`value` for JSON: rationals as the nearest double, tuples as lists."""
     if isinstance(value, Fraction):
         return float(value)
-    return [plain(part) for part in value] if isinstance(value, tuple) else value
+    return [to_json_value(part) for part in value] if isinstance(value, tuple) else value
 
 
 def _exact(declared: Declared, type_: Type, value: Any) -> Value:
@@ -81,7 +81,7 @@ def _real(declared: Declared, value: float | Fraction) -> Fraction:
     if isinstance(value, float) and not math.isfinite(value):
         raise UnusableValueError("is not finite")
     # Doubles are compared with each other a good deal faster than with fractions.
-    low, high = declared.doubles if isinstance(value, float) else declared.range or declared.doubles
+    low, high = declared.double_range if isinstance(value, float) else declared.range or declared.double_range
     if not low <= value <= high:
         raise UnusableValueError(f"is outside {float(low):g} … {float(high):g} (SI)")
     return _rational(value)

@@ -14,12 +14,12 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, TypeGuard
 
-from aeros.agent.world.values import Exactly, UnusableValueError, exact, plain
+from aeros.agent.world.values import ExactConverter, UnusableValueError, to_exact, to_json_value
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import scalars_of
-from aeros.spec.expr.semantics import Environment, Value, holds
-from aeros.spec.expr.shortfall import Shortfall, shortfalls
+from aeros.spec.expr.lower import values_by_scalar
+from aeros.spec.expr.semantics import Environment, Value, is_true
+from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.model import Declared
@@ -28,7 +28,7 @@ NO_INPUTS: Environment = {}
 
 
 @dataclass(frozen=True, slots=True)
-class Stamp:
+class MeasurementStamp:
     """When a value was measured, plant seconds, by which sensor, and for how many seconds it is known."""
 
     time: float
@@ -37,7 +37,7 @@ class Stamp:
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class WorldModel:
     """What is known at one moment.
 
     time: that moment, seconds on the plant's clock.
@@ -52,10 +52,10 @@ class World:
     known: Mapping[str, Value]
     unknown: Mapping[str, str]
     predicates: Mapping[str, Any]
-    stamps: Mapping[str, Stamp] = field(default_factory=dict)
+    stamps: Mapping[str, MeasurementStamp] = field(default_factory=dict)
     failures: tuple[Cause, ...] = ()
 
-    def at(self, now: float) -> World:
+    def at_time(self, now: float) -> WorldModel:
         """What is still known at `now`, with nothing measured since: never more than was."""
         if now == self.time:
             return self
@@ -65,7 +65,7 @@ class World:
                 _check_age(stamp.time, stamp.max_age, now)
             except UnusableValueError as error:
                 stale[name] = str(error)
-        return World(
+        return WorldModel(
             now,
             {name: value for name, value in self.known.items() if name not in stale},
             {**self.unknown, **stale},
@@ -85,64 +85,70 @@ class World:
         environment = {**self.known, **inputs}
         if any(name not in environment for name in t.variables_of(condition)):
             return None
-        return holds(condition, environment)
+        return is_true(condition, environment)
 
-    def why_not(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> str:
+    def unmet_reason(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> str:
         """Why `condition` is not measured as true: what is unknown in it, else the values measured."""
         environment = {**self.known, **inputs}
         names = t.variables_of(condition)
         missing = [name for name in names if name not in environment]
         if missing:
             return "; ".join(f"`{name}` {self.unknown.get(name, 'has no value')}" for name in missing)
-        return ", ".join(f"`{name}` = {plain(environment[name])}" for name in names)
+        return ", ".join(f"`{name}` = {to_json_value(environment[name])}" for name in names)
 
-    def shortfalls(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> tuple[Shortfall, ...]:
+    def unmet_parts(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> tuple[UnmetBound, ...]:
         """The same as data: what is unknown in it, else the parts that are not as required."""
         environment = {**self.known, **inputs}
         read = t.variables_of(condition)
         missing = tuple(
-            Shortfall(name, None, "known", True, why=self.unknown.get(name, "has no value"))
+            UnmetBound(name, None, "known", True, reason=self.unknown.get(name, "has no value"))
             for name in read
             if name not in environment
         )
-        return missing or shortfalls(condition, scalars_of(read, environment))
+        return missing or unmet_bounds(condition, values_by_scalar(read, environment))
 
-    def measured(self, condition: t.Term) -> dict[str, Any]:
+    def measured_values(self, condition: t.Term) -> dict[str, Any]:
         """The values of the variables of `condition` as JSON, None where unknown."""
-        return {name: plain(self.known.get(name)) for name in t.variables_of(condition)}
+        return {name: to_json_value(self.known.get(name)) for name in t.variables_of(condition)}
 
 
-def measured_world(
-    state: Mapping[str, Declared], readings: Readings, now: float, exactly: Exactly = exact
-) -> World:
+def world_from_readings(
+    state: Mapping[str, Declared], readings: Readings, now: float, convert: ExactConverter = to_exact
+) -> WorldModel:
     """The world as `readings` show it at `now`; readings of undeclared names are left out.
 
-    exactly: makes values exact as `exact` does.
+    exactly: makes values exact as `to_exact` does.
     """
     known: dict[str, Value] = {}
     unknown: dict[str, str] = {}
     for name, declared in state.items():
         try:
-            known[name] = measured_value(declared, readings.get(name), now, exactly)
+            known[name] = value_from_reading(declared, readings.get(name), now, convert)
         except UnusableValueError as error:
             unknown[name] = str(error)
-    stamps = {name: Stamp(readings[name].time, state[name].sensor, state[name].max_age) for name in known}
-    predicates = {name: plain(known.get(name)) for name, declared in state.items() if _is_predicate(declared)}
-    return World(now, known, unknown, predicates, stamps)
+    stamps = {
+        name: MeasurementStamp(readings[name].time, state[name].sensor, state[name].max_age) for name in known
+    }
+    predicates = {
+        name: to_json_value(known.get(name)) for name, declared in state.items() if _is_predicate(declared)
+    }
+    return WorldModel(now, known, unknown, predicates, stamps)
 
 
-def measured_value(declared: Declared, reading: Reading | None, now: float, exactly: Exactly) -> Value:
+def value_from_reading(
+    declared: Declared, reading: Reading | None, now: float, exactly: ExactConverter
+) -> Value:
     """What `reading` says of a state variable at `now`; raises `UnusableValueError`."""
     if reading is None:
         raise UnusableValueError("is not measured")
-    is_of_now = is_time(reading.time) and is_time(now) and reading.time == now
+    is_of_now = is_finite_time(reading.time) and is_finite_time(now) and reading.time == now
     if not is_of_now or declared.max_age is None:
         _check_age(reading.time, declared.max_age, now)
     return exactly(declared, reading.value)
 
 
 def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
-    if not (is_time(time) and is_time(now)):
+    if not (is_finite_time(time) and is_finite_time(now)):
         raise UnusableValueError("has no usable time stamp")
     age = Fraction(now) - Fraction(time)
     if max_age is None or age > max_age:
@@ -152,7 +158,7 @@ def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
         raise UnusableValueError("is stamped with a time that has not come yet")
 
 
-def is_time(seconds: object) -> TypeGuard[float]:
+def is_finite_time(seconds: object) -> TypeGuard[float]:
     """Whether it is a number of seconds."""
     return type(seconds) is int or (type(seconds) is float and math.isfinite(seconds))
 

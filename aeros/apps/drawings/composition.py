@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from aeros.apps.drawings.drawing import Drawing, Edge, Node, Shape
-from aeros.spec.flow.control_flow import DONE, START, STOPPED, graph_of
+from aeros.apps.drawings.drawing import Diagram, Edge, Node, Shape
+from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.model import Ecm, Skill
 from aeros.spec.model.step_graph import If
 
 
-def composition_drawing(ecm: Ecm, composition: Composition) -> Drawing:
+def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
     """The graph of `composition` from its start to where it is done, or has stopped as failed.
 
     A failure is drawn where some outcome is one; an outcome that is declared never to happen is left out.
     """
-    graph = graph_of(composition)
+    graph = control_flow_graph(composition)
     edges: list[tuple[str, str, str, bool]] = []
     for before, after, data in graph.edges(data=True):
         part = graph.nodes[before].get("part")
@@ -29,7 +29,7 @@ def composition_drawing(ecm: Ecm, composition: Composition) -> Drawing:
     handlers = [f"handler/{name}" for name in composition.handlers]
     order = [START, *body, *handlers, DONE, STOPPED]
     ids = {name: f"n{index}" for index, name in enumerate(name for name in order if name in reached)}
-    return Drawing(
+    return Diagram(
         f"{ecm.id}: composition {composition.id}",
         tuple(_node(ids[name], name, graph.nodes[name].get("part"), composition) for name in ids),
         tuple(
@@ -53,7 +53,7 @@ def _label(step: Step, on: str, after: str, skills: Mapping[str, Skill]) -> str 
 def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
     match part:
         case Step():
-            return Node(id_, tuple(_told(part)), "state" if name.startswith("handler/") else "step")
+            return Node(id_, tuple(_step_text(part)), "state" if name.startswith("handler/") else "step")
         case If():
             return Node(id_, (f"if {part.text}",), "choice")
     ends: dict[str, tuple[str, Shape]] = {
@@ -71,9 +71,9 @@ def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
     return Node(id_, (text, *told), shape)
 
 
-def _told(step: Step) -> Iterator[str]:
+def _step_text(step: Step) -> Iterator[str]:
     yield step.id if step.id == step.skill else f"{step.id}: {step.skill}"
-    for name, flow in step.flows.items():
+    for name, flow in step.output_references.items():
         yield f"{name} from {flow.step}.{flow.output}"
     if step.retry:
         yield f"at most {step.retry + 1} tries"

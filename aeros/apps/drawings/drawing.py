@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Literal
 
 from aeros.apps.drawings.layering import LayoutEdge, Point, Size, layered_layout
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 
 Shape = Literal["step", "state", "start", "goal", "stuck", "choice", "bar"]
 """A choice is where conditions part the way; a bar is where parallel branches part or meet."""
@@ -36,7 +36,7 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class Diagram:
     """Nodes in reading order, the first of which stands first, and edges between them."""
 
     title: str
@@ -44,7 +44,7 @@ class Drawing:
     edges: tuple[Edge, ...]
 
 
-def mermaid(drawing: Drawing) -> str:
+def mermaid(drawing: Diagram) -> str:
     """The drawing as a Mermaid flow chart."""
     brackets = {
         "step": ("[", "]"),
@@ -68,10 +68,12 @@ def mermaid(drawing: Drawing) -> str:
 
 def _entities(text: str) -> str:
     """Text inside a Mermaid string: everything that Mermaid or HTML could read becomes an entity."""
-    return "".join(one if one.isalnum() or one in " _.,:=→/+-" else f"#{ord(one)};" for one in safe(text))
+    return "".join(
+        one if one.isalnum() or one in " _.,:=→/+-" else f"#{ord(one)};" for one in escape_invisible(text)
+    )
 
 
-def dot(drawing: Drawing) -> str:
+def dot(drawing: Diagram) -> str:
     """The drawing in the language of Graphviz."""
     styles = {
         "step": "shape=box",
@@ -91,7 +93,7 @@ def dot(drawing: Drawing) -> str:
 
 
 def _quoted(lines: Iterable[str]) -> str:
-    parts = (safe(line).replace("\\", "\\\\").replace('"', '\\"') for line in lines)
+    parts = (escape_invisible(line).replace("\\", "\\\\").replace('"', '\\"') for line in lines)
     return '"' + r"\n".join(parts) + '"'
 
 
@@ -107,19 +109,19 @@ _FILLS = {
 }
 
 
-def svg(drawing: Drawing) -> str:
+def svg(drawing: Diagram) -> str:
     """The drawing as an SVG image: layers from top to bottom, each below what leads to it where it can be."""
     sizes = {node.id: _size(node.lines) for node in drawing.nodes}
     edges = [
         LayoutEdge(one.source, one.target, _size([one.label]) if one.label else (0, 0))
         for one in drawing.edges
     ]
-    layout = layered_layout(_ranks(drawing), sizes, edges)
+    layout = layered_layout(_layers_of(drawing), sizes, edges)
     width, height = layout.size
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}"'
         f' width="{width:.0f}" height="{height:.0f}" font-family="sans-serif" font-size="13">',
-        f"<title>{escape(safe(drawing.title))}</title>",
+        f"<title>{escape(escape_invisible(drawing.title))}</title>",
         '<defs><marker id="head" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8"'
         ' orient="auto"><path d="M0 0L8 4L0 8z" fill="#555"/></marker></defs>',
         f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
@@ -131,10 +133,10 @@ def svg(drawing: Drawing) -> str:
 
 
 def _size(lines: Sequence[str]) -> Size:
-    return max(len(safe(line)) for line in lines) * _GLYPH + 2 * _PAD, len(lines) * _LINE + _PAD
+    return max(len(escape_invisible(line)) for line in lines) * _GLYPH + 2 * _PAD, len(lines) * _LINE + _PAD
 
 
-def _ranks(drawing: Drawing) -> dict[str, int]:
+def _layers_of(drawing: Diagram) -> dict[str, int]:
     """The layer of each node: its greatest distance from the first; the least where arrows lead in circles.
 
     Dashed arrows count only for what nothing else leads to.
@@ -176,7 +178,7 @@ def _arrow(edge: Edge, way: Sequence[Point]) -> str:
 
 def _label(text: str, at: Point) -> str:
     x, y = at
-    wide = len(safe(text)) * _GLYPH
+    wide = len(escape_invisible(text)) * _GLYPH
     ground = f'<rect x="{x - wide / 2:.0f}" y="{y - 8:.0f}" width="{wide:.0f}" height="16" fill="#fff"/>'
     return ground + _text(text, x, y)
 
@@ -194,4 +196,4 @@ def _shape(node: Node, at: Point, size: Size) -> str:
 
 
 def _text(text: str, x: float, y: float) -> str:
-    return f'<text x="{x:.0f}" y="{y + 4:.0f}" text-anchor="middle" fill="#111">{escape(safe(text))}</text>'
+    return f'<text x="{x:.0f}" y="{y + 4:.0f}" text-anchor="middle" fill="#111">{escape(escape_invisible(text))}</text>'

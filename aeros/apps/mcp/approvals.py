@@ -18,16 +18,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.files import replace_file
+from aeros.files import replace_durably
 
-FOLDER: Final = "approvals"
-HOLDS: Final = 600.0
+APPROVALS_FOLDER: Final = "approvals"
+VALIDITY_S: Final = 600.0
 """Seconds after which an approval, or what waits for one, is void."""
 
-MOST_WAITING: Final = 8
+MAX_PENDING: Final = 8
 
 _ID: Final = re.compile(r"[0-9a-f]{8}")
-_LARGEST: Final = 200_000
+_MAX_BYTES: Final = 200_000
 
 
 class ApprovalError(Exception):
@@ -39,96 +39,96 @@ class Approval:
     """Who approved what, and when (seconds since 1970)."""
 
     id: str
-    by: str
-    at: float
+    approved_by: str
+    approved_at: float
 
 
 class Approvals:
     """The server's side."""
 
     def __init__(self, state: Path) -> None:
-        self._folder = state / FOLDER
+        self._folder = state / APPROVALS_FOLDER
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._waiting: dict[str, tuple[str, float]] = {}
         for path in self._folder.iterdir():
             path.unlink()
 
-    def ask(self, what: Mapping[str, Any], known: str | None = None) -> str:
+    def request(self, what: Mapping[str, Any], known: str | None = None) -> str:
         """Ask for `what`, as JSON; what it is called, which is `known` while that still waits."""
-        self._forget_late()
+        self._remove_expired()
         if known in self._waiting:
             return str(known)
-        if len(self._waiting) >= MOST_WAITING:
-            raise ApprovalError(f"{MOST_WAITING} things wait for the operator's approval already")
+        if len(self._waiting) >= MAX_PENDING:
+            raise ApprovalError(f"{MAX_PENDING} things wait for the operator's approval already")
         id_ = secrets.token_hex(4)
         content = json.dumps({"id": id_, "asked": time.time(), **what}, indent=1).encode()
-        replace_file(self._folder / f"{id_}.json", content)
+        replace_durably(self._folder / f"{id_}.json", content)
         self._waiting[id_] = (hashlib.sha256(content).hexdigest(), time.monotonic())
         return id_
 
-    def take(self, id_: str | None) -> Approval | None:
+    def consume(self, id_: str | None) -> Approval | None:
         """The approval, which is thereby used; None where there is none, or it was for something else."""
-        self._forget_late()
+        self._remove_expired()
         if id_ not in self._waiting:
             return None
         digest, _ = self._waiting[str(id_)]
         found = _read(self._folder / f"{id_}.approved")
         if found is None or found.get("digest") != digest or type(found.get("at")) is not float:
             return None
-        self.forget(str(id_))
-        if not 0.0 <= time.time() - found["at"] <= HOLDS:
+        self.withdraw(str(id_))
+        if not 0.0 <= time.time() - found["at"] <= VALIDITY_S:
             return None
         return Approval(str(id_), str(found.get("by")), found["at"])
 
-    def is_refused(self, id_: str | None) -> bool:
+    def is_rejected(self, id_: str | None) -> bool:
         """Whether the operator said no, or what was asked for is void."""
-        self._forget_late()
+        self._remove_expired()
         return id_ is not None and not (self._folder / f"{id_}.json").exists()
 
-    def forget(self, id_: str) -> None:
+    def withdraw(self, id_: str) -> None:
         """Nothing of it is wanted any more."""
         self._waiting.pop(id_, None)
         for suffix in ("json", "approved"):
             (self._folder / f"{id_}.{suffix}").unlink(missing_ok=True)
 
-    def forget_all(self) -> None:
+    def withdraw_all(self) -> None:
         """Void all of it, as after a stop."""
         for id_ in list(self._waiting):
-            self.forget(id_)
+            self.withdraw(id_)
 
     @property
-    def waiting(self) -> list[str]:
+    def pending(self) -> list[str]:
         """What waits, by name."""
-        self._forget_late()
+        self._remove_expired()
         return list(self._waiting)
 
-    def _forget_late(self) -> None:
+    def _remove_expired(self) -> None:
         for id_, (_, asked) in list(self._waiting.items()):
-            if time.monotonic() - asked > HOLDS:
-                self.forget(id_)
+            if time.monotonic() - asked > VALIDITY_S:
+                self.withdraw(id_)
 
 
-def waiting_in(state: Path) -> list[Mapping[str, Any]]:
+def pending_requests(state: Path) -> list[Mapping[str, Any]]:
     """What waits for approval, for the operator."""
-    paths = sorted((state / FOLDER).glob("*.json"))
+    paths = sorted((state / APPROVALS_FOLDER).glob("*.json"))
     read = [one for path in paths if _ID.fullmatch(path.stem) and (one := _read(path)) is not None]
-    return [one for one in read if not (state / FOLDER / f"{one.get('id')}.approved").exists()]
+    return [one for one in read if not (state / APPROVALS_FOLDER / f"{one.get('id')}.approved").exists()]
 
 
 def approve(state: Path, id_: str) -> None:
     """Approve what is called so.  Raises `ApprovalError`."""
     content = _content(_request(state, id_))
-    said = {"digest": hashlib.sha256(content).hexdigest(), "by": _who(), "at": time.time()}
-    replace_file(state / FOLDER / f"{id_}.approved", json.dumps(said).encode())
+    said = {"digest": hashlib.sha256(content).hexdigest(), "by": _current_user(), "at": time.time()}
+    replace_durably(state / APPROVALS_FOLDER / f"{id_}.approved", json.dumps(said).encode())
 
 
-def refuse(state: Path, id_: str) -> None:
+def reject(state: Path, id_: str) -> None:
     """Let it not be done.  Raises `ApprovalError`."""
     _request(state, id_).unlink(missing_ok=True)
 
 
 def _request(state: Path, id_: str) -> Path:
-    path = state / FOLDER / f"{id_}.json"
+    path = state / APPROVALS_FOLDER / f"{id_}.json"
     if _ID.fullmatch(id_) is None or not path.is_file():
         raise ApprovalError(f"nothing called `{id_}` waits for approval")
     return path
@@ -145,10 +145,10 @@ def _read(path: Path) -> dict[str, Any] | None:
 def _content(path: Path) -> bytes:
     descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
     with os.fdopen(descriptor, "rb") as file:
-        return file.read(_LARGEST)
+        return file.read(_MAX_BYTES)
 
 
-def _who() -> str:
+def _current_user() -> str:
     try:
         return f"{getpass.getuser()} (uid {os.getuid()})"
     except (KeyError, OSError):

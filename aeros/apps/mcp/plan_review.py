@@ -9,44 +9,46 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step, TaskGraph, verify_plan
-from aeros.agent.world.values import plain
-from aeros.agent.world.world import World
-from aeros.apps.mcp.tool_arguments import AskedStep
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph, verify_plan
+from aeros.agent.world.values import to_json_value
+from aeros.agent.world.world import WorldModel
+from aeros.apps.mcp.tool_arguments import ProposedStep
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.model.model import Clause, Ecm, Site
-from aeros.spec.planning.domain import Domain, domain_for
-from aeros.spec.planning.plan_check import problems_of
-from aeros.spec.planning.search_result import NotDecidedError
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.model.model import ActionCondition, Ecm, Site
+from aeros.spec.planning.domain import PlanningDomain, domain_for
+from aeros.spec.planning.plan_check import find_step_problems
+from aeros.spec.planning.search_result import PlanUndecidedError
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class ClientPlan:
     """Steps after which the goal is to hold."""
 
-    steps: tuple[AskedStep, ...]
-    goal: Clause
+    steps: tuple[ProposedStep, ...]
+    goal: ActionCondition
 
     @property
     def graph(self) -> TaskGraph:
         """As the agent takes it."""
         named = ((*step.skill.partition("."), step.inputs) for step in self.steps)
-        return TaskGraph(tuple(Step(module, skill, inputs) for module, _, skill, inputs in named))
+        return TaskGraph(tuple(PlanStep(module, skill, inputs) for module, _, skill, inputs in named))
 
 
-class Judge:
+class ClientPlanChecker:
     """Says what is wrong with plans under the site that governs, as `site` says; for one thread."""
 
     def __init__(self, site: Callable[[], Site]) -> None:
         self._site = site
         self._oracle = Oracle()
 
-    def problems(self, plan: Plan, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> list[str]:
+    def problems(
+        self, plan: ClientPlan, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]
+    ) -> list[str]:
         """Why not to follow it from `world`; empty iff it is accepted."""
         site = self._site()
-        formal = [*_not_allowed(plan.steps, site), *_doubly_given(plan.steps, modules)]
+        formal = [*_policy_problems(plan.steps, site), *_repeated_defaults(plan.steps, modules)]
         if formal or (formal := verify_plan(plan.graph, modules, site)):
             return formal
         also = {step.skill.casefold() for step in plan.steps}
@@ -54,13 +56,13 @@ class Judge:
         domain = domain_for(modules, site, known, plan.goal.term, kept, self._oracle, also)
         labels = [_label(domain, step) for step in plan.steps]
         try:
-            return problems_of(Strategy(domain), domain.state(known), labels)
-        except NotDecidedError as why:
+            return find_step_problems(StrongCyclicStrategy(domain), domain.state(known), labels)
+        except PlanUndecidedError as why:
             return [f"undecided, so it is not accepted: {why}"]
 
 
-def _not_allowed(steps: Sequence[AskedStep], site: Site) -> list[str]:
-    allowed, most = site.mcp.skills, site.mcp.most_steps
+def _policy_problems(steps: Sequence[ProposedStep], site: Site) -> list[str]:
+    allowed, most = site.mcp.skills, site.mcp.max_steps
     if len(steps) > most:
         return [f"the plan has {len(steps)} steps; this site allows {most}"]
     return [
@@ -70,7 +72,7 @@ def _not_allowed(steps: Sequence[AskedStep], site: Site) -> list[str]:
     ]
 
 
-def _doubly_given(steps: Sequence[AskedStep], modules: Mapping[str, Ecm]) -> list[str]:
+def _repeated_defaults(steps: Sequence[ProposedStep], modules: Mapping[str, Ecm]) -> list[str]:
     found = []
     for number, step in enumerate(steps, 1):
         module, _, name = step.skill.partition(".")
@@ -79,15 +81,15 @@ def _doubly_given(steps: Sequence[AskedStep], modules: Mapping[str, Ecm]) -> lis
         found += [
             f"step {number}: leave `{one}` out: plans are judged with its default"
             for one in given
-            if skill is not None and skill.inputs[one].default is not None
+            if skill is not None and skill.inputs[one].default_value is not None
         ]
     return found
 
 
-def _label(domain: Domain, step: AskedStep) -> str:
+def _label(domain: PlanningDomain, step: ProposedStep) -> str:
     """How the domain calls the step; what it does not have is called as the client does."""
     for choice in domain.choices:
-        inputs = {name: plain(value) for name, value in choice.inputs.items()}
+        inputs = {name: to_json_value(value) for name, value in choice.inputs.items()}
         if choice.name == step.skill and inputs == dict(step.inputs):
             return choice.label
     return " ".join([step.skill, *(f"{name}={value}" for name, value in step.inputs.items())])

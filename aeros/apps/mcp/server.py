@@ -15,14 +15,14 @@ from mcp.server.lowlevel import Server
 from mcp.server.stdio import stdio_server
 
 import aeros
-from aeros.apps.mcp.tool_arguments import SCHEMAS, RefusedCallError, schema_of
+from aeros.apps.mcp.tool_arguments import SCHEMAS, ToolCallError, tool_schema
 from aeros.apps.mcp.tools import DESCRIPTIONS, Tools
 from aeros.apps.report_page.run_data import shortened
 
-_LOOK_EVERY: Final = 0.1  # s
-_LONGEST_LINE: Final = 1_000_000  # bytes
-_HOLDS = frozenset(("pause", "stop"))
-_READS_ONLY = frozenset(("list_skills", "state", "propose_plan"))
+_POLL_INTERVAL_S: Final = 0.1  # s
+_MAX_LINE_BYTES: Final = 1_000_000  # bytes
+_HOLD_TOOLS = frozenset(("pause", "stop"))
+_READ_ONLY_TOOLS = frozenset(("list_skills", "state", "propose_plan"))
 
 
 def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
@@ -32,24 +32,24 @@ def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
     async def list_tools(
         _: ServerRequestContext[Any, Any], __: types.PaginatedRequestParams | None
     ) -> types.ListToolsResult:
-        return types.ListToolsResult(tools=[_described(name) for name in SCHEMAS])
+        return types.ListToolsResult(tools=[_tool_description(name) for name in SCHEMAS])
 
     async def call_tool(
         context: ServerRequestContext[Any, Any], params: types.CallToolRequestParams
     ) -> types.CallToolResult:
-        client = _client(context)
+        client = _client_name(context)
 
         def call() -> types.CallToolResult:
             try:
                 found = tools.call(params.name, params.arguments or {}, client)
-            except RefusedCallError as refusal:
+            except ToolCallError as refusal:
                 content = types.TextContent(type="text", text=shortened(str(refusal), 4000))
                 return types.CallToolResult(content=[content], is_error=True)
             text = types.TextContent(type="text", text=json.dumps(found, default=str))
             return types.CallToolResult(content=[text], structured_content=found)
 
         # However many calls wait, for a robot or for its end, one that holds it does not wait behind them.
-        limiter = holding if params.name in _HOLDS else None
+        limiter = holding if params.name in _HOLD_TOOLS else None
         return await anyio.to_thread.run_sync(call, abandon_on_cancel=True, limiter=limiter)
 
     server: Server[Any] = Server(
@@ -58,13 +58,13 @@ def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
 
     async def watch(scope: anyio.CancelScope) -> None:
         while not is_over():
-            await anyio.sleep(_LOOK_EVERY)
+            await anyio.sleep(_POLL_INTERVAL_S)
         scope.cancel()
 
     async def answer() -> None:
         nonlocal holding
         holding = anyio.CapacityLimiter(4)
-        lines: Any = _Lines()
+        lines: Any = _StdinLines()
         # The scope is around what reads, which ends with it; nothing else ends that but the client.
         async with anyio.create_task_group() as group:
             group.start_soon(watch, group.cancel_scope)
@@ -75,7 +75,7 @@ def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
     anyio.run(answer)
 
 
-class _Lines:
+class _StdinLines:
     """Lines of standard input, which from now on is empty for everybody else.
 
     The SDK's own reader waits in a thread that nothing ends, so neither would this process; and it takes a
@@ -93,7 +93,7 @@ class _Lines:
 
     async def __anext__(self) -> str:
         while b"\n" not in self._rest:
-            if len(self._rest) > _LONGEST_LINE:
+            if len(self._rest) > _MAX_LINE_BYTES:
                 raise StopAsyncIteration  # no client of good will, and nothing after it can be told apart
             await anyio.wait_readable(self._file)
             read = os.read(self._file, 65_536)
@@ -104,16 +104,16 @@ class _Lines:
         return line.decode("utf-8", "replace")
 
 
-def _described(name: str) -> types.Tool:
+def _tool_description(name: str) -> types.Tool:
     return types.Tool(
         name=name,
         description=DESCRIPTIONS[name],
-        input_schema=schema_of(name),
-        annotations=types.ToolAnnotations(read_only_hint=name in _READS_ONLY, open_world_hint=False),
+        input_schema=tool_schema(name),
+        annotations=types.ToolAnnotations(read_only_hint=name in _READ_ONLY_TOOLS, open_world_hint=False),
     )
 
 
-def _client(context: ServerRequestContext[Any, Any]) -> str:
+def _client_name(context: ServerRequestContext[Any, Any]) -> str:
     """What the client says that it is."""
     said = context.session.client_params
     if said is None:

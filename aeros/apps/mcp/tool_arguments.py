@@ -11,18 +11,18 @@ from typing import Any, Final
 from aeros.apps.report_page.run_data import shortened
 from aeros.spec.diagnostics.codes import did_you_mean
 
-MOST_BYTES: Final = 65_536
-_MOST_LEVELS: Final = 8
-_LONGEST_TEXT: Final = 1_000
-LONGEST_WAIT: Final = 300.0
+MAX_BYTES: Final = 65_536
+_MAX_DEPTH: Final = 8
+_MAX_TEXT_CHARS: Final = 1_000
+MAX_WAIT_S: Final = 300.0
 
 
-class RefusedCallError(Exception):
+class ToolCallError(Exception):
     """A tool does not do what was asked; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
-class AskedStep:
+class ProposedStep:
     """A step that a client proposes: MODULE.SKILL and its inputs, JSON values."""
 
     skill: str
@@ -50,7 +50,7 @@ SCHEMAS: Final[Mapping[str, Mapping[str, Any]]] = {
         "wait": {
             "type": "number",
             "minimum": 0,
-            "maximum": LONGEST_WAIT,
+            "maximum": MAX_WAIT_S,
             "description": "seconds to wait for its end; 0 if absent",
         },
     },
@@ -63,7 +63,7 @@ SCHEMAS: Final[Mapping[str, Mapping[str, Any]]] = {
 REQUIRED: Final = {"propose_plan": ["steps"], "execute_plan": ["plan"]}
 
 
-def schema_of(tool: str) -> dict[str, Any]:
+def tool_schema(tool: str) -> dict[str, Any]:
     """The JSON Schema of a tool's arguments."""
     return {
         "type": "object",
@@ -74,69 +74,69 @@ def schema_of(tool: str) -> dict[str, Any]:
 
 
 def check_call(tool: str, arguments: Mapping[str, Any]) -> None:
-    """That there is such a tool and it has such arguments.  Raises `RefusedCallError`."""
+    """That there is such a tool and it has such arguments.  Raises `ToolCallError`."""
     if tool not in SCHEMAS:
-        raise RefusedCallError(f"there is no tool `{_shown(tool)}`{_meant(tool, SCHEMAS)}")
+        raise ToolCallError(f"there is no tool `{_shortened(tool)}`{_suggestion(tool, SCHEMAS)}")
     _check_names("argument", arguments, SCHEMAS[tool], REQUIRED.get(tool, ()))
-    for text in _unusable(dict(arguments), 0):
-        raise RefusedCallError(text)
-    if len(json.dumps(arguments, default=str)) > MOST_BYTES:
-        raise RefusedCallError(f"the arguments are larger than {MOST_BYTES} bytes")
+    for text in _value_problem(dict(arguments), 0):
+        raise ToolCallError(text)
+    if len(json.dumps(arguments, default=str)) > MAX_BYTES:
+        raise ToolCallError(f"the arguments are larger than {MAX_BYTES} bytes")
 
 
-def steps_in(arguments: Mapping[str, Any], most: int) -> tuple[AskedStep, ...]:
-    """The steps that are proposed, at most so many.  Raises `RefusedCallError`."""
+def read_steps(arguments: Mapping[str, Any], most: int) -> tuple[ProposedStep, ...]:
+    """The steps that are proposed, at most so many.  Raises `ToolCallError`."""
     steps = arguments["steps"]
     if type(steps) is not list or not steps:
-        raise RefusedCallError("`steps` is a list of at least one step")
+        raise ToolCallError("`steps` is a list of at least one step")
     if len(steps) > most:
-        raise RefusedCallError(f"the plan has {len(steps)} steps; this site allows {most}")
+        raise ToolCallError(f"the plan has {len(steps)} steps; this site allows {most}")
     return tuple(_step(number, step) for number, step in enumerate(steps, 1))
 
 
-def text_in(arguments: Mapping[str, Any], name: str) -> str | None:
-    """The text of that name, if it is given.  Raises `RefusedCallError`."""
+def read_text(arguments: Mapping[str, Any], name: str) -> str | None:
+    """The text of that name, if it is given.  Raises `ToolCallError`."""
     text = arguments.get(name)
     if text is not None and type(text) is not str:
-        raise RefusedCallError(f"`{name}` is a text")
+        raise ToolCallError(f"`{name}` is a text")
     return text
 
 
-def seconds_in(arguments: Mapping[str, Any], name: str) -> float:
-    """The seconds of that name, 0 if they are not given.  Raises `RefusedCallError`."""
+def read_seconds(arguments: Mapping[str, Any], name: str) -> float:
+    """The seconds of that name, 0 if they are not given.  Raises `ToolCallError`."""
     seconds = arguments.get(name, 0.0)
-    if type(seconds) not in (int, float) or not 0.0 <= seconds <= LONGEST_WAIT:
-        raise RefusedCallError(f"`{name}` is a number of seconds from 0 to {LONGEST_WAIT:g}")
+    if type(seconds) not in (int, float) or not 0.0 <= seconds <= MAX_WAIT_S:
+        raise ToolCallError(f"`{name}` is a number of seconds from 0 to {MAX_WAIT_S:g}")
     return float(seconds)
 
 
-def _step(number: int, step: Any) -> AskedStep:
+def _step(number: int, step: Any) -> ProposedStep:
     where = f"step {number}"
     if type(step) is not dict:
-        raise RefusedCallError(f"{where} is not an object with a `skill`")
+        raise ToolCallError(f"{where} is not an object with a `skill`")
     try:
         _check_names("field", step, _STEP["properties"], ("skill",))  # type: ignore[arg-type]
-    except RefusedCallError as error:
-        raise RefusedCallError(f"{where}: {error}") from None
+    except ToolCallError as error:
+        raise ToolCallError(f"{where}: {error}") from None
     skill, inputs = step["skill"], step.get("inputs", {})
     if type(skill) is not str or type(inputs) is not dict:
-        raise RefusedCallError(f"{where}: `skill` is a text, and `inputs` an object")
-    return AskedStep(skill, inputs)
+        raise ToolCallError(f"{where}: `skill` is a text, and `inputs` an object")
+    return ProposedStep(skill, inputs)
 
 
 def _check_names(what: str, given: Mapping[str, Any], known: Mapping[str, Any], required: Any) -> None:
     for name in given:
         if name not in known:
-            raise RefusedCallError(f"there is no {what} `{_shown(name)}`{_meant(name, known)}")
+            raise ToolCallError(f"there is no {what} `{_shortened(name)}`{_suggestion(name, known)}")
     for name in required:
         if name not in given:
-            raise RefusedCallError(f"the {what} `{name}` is missing")
+            raise ToolCallError(f"the {what} `{name}` is missing")
 
 
-def _unusable(value: Any, depth: int) -> Iterator[str]:
+def _value_problem(value: Any, depth: int) -> Iterator[str]:
     """Why a value is none that JSON has, or is none that is looked at any further."""
-    if depth > _MOST_LEVELS:
-        yield f"the arguments are nested more than {_MOST_LEVELS} deep"
+    if depth > _MAX_DEPTH:
+        yield f"the arguments are nested more than {_MAX_DEPTH} deep"
         return
     match value:
         case bool() | None:
@@ -148,23 +148,23 @@ def _unusable(value: Any, depth: int) -> Iterator[str]:
             if not isfinite(value):
                 yield "a number is not finite"
         case str():
-            if len(value) > _LONGEST_TEXT:
-                yield f"a text is longer than {_LONGEST_TEXT} characters"
+            if len(value) > _MAX_TEXT_CHARS:
+                yield f"a text is longer than {_MAX_TEXT_CHARS} characters"
         case list():
             for part in value:
-                yield from _unusable(part, depth + 1)
+                yield from _value_problem(part, depth + 1)
         case dict():
             for name, part in value.items():
-                yield from _unusable(name, depth + 1)
-                yield from _unusable(part, depth + 1)
+                yield from _value_problem(name, depth + 1)
+                yield from _value_problem(part, depth + 1)
         case _:
             yield f"a {type(value).__name__} is no JSON value"
 
 
-def _meant(name: str, known: Mapping[str, Any]) -> str:
-    near = did_you_mean(name[:_LONGEST_TEXT], known)
+def _suggestion(name: str, known: Mapping[str, Any]) -> str:
+    near = did_you_mean(name[:_MAX_TEXT_CHARS], known)
     return f"; did you mean `{near}`?" if near else ""
 
 
-def _shown(name: object) -> str:
+def _shortened(name: object) -> str:
     return shortened(str(name), 80)

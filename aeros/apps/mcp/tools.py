@@ -15,27 +15,27 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from aeros.agent.planning.routing import Routed
-from aeros.agent.world.values import plain
-from aeros.agent.world.world import World, measured_world
-from aeros.apps.goal import goal_of
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.world.values import to_json_value
+from aeros.agent.world.world import WorldModel, world_from_readings
+from aeros.apps.goal import parse_goal
 from aeros.apps.mcp.approvals import Approval, ApprovalError, Approvals
-from aeros.apps.mcp.plan_review import Plan
-from aeros.apps.mcp.robot import Heard, Parts, Robot, Running
+from aeros.apps.mcp.plan_review import ClientPlan
+from aeros.apps.mcp.robot import LatestMeasurements, McpRobotThread, PlanExecution, RobotParts
 from aeros.apps.mcp.tool_arguments import (
-    RefusedCallError,
+    ToolCallError,
     check_call,
-    seconds_in,
-    steps_in,
-    text_in,
+    read_seconds,
+    read_steps,
+    read_text,
 )
-from aeros.runtime.execution.governor import Command
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import render_all
 from aeros.spec.expr.types import RealType, VectorType
-from aeros.spec.model.model import Clause, Declared, Ecm, Execute, Site
+from aeros.spec.model.model import ActionCondition, Declared, Ecm, Execute, Site
 
-MOST_PLANS: Final = 32
+MAX_PLANS: Final = 32
 
 DESCRIPTIONS: Final = {
     "list_skills": "The skills that plans may have: preconditions, outcomes, inputs; and the task's goal.",
@@ -50,10 +50,10 @@ DESCRIPTIONS: Final = {
 
 
 @dataclass(slots=True)
-class _Kept:
+class _AcceptedPlan:
     """An accepted plan, and what its approval is called."""
 
-    plan: Plan
+    plan: ClientPlan
     approval: str | None = None
 
 
@@ -66,12 +66,12 @@ class Tools:
 
     def __init__(
         self,
-        robot: Robot,
-        heard: Heard,
-        routed: Routed,
+        robot: McpRobotThread,
+        heard: LatestMeasurements,
+        routed: RoutedTask,
         approvals: Approvals,
-        ask: Callable[[Command], None],
-        command: Callable[[], Command],
+        ask: Callable[[OperatorCommand], None],
+        command: Callable[[], OperatorCommand],
     ) -> None:
         self._robot = robot
         self._heard = heard
@@ -79,14 +79,14 @@ class Tools:
         self._approvals = approvals
         self._ask = ask
         self._command = command
-        self._plans: dict[str, _Kept] = {}
+        self._plans: dict[str, _AcceptedPlan] = {}
         self._resuming: str | None = None
-        self._site, self._modules = robot.call(_governing).result()
+        self._site, self._modules = robot.call(_current_configuration).result()
         # Calls come in several threads; it is held only where none of them waits for the robot.
         self._lock = threading.Lock()
 
     def call(self, tool: str, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
-        """What the tool answers `client`, who says that it is called so.  Raises `RefusedCallError`."""
+        """What the tool answers `client`, who says that it is called so.  Raises `ToolCallError`."""
         try:
             check_call(tool, arguments)
             does = {
@@ -99,19 +99,19 @@ class Tools:
                 "resume": self._resume,
             }
             return does[tool](arguments, client)
-        except (RefusedCallError, ApprovalError) as refusal:
-            self._note("mcp-refused", {"client": client, "tool": tool[:80], "reason": str(refusal)})
-            raise RefusedCallError(str(refusal)) from refusal
+        except (ToolCallError, ApprovalError) as refusal:
+            self._record("mcp-refused", {"client": client, "tool": tool[:80], "reason": str(refusal)})
+            raise ToolCallError(str(refusal)) from refusal
 
     # Looking.
 
     def _list_skills(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
-        self._follow()
+        self._apply_configuration()
         allowed = self._site.mcp.skills
         task = self._routed.task
         return {
-            "task": {"name": str(self._routed), "goal": task.goal_text, "words": list(task.words)},
-            "most_steps": self._site.mcp.most_steps,
+            "task": {"name": str(self._routed), "goal": task.goal_text, "words": list(task.trigger_phrases)},
+            "most_steps": self._site.mcp.max_steps,
             "skills": [
                 one
                 for module in self._modules.values()
@@ -123,30 +123,30 @@ class Tools:
     def _state(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
         if self._robot.is_busy:
             now, readings = self._heard.last()
-            world = measured_world(self._site.state, readings, now)
+            world = world_from_readings(self._site.state, readings, now)
         else:
             world = self._robot.world().result()
         return {
             "time": world.time,
-            "state": dict(_told(world)),
+            "state": dict(_world_json(world)),
             "operator": self._command().name.lower(),
             "running": None if self._robot.running is None else _progress(self._robot.running),
             "plans": list(self._plans),
-            "waiting_for_approval": self._approvals.waiting,
+            "waiting_for_approval": self._approvals.pending,
         }
 
     # Plans.
 
     def _propose(self, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
-        self._be_idle()
-        self._follow()
-        steps = steps_in(arguments, self._site.mcp.most_steps)
-        goal = self._goal(text_in(arguments, "goal"))
-        plan = Plan(steps, goal)
+        self._require_idle()
+        self._apply_configuration()
+        steps = read_steps(arguments, self._site.mcp.max_steps)
+        goal = self._goal(read_text(arguments, "goal"))
+        plan = ClientPlan(steps, goal)
 
-        def judge(parts: Parts) -> tuple[World, list[str]]:
+        def judge(parts: RobotParts) -> tuple[WorldModel, list[str]]:
             runtime = parts.runtime
-            world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
+            world = world_from_readings(runtime.site.state, runtime.observe(), runtime.now())
             judge = parts.planner.judge
             return world, judge.problems(plan, self._routed, world, runtime.active_modules())
 
@@ -155,136 +155,151 @@ class Tools:
         if not problems:
             name = secrets.token_hex(4)
             with self._lock:
-                while len(self._plans) >= MOST_PLANS:
-                    self._give_up(next(iter(self._plans)))
-                self._plans[name] = _Kept(plan)
+                while len(self._plans) >= MAX_PLANS:
+                    self._discard_plan(next(iter(self._plans)))
+                self._plans[name] = _AcceptedPlan(plan)
         verdict = {"accepted": not problems, "plan": name, "problems": problems}
-        self._note("mcp-proposed", {"client": client, **verdict, **_content(plan)})
-        measured = {one: plain(world.known[one]) for one in world.predicates if one in world.known}
+        self._record("mcp-proposed", {"client": client, **verdict, **_content(plan)})
+        measured = {one: to_json_value(world.known[one]) for one in world.predicates if one in world.known}
         return {**verdict, "goal": goal.text, "judged_from": measured}
 
     def _execute(self, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
-        name, wait = text_in(arguments, "plan"), seconds_in(arguments, "wait")
-        self._follow()
+        name, wait = read_text(arguments, "plan"), read_seconds(arguments, "wait")
+        self._apply_configuration()
         with self._lock:
             begun = self._begin(name or "", client)
-        if not isinstance(begun, Running):
+        if not isinstance(begun, PlanExecution):
             return begun
         begun.ended.wait(wait)
         return _progress(begun)
 
-    def _begin(self, name: str, client: str) -> Running | dict[str, Any]:
+    def _begin(self, name: str, client: str) -> PlanExecution | dict[str, Any]:
         """The plan under way, as it was before or from now on; or what it waits for."""
         running = self._robot.running
         if running is not None and name == running.plan:
             return running
         kept = self._plans.get(name)
         if kept is None:
-            raise RefusedCallError("there is no accepted plan of that name: propose_plan gives one")
-        self._be_idle()
+            raise ToolCallError("there is no accepted plan of that name: propose_plan gives one")
+        self._require_idle()
         if self._site.mcp.execute is Execute.DENIED:
-            raise RefusedCallError("this site lets no client have a plan executed")
-        if self._command() is not Command.RUN:
-            raise RefusedCallError(f"{self._held()}: the operator resumes it with `aeros resume`")
+            raise ToolCallError("this site lets no client have a plan executed")
+        if self._command() is not OperatorCommand.RUN:
+            raise ToolCallError(f"{self._hold_reason()}: the operator resumes it with `aeros resume`")
         approval = None
         if self._site.mcp.execute is Execute.APPROVAL:
-            approval = self._approvals.take(kept.approval)
+            approval = self._approvals.consume(kept.approval)
             if approval is None:
                 return self._wait_for_approval(name, kept, client)
         del self._plans[name]
-        return self._robot.execute(name, kept.plan, self._executing(client, name, kept.plan, approval))
+        return self._robot.start_plan(
+            name, kept.plan, self._start_execution(client, name, kept.plan, approval)
+        )
 
-    def _wait_for_approval(self, name: str, kept: _Kept, client: str) -> dict[str, Any]:
-        if self._approvals.is_refused(kept.approval):
-            self._give_up(name)
-            raise RefusedCallError("the operator did not approve it; propose a plan again")
+    def _wait_for_approval(self, name: str, kept: _AcceptedPlan, client: str) -> dict[str, Any]:
+        if self._approvals.is_rejected(kept.approval):
+            self._discard_plan(name)
+            raise ToolCallError("the operator did not approve it; propose a plan again")
         what = {"what": "execute", "client": client, "plan": name, **_content(kept.plan)}
-        kept.approval = self._approvals.ask(what, kept.approval)
+        kept.approval = self._approvals.request(what, kept.approval)
         return {"status": "waits for approval", "plan": name, "operator": f"aeros approve {kept.approval}"}
 
-    def _executing(self, client: str, name: str, plan: Plan, approval: Approval | None) -> Mapping[str, Any]:
+    def _start_execution(
+        self, client: str, name: str, plan: ClientPlan, approval: Approval | None
+    ) -> Mapping[str, Any]:
         content = _content(plan)
         digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-        approved = None if approval is None else {"id": approval.id, "by": approval.by, "at": approval.at}
+        approved = (
+            None
+            if approval is None
+            else {"id": approval.id, "by": approval.approved_by, "at": approval.approved_at}
+        )
         return {"client": client, "plan": name, "digest": digest, "approved": approved, **content}
 
-    def _give_up(self, name: str) -> None:
+    def _discard_plan(self, name: str) -> None:
         kept = self._plans.pop(name)
         if kept.approval is not None:
-            self._approvals.forget(kept.approval)
+            self._approvals.withdraw(kept.approval)
 
-    def _goal(self, text: str | None) -> Clause:
+    def _goal(self, text: str | None) -> ActionCondition:
         task = self._routed.task
         if text is None:
-            return Clause(task.goal, task.goal_text, task.span)
+            return ActionCondition(task.goal, task.goal_text, task.span)
         try:
-            return goal_of(text, self._site)
+            return parse_goal(text, self._site)
         except UserError as error:
-            raise RefusedCallError(f"the goal is not understood:\n{render_all(error.diagnostics)}") from error
+            raise ToolCallError(f"the goal is not understood:\n{render_all(error.diagnostics)}") from error
 
-    def _follow(self) -> None:
+    def _apply_configuration(self) -> None:
         """Take over what governs now; while a plan is executed nothing is begun that it could matter to."""
         if not self._robot.is_busy:
-            self._site, self._modules = self._robot.call(_governing).result()
+            self._site, self._modules = self._robot.call(_current_configuration).result()
 
-    def _be_idle(self) -> None:
+    def _require_idle(self) -> None:
         if self._robot.is_busy and self._robot.running is not None:
-            raise RefusedCallError(f"the robot is busy with plan {self._robot.running.plan}")
+            raise ToolCallError(f"the robot is busy with plan {self._robot.running.plan}")
 
     # Holding it.
 
     def _pause(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
-        if self._command() is Command.RUN:
-            self._ask(Command.PAUSE)
-        self._note("mcp-pause", {"client": client})
-        return {"status": self._held()}
+        if self._command() is OperatorCommand.RUN:
+            self._ask(OperatorCommand.PAUSE)
+        self._record("mcp-pause", {"client": client})
+        return {"status": self._hold_reason()}
 
     def _stop(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
-        self._ask(Command.STOP)
+        self._ask(OperatorCommand.STOP)
         with self._lock:
             for name in list(self._plans):
-                self._give_up(name)
-            self._approvals.forget_all()
-        self._note("mcp-stop", {"client": client})
-        return {"status": self._held()}
+                self._discard_plan(name)
+            self._approvals.withdraw_all()
+        self._record("mcp-stop", {"client": client})
+        return {"status": self._hold_reason()}
 
     def _resume(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
-        if self._command() is Command.RUN:
+        if self._command() is OperatorCommand.RUN:
             return {"status": "nothing is held"}
-        if self._robot.is_busy and self._command() is Command.STOP:
-            raise RefusedCallError("the plan that was stopped has not ended yet")
+        if self._robot.is_busy and self._command() is OperatorCommand.STOP:
+            raise ToolCallError("the plan that was stopped has not ended yet")
         with self._lock:
-            approval = self._approvals.take(self._resuming)
+            approval = self._approvals.consume(self._resuming)
             if approval is None:
-                known = None if self._approvals.is_refused(self._resuming) else self._resuming
-                self._resuming = self._approvals.ask({"what": "resume", "client": client}, known)
+                known = None if self._approvals.is_rejected(self._resuming) else self._resuming
+                self._resuming = self._approvals.request({"what": "resume", "client": client}, known)
                 return {"status": "waits for approval", "operator": f"aeros approve {self._resuming}"}
             self._resuming = None
-        self._note("mcp-resume", {"client": client, "approved": {"by": approval.by, "at": approval.at}})
-        self._ask(Command.RUN)
+        self._record(
+            "mcp-resume",
+            {"client": client, "approved": {"by": approval.approved_by, "at": approval.approved_at}},
+        )
+        self._ask(OperatorCommand.RUN)
         return {"status": "resumed"}
 
-    def _held(self) -> str:
-        return {Command.RUN: "running", Command.PAUSE: "paused", Command.STOP: "stopped"}[self._command()]
+    def _hold_reason(self) -> str:
+        return {
+            OperatorCommand.RUN: "running",
+            OperatorCommand.PAUSE: "paused",
+            OperatorCommand.STOP: "stopped",
+        }[self._command()]
 
-    def _note(self, event: str, details: Mapping[str, Any]) -> None:
+    def _record(self, event: str, details: Mapping[str, Any]) -> None:
         """Put it into the record; while a plan is executed, once that has ended."""
         self._robot.call(lambda parts: parts.runtime.note(event, details))
 
 
-def _governing(parts: Parts) -> tuple[Site, Mapping[str, Ecm]]:
+def _current_configuration(parts: RobotParts) -> tuple[Site, Mapping[str, Ecm]]:
     modules = parts.runtime.active_modules()
     return parts.runtime.site, modules
 
 
-def _content(plan: Plan) -> dict[str, Any]:
+def _content(plan: ClientPlan) -> dict[str, Any]:
     return {
         "steps": [{"skill": s.skill, "inputs": dict(s.inputs)} for s in plan.steps],
         "goal": plan.goal.text,
     }
 
 
-def _progress(running: Running) -> dict[str, Any]:
+def _progress(running: PlanExecution) -> dict[str, Any]:
     if not running.ended.is_set():
         return {"status": "executing", "plan": running.plan}
     report = running.report
@@ -312,13 +327,13 @@ def _skills(ecm: Ecm) -> Iterator[dict[str, Any]]:
             "risk": skill.risk.name.lower(),
             "precondition": None if skill.precondition is None else skill.precondition.text,
             "outcomes": [
-                {"outcome": one.id, "failure": one.failure, "then": _jsonable(one.effects)}
+                {"outcome": one.id, "failure": one.failure, "then": _effects_json(one.effects)}
                 for one in skill.outcomes.values()
             ],
             "inputs": {
                 name.removeprefix("inputs."): _declared(one)
                 for name, one in skill.inputs.items()
-                if one.default is None
+                if one.default_value is None
             },
         }
 
@@ -333,13 +348,13 @@ def _declared(one: Declared) -> dict[str, Any]:
     }
 
 
-def _told(world: World) -> Iterator[tuple[str, dict[str, Any]]]:
+def _world_json(world: WorldModel) -> Iterator[tuple[str, dict[str, Any]]]:
     for name, value in world.known.items():
         age = world.time - world.stamps[name].time
-        yield name, {"value": plain(value), "age": age}
+        yield name, {"value": to_json_value(value), "age": age}
     for name, why in world.unknown.items():
         yield name, {"value": None, "unknown": why}
 
 
-def _jsonable(effects: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: plain(value) for name, value in effects.items()}
+def _effects_json(effects: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: to_json_value(value) for name, value in effects.items()}

@@ -17,11 +17,11 @@ from typing import Any
 
 import aeros
 from aeros.apps.drawings.drawing import svg
-from aeros.apps.report_page.plots import COLOURS, Mark, marks_of, plot, timeline
-from aeros.apps.report_page.rows import Row, rows_of
-from aeros.apps.report_page.run_data import Left, shortened
-from aeros.apps.report_page.run_diagrams import plan_drawing, run_drawing
-from aeros.apps.report_page.series import Series, series_of
+from aeros.apps.report_page.plots import COLOURS, Mark, collect_marks, plot, timeline
+from aeros.apps.report_page.rows import DecisionRow, group_decisions
+from aeros.apps.report_page.run_data import RunData, shortened
+from aeros.apps.report_page.run_diagrams import plan_diagram, run_diagram
+from aeros.apps.report_page.series import Series, build_series
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.model.model import Site
 
@@ -46,28 +46,28 @@ form.addEventListener("input",show);form.addEventListener("submit",event=>event.
 form.hidden=false;show();
 """
 
-_MOST_PLANS = 60
-_MOST_MARKS = 300
-_TEXT = 1000
+_MAX_PLANS = 60
+_MAX_MARKS = 300
+_MAX_TEXT_CHARS = 1000
 
 
-def page_of(left: Left, name: str, sites: Mapping[str, Site], signed: str) -> str:
+def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> str:
     """The page about a run.
 
     name: how the run is called, for instance its folder.
     sites: by digest, those under which it ran that are at hand; bounds are drawn of no other.
     signed: what is known of signatures.
     """
-    marks = marks_of(left)
-    series = series_of(left, sites)
+    marks = collect_marks(run)
+    series = build_series(run, sites)
     sections = [
-        ("Summary", _summary(left, signed)),
-        ("Task graph", _plans(left)),
-        ("What followed what", [svg(run_drawing(left))]),
-        ("Timeline", [timeline(left, marks), _key(), *_marks(marks)]),
-        ("Distances, speeds and forces against their bounds", _plots(left, series, sites, marks)),
-        ("Decisions", _decisions(left)),
-        ("Configuration", _configuration(left)),
+        ("Summary", _summary(run, signed)),
+        ("Task graph", _plans(run)),
+        ("What followed what", [svg(run_diagram(run))]),
+        ("Timeline", [timeline(run, marks), _legend(), *_marks(marks)]),
+        ("Distances, speeds and forces against their bounds", _plots(run, series, sites, marks)),
+        ("Decisions", _decisions(run)),
+        ("Configuration", _configuration(run)),
     ]
     digest = base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
@@ -85,7 +85,7 @@ def page_of(left: Left, name: str, sites: Mapping[str, Site], signed: str) -> st
     )
 
 
-def _text(told: object, most: int = _TEXT) -> str:
+def _text(told: object, most: int = _MAX_TEXT_CHARS) -> str:
     """Anything that was said, as text that is no markup."""
     return escape(shortened(told if isinstance(told, str) else json.dumps(told, default=str), most))
 
@@ -100,15 +100,15 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = 
 # Summary
 
 
-def _summary(left: Left, signed: str) -> Iterator[str]:
+def _summary(left: RunData, signed: str) -> Iterator[str]:
     counts = left.chain.decisions
     sound = f'<span class="good">sound</span>, {left.chain.records} records'
-    if not left.chain.sound:
-        sound = f'<span class="bad">NOT SOUND: {_text(left.chain.why)}</span>; what follows is not shown'
+    if not left.chain.is_sound:
+        sound = f'<span class="bad">NOT SOUND: {_text(left.chain.reason)}</span>; what follows is not shown'
     ended = next((details for kind, details in reversed(left.notes) if kind == "run-ended"), None)
     rows = [
-        ("instruction", _noted(left, "routed", "instruction")),
-        ("task", _noted(left, "routed", "task")),
+        ("instruction", _noted_details(left, "routed", "instruction")),
+        ("task", _noted_details(left, "routed", "task")),
         ("ended", _ended(ended)),
         ("measured", _text(ended.get("measured")) if ended is not None else ""),
         ("decisions", f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"),
@@ -117,11 +117,11 @@ def _summary(left: Left, signed: str) -> Iterator[str]:
         ("audit chain", sound),
         ("signatures", _text(signed)),
     ]
-    rows += [("trouble", f'<span class="bad">{_text(one)}</span>') for one in left.trouble]
+    rows += [("trouble", f'<span class="bad">{_text(one)}</span>') for one in left.problems]
     yield _table(rows)
 
 
-def _noted(left: Left, kind: str, name: str) -> str:
+def _noted_details(left: RunData, kind: str, name: str) -> str:
     return next((_text(details.get(name)) for one, details in left.notes if one == kind), "")
 
 
@@ -133,26 +133,26 @@ def _ended(details: Mapping[str, Any] | None) -> str:
     return f'<span class="bad">goal not reached</span>: {_text(details.get("reason"))}'
 
 
-def _plans(left: Left) -> Iterator[str]:
+def _plans(left: RunData) -> Iterator[str]:
     """The latest plan, and all in order; one that was made again, as while the agent waited, is said once."""
-    latest = plan_drawing(left)
+    latest = plan_diagram(left)
     yield "<p>No plan is told in the trace.</p>" if latest is None else svg(latest)
     plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan"]
     folded = [list(group) for _, group in groupby(plans, key=lambda plan: json.dumps(plan[1]))]
     items = []
-    for group in folded[:_MOST_PLANS]:
+    for group in folded[:_MAX_PLANS]:
         steps = group[0][1] if type(group[0][1]) is list else [group[0][1]]
         again = f" and {len(group) - 1} times again until {group[-1][0]:.2f} s" if len(group) > 1 else ""
         items.append(f"<li>at {group[0][0]:.2f} s{again}: " + " → ".join(map(_text, steps)) + "</li>")
     if items:
-        more = f"<p>… and {len(folded) - _MOST_PLANS} more</p>" if len(folded) > _MOST_PLANS else ""
+        more = f"<p>… and {len(folded) - _MAX_PLANS} more</p>" if len(folded) > _MAX_PLANS else ""
         yield f"<details><summary>{len(plans)} plans</summary><ol>{''.join(items)}</ol>{more}</details>"
 
 
 # Timeline
 
 
-def _key() -> str:
+def _legend() -> str:
     keys = (
         f'<svg class="key" viewBox="0 0 1 1"><rect width="1" height="1" fill="{colour}"/></svg>{sort}'
         for sort, colour in COLOURS.items()
@@ -162,15 +162,15 @@ def _key() -> str:
 
 def _marks(marks: Sequence[Mark]) -> Iterator[str]:
     if marks:
-        rows = [(f"{one.time:.2f} s", one.sort, _text(one.text)) for one in marks[:_MOST_MARKS]]
-        more = f" of which the first {_MOST_MARKS} are listed" if len(marks) > _MOST_MARKS else ""
+        rows = [(f"{one.time:.2f} s", one.category, _text(one.text)) for one in marks[:_MAX_MARKS]]
+        more = f" of which the first {_MAX_MARKS} are listed" if len(marks) > _MAX_MARKS else ""
         yield f"<details open><summary>{len(marks)} marks{more}</summary>{_table(rows)}</details>"
 
 
 # Plots
 
 
-def _plots(left: Left, series: Series, sites: Mapping[str, Site], marks: Sequence[Mark]) -> Iterator[str]:
+def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequence[Mark]) -> Iterator[str]:
     missing = {one.site for one in left.decisions} - sites.keys()
     if missing:
         digests = ", ".join(_text(one) for one in sorted(map(str, missing)))
@@ -179,12 +179,14 @@ def _plots(left: Left, series: Series, sites: Mapping[str, Site], marks: Sequenc
         yield "<p>Values are those of decisions alone: the run left no samples of what it measured.</p>"
     else:
         yield "<p>Values are samples: ten a second, and those of decisions.</p>"
-    if series.step > 1:
-        yield f"<p>Bounds are worked out at each {series.step}th sample, and at each decision.</p>"
+    if series.sample_step > 1:
+        yield f"<p>Bounds are worked out at each {series.sample_step}th sample, and at each decision.</p>"
     shown = [one for one in series.quantities.values() if one.is_single and (one.upper or one.lower)]
-    for quantity in sorted(shown, key=lambda one: (one.is_asked, one.name)):
-        yield plot(quantity, [one for one in marks if one.sort in ("stopped", "fault")], left.ends_at)
-    nearest = sorted(series.nearest.values(), key=lambda one: (one.margin / (abs(one.bound) or 1), one.rule))
+    for quantity in sorted(shown, key=lambda one: (one.is_requested, one.name)):
+        yield plot(quantity, [one for one in marks if one.category in ("stopped", "fault")], left.ends_at)
+    nearest = sorted(
+        series.closest_approaches.values(), key=lambda one: (one.margin / (abs(one.bound) or 1), one.rule)
+    )
     if nearest:
         yield "<p>How near each rule came to being broken, at the moments above, the nearest first:</p>"
         yield _table(
@@ -207,8 +209,8 @@ def _plots(left: Left, series: Series, sites: Mapping[str, Site], marks: Sequenc
 # Decisions
 
 
-def _decisions(left: Left) -> Iterator[str]:
-    rows, left_out = rows_of(left.decisions)
+def _decisions(left: RunData) -> Iterator[str]:
+    rows, left_out = group_decisions(left.decisions)
     skills = sorted({row.first.skill for row in rows})
     options = "".join(f'<option value="{_text(one)}">{_text(one)}</option>' for one in skills)
     verdicts = "".join(
@@ -230,7 +232,7 @@ def _decisions(left: Left) -> Iterator[str]:
     yield "</tbody></table>"
 
 
-def _row(row: Row) -> str:
+def _row(row: DecisionRow) -> str:
     one, last = row.first, row.last
     records = f"{one.sequence}" + (f"–{last.sequence}" if row.count > 1 else "")
     times = f"{one.time:.2f}" + (f"–{last.time:.2f} s" if row.count > 1 else " s")
@@ -238,12 +240,12 @@ def _row(row: Row) -> str:
     cells = (
         records,
         times,
-        f"{again}{_text(one.verdict)}",
+        f"{again}{_text(one.decision)}",
         _text(one.skill),
-        f"<code>{_text(one.kind)}({_arguments(one.asked)})</code>" + (" …" if row.count > 1 else ""),
-        _why(row),
+        f"<code>{_text(one.kind)}({_arguments(one.requested)})</code>" + (" …" if row.count > 1 else ""),
+        _reasons_html(row),
     )
-    data = f'data-verdict="{_text(one.verdict)}" data-skill="{_text(one.skill)}" data-count="{row.count}"'
+    data = f'data-verdict="{_text(one.decision)}" data-skill="{_text(one.skill)}" data-count="{row.count}"'
     return f"<tr {data}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
 
@@ -259,7 +261,7 @@ def _rounded(value: Any) -> str:
     return json.dumps(value)
 
 
-def _why(row: Row) -> str:
+def _reasons_html(row: DecisionRow) -> str:
     one = row.first
     told = []
     for code, rule, text in one.reasons:
@@ -267,7 +269,7 @@ def _why(row: Row) -> str:
         told.append(
             f'<b title="{_text(summary)}">{_text(code)}</b> <code>{_text(rule)}</code>: {_text(text)}'
         )
-    if one.verdict == "ATTENUATE":
+    if one.decision == "ATTENUATE":
         told.append(f"reduced to <code>{_arguments(one.decided)}</code>")
     return "<br>".join(told)
 
@@ -275,16 +277,16 @@ def _why(row: Row) -> str:
 # Configuration
 
 
-def _configuration(left: Left) -> Iterator[str]:
+def _configuration(left: RunData) -> Iterator[str]:
     for number, session in enumerate(left.sessions):
         site = session.get("site")
         modules = session.get("modules")
         rows = [
             ("configuration", f"<code>{_text(session.get('configuration'))}</code>"),
-            ("site", _digested(site if type(site) is dict else {}, ("id", "digest"))),
+            ("site", _digest_rows(site if type(site) is dict else {}, ("id", "digest"))),
         ]
         for name, module in (modules if type(modules) is dict else {}).items():
-            told = _digested(module if type(module) is dict else {}, ("version", "manifest", "code"))
+            told = _digest_rows(module if type(module) is dict else {}, ("version", "manifest", "code"))
             rows.append((f"module {_text(name)}", told))
         yield "<p>As the run began:</p>" if number == 0 else "<p>Then:</p>"
         yield _table(rows)
@@ -292,5 +294,5 @@ def _configuration(left: Left) -> Iterator[str]:
     yield f"<p>head of the chain <code>{_text(left.chain.head)}</code>; read {written}</p>"
 
 
-def _digested(details: Mapping[str, Any], names: Sequence[str]) -> str:
+def _digest_rows(details: Mapping[str, Any], names: Sequence[str]) -> str:
     return "<br>".join(f"{name} <code>{_text(details.get(name))}</code>" for name in names)

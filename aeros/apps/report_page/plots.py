@@ -8,13 +8,13 @@ from itertools import pairwise
 from math import floor, log10
 from typing import Final, NamedTuple
 
-from aeros.apps.report_page.run_data import Left, Run, shortened
-from aeros.apps.report_page.series import Limit, Quantity
+from aeros.apps.report_page.run_data import RunData, SkillExecution, shortened
+from aeros.apps.report_page.series import Limit, PlottedQuantity
 
 _LEFT, _WIDTH, _RIGHT = 190, 900, 20
 _LANE, _PLOT, _FOOT = 22, 130, 22
-_MOST_BARS: Final = 2_000
-_MOST_MARKS: Final = 500
+_MAX_BARS: Final = 2_000
+_MAX_MARKS: Final = 500
 
 COLOURS: Final = {
     "succeeded": "#2e7d32",
@@ -31,82 +31,82 @@ class Mark(NamedTuple):
     """Something that happened at one moment: its sort, a key of `COLOURS`, and what it was."""
 
     time: float
-    sort: str
+    category: str
     text: str
 
 
-def marks_of(left: Left) -> list[Mark]:
+def collect_marks(left: RunData) -> list[Mark]:
     """Faults, stops, denials, re-plans and pauses, in order of time."""
     marks = [Mark(one.time, "fault", one.text) for one in left.events if one.kind.startswith("fault")]
     marks += [
-        Mark(run.ended, "stopped", f"stop: {run.skill}: {run.reason or run.status}")
+        Mark(run.end_time, "stopped", f"stop: {run.skill}: {run.reason or run.status}")
         for run in left.runs
-        if run.ended is not None and run.status not in ("finished", "denied")
+        if run.end_time is not None and run.status not in ("finished", "denied")
     ]
     marks += [
         Mark(one.time, "denied", f"{one.skill} asks for {one.kind}: " + "; ".join(r[1] for r in one.reasons))
         for one in left.decisions
-        if one.verdict == "DENY"
+        if one.decision == "DENY"
     ]
     marks += [Mark(one.time, "re-plan", one.text) for one in left.events if one.kind == "re-plan"]
-    marks += [Mark(time, "stopped", f"{what} by the operator") for time, what in left.changes]
+    marks += [Mark(time, "stopped", f"{what} by the operator") for time, what in left.pause_changes]
     return sorted(marks)
 
 
-def sort_of(run: Run) -> str:
+def category_of(run: SkillExecution) -> str:
     """Which of `COLOURS` shows how it ended."""
-    if run.ended is None:
+    if run.end_time is None:
         return "under way"
     if run.status != "finished":
         return "denied" if run.status == "denied" else "stopped"
     return "failed" if run.failed else "succeeded"
 
 
-def timeline(left: Left, marks: Sequence[Mark]) -> str:
+def timeline(left: RunData, marks: Sequence[Mark]) -> str:
     """A lane for each skill, a bar for each time that it ran, and above them a lane of marks."""
     skills = list(dict.fromkeys(run.skill for run in left.runs))
     lanes = {skill: number for number, skill in enumerate(skills, 1)}
-    axis = _Axis(left.ends_at)
+    axis = _TimeAxis(left.ends_at)
     height = (len(lanes) + 1) * _LANE
     parts = [*axis.grid(height), _label(_LANE / 2, "marks")]
     parts += [_label((lane + 0.5) * _LANE, skill) for skill, lane in lanes.items()]
-    for run in left.runs[:_MOST_BARS]:
-        end = left.ends_at if run.ended is None else run.ended
-        x, top = axis.x(run.began), lanes[run.skill] * _LANE + 3
-        told = f"{run.role} {run.skill}, {run.began:.2f} to {end:.2f} s: {run.how} {run.reason}"
+    for run in left.runs[:_MAX_BARS]:
+        end = left.ends_at if run.end_time is None else run.end_time
+        x, top = axis.x(run.start_time), lanes[run.skill] * _LANE + 3
+        told = f"{run.role} {run.skill}, {run.start_time:.2f} to {end:.2f} s: {run.result_text} {run.reason}"
         parts.append(
             f'<rect x="{x:.1f}" y="{top:.0f}" width="{max(axis.x(end) - x, 1.5):.1f}" height="{_LANE - 6}"'
-            f' rx="2" fill="{COLOURS[sort_of(run)]}">{_title(told)}</rect>'
+            f' rx="2" fill="{COLOURS[category_of(run)]}">{_title(told)}</rect>'
         )
-    parts += _marked(marks, axis, _LANE)
+    parts += _mark_lines(marks, axis, _LANE)
     return _svg(height + _FOOT, "timeline of steps", parts)
 
 
-def plot(quantity: Quantity, marks: Sequence[Mark], ends_at: float) -> str:
+def plot(quantity: PlottedQuantity, marks: Sequence[Mark], ends_at: float) -> str:
     """One quantity as a line, its bounds as steps, and what no rule allows shaded."""
-    axis = _Axis(ends_at)
+    axis = _TimeAxis(ends_at)
     low, high = _span(quantity)
-    y = _Ordinate(low, high)
+    y = _YAxis(low, high)
     parts = list(axis.grid(_PLOT))
     parts += [_shade(axis, y, limits, is_upper=is_upper) for is_upper, limits in _limits(quantity)]
     parts += [
         f'<text x="{_LEFT - 6}" y="{y(at) + 4:.1f}" text-anchor="end">{at:g} {escape(quantity.unit)}</text>'
         for at in (low, high)
     ]
-    shown = f"asked for: {quantity.name}" if quantity.is_asked else quantity.name
+    shown = f"asked for: {quantity.name}" if quantity.is_requested else quantity.name
     parts.append(_label(_PLOT / 2, shown))
-    parts.append(_steps(quantity, axis, y, ends_at) if quantity.is_asked else _line(quantity, axis, y))
+    parts.append(_steps(quantity, axis, y, ends_at) if quantity.is_requested else _line(quantity, axis, y))
     for _, limits in _limits(quantity):
         parts += _bars(axis, y, [*limits, Limit(ends_at, None, "")], quantity.unit)
-    parts += _marked(marks, axis, _PLOT)
+    parts += _mark_lines(marks, axis, _PLOT)
     return _svg(_PLOT + _FOOT, f"{shown} and its bounds", parts)
 
 
-def _limits(quantity: Quantity) -> list[tuple[bool, list[Limit]]]:
+def _limits(quantity: PlottedQuantity) -> list[tuple[bool, list[Limit]]]:
     return [(True, quantity.upper), (False, quantity.lower)]
 
 
-class _Axis:
+class _TimeAxis:
     """The plant's clock from left to right."""
 
     def __init__(self, ends_at: float) -> None:
@@ -127,7 +127,7 @@ class _Axis:
             number += 1
 
 
-class _Ordinate:
+class _YAxis:
     def __init__(self, low: float, high: float) -> None:
         self._low, self._high = low, high
 
@@ -136,7 +136,7 @@ class _Ordinate:
         return _PLOT - 6 - (_PLOT - 12) * min(max(part, 0.0), 1.0)
 
 
-def _span(quantity: Quantity) -> tuple[float, float]:
+def _span(quantity: PlottedQuantity) -> tuple[float, float]:
     """What the ordinate shows: all bounds, and as much of the values as leaves these legible."""
     values = [value for _, value in quantity.points if value is not None]
     bounds = [one.value for _, limits in _limits(quantity) for one in limits if one.value is not None]
@@ -147,7 +147,7 @@ def _span(quantity: Quantity) -> tuple[float, float]:
     return (low, high) if high > low else (low, low + 1.0)
 
 
-def _line(quantity: Quantity, axis: _Axis, y: _Ordinate) -> str:
+def _line(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis) -> str:
     """All points; where several fall on one column, the least and the greatest of them."""
     columns: dict[int, list[float]] = {}
     for time, value in quantity.points:
@@ -162,7 +162,7 @@ def _line(quantity: Quantity, axis: _Axis, y: _Ordinate) -> str:
     return f'<polyline points="{path}" fill="none" stroke="#1565c0" stroke-width="1.3"/>'
 
 
-def _steps(quantity: Quantity, axis: _Axis, y: _Ordinate, ends_at: float) -> str:
+def _steps(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis, ends_at: float) -> str:
     """Each value from when it was decided until another was, or it was over."""
     path = ""
     for (time, value), (until, _) in pairwise([*quantity.points, (ends_at, None)]):
@@ -171,7 +171,7 @@ def _steps(quantity: Quantity, axis: _Axis, y: _Ordinate, ends_at: float) -> str
     return f'<path d="{path}" fill="none" stroke="#1565c0" stroke-width="1.3"/>'
 
 
-def _shade(axis: _Axis, y: _Ordinate, limits: Sequence[Limit], *, is_upper: bool) -> str:
+def _shade(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], *, is_upper: bool) -> str:
     parts = []
     for one, after in pairwise([*limits, Limit(float("inf"), None, "")]):
         if one.value is not None:
@@ -181,7 +181,7 @@ def _shade(axis: _Axis, y: _Ordinate, limits: Sequence[Limit], *, is_upper: bool
     return f'<path d="{"".join(parts)}" fill="#c62828" fill-opacity="0.09"/>'
 
 
-def _bars(axis: _Axis, y: _Ordinate, limits: Sequence[Limit], unit: str) -> Iterator[str]:
+def _bars(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], unit: str) -> Iterator[str]:
     for one, after in pairwise(limits):
         if one.value is not None:
             told = f"{one.rule}: {one.value:.4g} {unit} from {one.time:.2f} s"
@@ -192,10 +192,10 @@ def _bars(axis: _Axis, y: _Ordinate, limits: Sequence[Limit], unit: str) -> Iter
             )
 
 
-def _marked(marks: Sequence[Mark], axis: _Axis, height: float) -> Iterator[str]:
-    for mark in marks[:_MOST_MARKS]:
+def _mark_lines(marks: Sequence[Mark], axis: _TimeAxis, height: float) -> Iterator[str]:
+    for mark in marks[:_MAX_MARKS]:
         yield (
-            f'<path d="M{axis.x(mark.time):.1f} 0V{height:.0f}" stroke="{COLOURS[mark.sort]}"'
+            f'<path d="M{axis.x(mark.time):.1f} 0V{height:.0f}" stroke="{COLOURS[mark.category]}"'
             f' stroke-width="1.5" stroke-opacity="0.7">{_title(f"{mark.time:.2f} s {mark.text}")}</path>'
         )
 

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from aeros.runtime.audit.check import GENESIS, AuditReport, DecisionCounts, Record, verify_log
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, FormatVersionError
 
@@ -26,12 +26,12 @@ TRACE: Final = "trace.jsonl"
 
 _NAMES: Final = re.compile(r"\w+\.\w+")
 
-_BESIDE_RECORD: Final = frozenset(("fault", "fault-over", "fault-passed"))
+_TRACE_ONLY_EVENTS: Final = frozenset(("fault", "fault-over", "fault-passed"))
 """What the plant tells the trace, and the agent never knew."""
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class TraceEvent:
     """What the agent told: the kind, a line of text, and when, in plant seconds."""
 
     time: float
@@ -41,15 +41,15 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
-class Decided:
+class RecordedDecision:
     """One decision of the gate; `reasons` as code, rule and text, `state` as it was recorded."""
 
     sequence: int
     time: float
-    verdict: str
+    decision: str
     skill: str
     kind: str
-    asked: Mapping[str, Any]
+    requested: Mapping[str, Any]
     decided: Mapping[str, Any]
     reasons: tuple[tuple[str, str, str], ...]
     site: str | None
@@ -58,16 +58,16 @@ class Decided:
 
 
 @dataclass(slots=True)
-class Run:
+class SkillExecution:
     """One run of a skill: plant seconds, how it ended, and what the agent made of it.
 
     after: what had ended last when it began; of what ran beside it, nothing.
     """
 
     skill: str
-    began: float
-    after: Run | None = None
-    ended: float | None = None
+    start_time: float
+    previous: SkillExecution | None = None
+    end_time: float | None = None
     status: str = "under way"
     reason: str = ""
     role: str = "step"
@@ -75,13 +75,13 @@ class Run:
     failed: bool | None = None
 
     @property
-    def how(self) -> str:
+    def result_text(self) -> str:
         """How it ended, in a word or two: what was measured at the end of a skill that came to its own."""
         return self.outcome if self.status == "finished" and self.outcome else self.status
 
 
 @dataclass(slots=True)
-class Left:
+class RunData:
     """All of it.
 
     sessions: what the record says that governed: of each configuration its digest, site and modules.
@@ -92,22 +92,22 @@ class Left:
 
     chain: AuditReport = field(default_factory=lambda: AuditReport(0, GENESIS, None, "", DecisionCounts()))
     sessions: list[Mapping[str, Any]] = field(default_factory=list)
-    decisions: list[Decided] = field(default_factory=list)
-    runs: list[Run] = field(default_factory=list)
+    decisions: list[RecordedDecision] = field(default_factory=list)
+    runs: list[SkillExecution] = field(default_factory=list)
     notes: list[tuple[str, Mapping[str, Any]]] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
+    events: list[TraceEvent] = field(default_factory=list)
     samples: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
-    changes: list[tuple[float, str]] = field(default_factory=list)
-    trouble: list[str] = field(default_factory=list)
+    pause_changes: list[tuple[float, str]] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
 
     @property
     def ends_at(self) -> float:
         """Plant seconds of the last thing that is known to have happened."""
-        times = [one.ended if one.ended is not None else one.began for one in self.runs]
+        times = [one.end_time if one.end_time is not None else one.start_time for one in self.runs]
         return max([0.0, *times, *(one.time for one in self.decisions), *(one.time for one in self.events)])
 
 
-def steps_of(plan: Event, runs: Iterable[Run]) -> Iterator[tuple[str, str]]:
+def plan_step_states(plan: TraceEvent, runs: Iterable[SkillExecution]) -> Iterator[tuple[str, str]]:
     """The parts of a plan as it told them, and how each is: to come, under way, done or failed.
 
     runs: those since the plan was made.  A part has the runs of the skills that it names.
@@ -118,7 +118,7 @@ def steps_of(plan: Event, runs: Iterable[Run]) -> Iterator[tuple[str, str]]:
         text = str(part)
         named = set(_NAMES.findall(text))
         own = [run for run in since if run.skill in named]
-        if any(run.ended is None for run in own):
+        if any(run.end_time is None for run in own):
             yield text, "under way"
         elif own:
             yield text, "failed" if own[-1].failed else "done"
@@ -126,29 +126,31 @@ def steps_of(plan: Event, runs: Iterable[Run]) -> Iterator[tuple[str, str]]:
             yield text, "to come"
 
 
-def read_left(folder: Path) -> Left:
+def read_run_data(folder: Path) -> RunData:
     """What is in the folder of a run; the record has to be there, trace and samples may be missing."""
-    reading = Recorded()
+    reading = RecordReader()
     left = reading.left
-    left.chain = verify_log(folder / AUDIT, reading.take)
+    left.chain = verify_log(folder / AUDIT, reading.add_record)
     left.events = [
-        event for line in _lines(folder / TRACE, formats.TRACE, left) if (event := event_in(line)) is not None
+        event
+        for line in _lines(folder / TRACE, formats.TRACE, left)
+        if (event := parse_event(line)) is not None
     ]
-    told = [(one.kind, one.details) for one in left.events if one.kind not in _BESIDE_RECORD]
-    if left.events and _spelt(told) != _spelt(left.notes):
-        left.trouble.append(f"{TRACE} does not say what the record says that the agent told")
+    told = [(one.kind, one.details) for one in left.events if one.kind not in _TRACE_ONLY_EVENTS]
+    if left.events and _canonical_events(told) != _canonical_events(left.notes):
+        left.problems.append(f"{TRACE} does not say what the record says that the agent told")
     left.samples = [
-        sample for line in _lines(folder / SAMPLES, formats.MEASURED, left) if (sample := sample_in(line))
+        sample for line in _lines(folder / SAMPLES, formats.MEASURED, left) if (sample := parse_sample(line))
     ]
     left.samples.sort(key=lambda sample: sample[0])
     return left
 
 
-def _spelt(events: list[tuple[str, Mapping[str, Any]]]) -> str:
+def _canonical_events(events: list[tuple[str, Mapping[str, Any]]]) -> str:
     return json.dumps(events, sort_keys=True)
 
 
-def _lines(path: Path, format_: Format, left: Left) -> Iterator[Mapping[str, Any]]:
+def _lines(path: Path, format_: Format, left: RunData) -> Iterator[Mapping[str, Any]]:
     """The objects of a file of JSON lines; what is none is said once, and passed over."""
     bad = 0
     try:
@@ -164,24 +166,24 @@ def _lines(path: Path, format_: Format, left: Left) -> Iterator[Mapping[str, Any
                 else:
                     bad += 1
     except OSError as error:
-        left.trouble.append(f"{path.name} cannot be read: {error.strerror}")
+        left.problems.append(f"{path.name} cannot be read: {error.strerror}")
     except FormatVersionError as error:
-        left.trouble.append(str(error))
+        left.problems.append(str(error))
     if bad:
-        left.trouble.append(f"{path.name} has {bad} lines that say nothing that is known")
+        left.problems.append(f"{path.name} has {bad} lines that say nothing that is known")
 
 
-class Recorded:
+class RecordReader:
     """Takes the records in order; `left` is what they say so far, `now` the plant's clock at the last."""
 
     def __init__(self) -> None:
-        self.left = Left()
+        self.left = RunData()
         self._sites: dict[str, str] = {}
         self.now = 0.0
-        self._under_way: defaultdict[str, deque[Run]] = defaultdict(deque)
-        self._ended: Run | None = None
+        self._under_way: defaultdict[str, deque[SkillExecution]] = defaultdict(deque)
+        self._ended: SkillExecution | None = None
 
-    def take(self, record: Record, _own: str = "") -> None:
+    def add_record(self, record: Record, _own: str = "") -> None:
         """One sound record."""
         details: dict[str, Any] = record["details"]
         time = _number(details.get("time"))
@@ -189,11 +191,11 @@ class Recorded:
         skill = f"{details.get('module')}.{details.get('skill')}"
         match record["event"]:
             case "session-opened" | "configuration-changed":
-                self._govern(details)
+                self._on_configuration(details)
             case "decision":
                 self._decide(record["sequence"], details, skill)
             case "step-began":
-                run = Run(skill, self.now, self._ended)
+                run = SkillExecution(skill, self.now, self._ended)
                 self.left.runs.append(run)
                 self._under_way[skill].append(run)
             case "step-ended" | "step-broken" as event:
@@ -201,9 +203,9 @@ class Recorded:
             case "note":
                 self._note(details.get("event"), details.get("details"))
             case "paused" | "resumed" as event:
-                self.left.changes.append((self.now, event))
+                self.left.pause_changes.append((self.now, event))
 
-    def _govern(self, details: Mapping[str, Any]) -> None:
+    def _on_configuration(self, details: Mapping[str, Any]) -> None:
         self.left.sessions.append(details)
         digest = _inner(details, "site").get("digest")
         if type(digest) is str:
@@ -214,7 +216,7 @@ class Recorded:
         reasons = details.get("reasons")
         listed = reasons if type(reasons) is list else []
         self.left.decisions.append(
-            Decided(
+            RecordedDecision(
                 sequence,
                 self.now,
                 str(details["verdict"]),
@@ -232,7 +234,7 @@ class Recorded:
     def _end(self, skill: str, details: Mapping[str, Any], otherwise: str) -> None:
         if self._under_way[skill]:
             run = self._ended = self._under_way[skill].popleft()
-            run.ended = self.now
+            run.end_time = self.now
             run.status = str(details.get("status", otherwise))
             run.reason = str(details.get("reason", ""))
 
@@ -244,22 +246,22 @@ class Recorded:
             return
         skill = details.get("skill")
         run = next((one for one in reversed(self.left.runs) if one.skill == skill), None)
-        if run is not None and run.ended is not None and run.failed is None:
+        if run is not None and run.end_time is not None and run.failed is None:
             run.role = str(details.get("role", "step"))
             run.outcome = None if details.get("outcome") is None else str(details["outcome"])
             run.failed = details.get("failed") is not False
 
 
-def event_in(line: Mapping[str, Any]) -> Event | None:
+def parse_event(line: Mapping[str, Any]) -> TraceEvent | None:
     """What a line of the trace tells, None where it tells nothing."""
     time, kind, text, details = (line.get(name) for name in ("time", "kind", "text", "details"))
     seconds = _number(time)
     if seconds is None or type(kind) is not str or type(text) is not str or type(details) is not dict:
         return None
-    return Event(seconds, kind, text, details)
+    return TraceEvent(seconds, kind, text, details)
 
 
-def sample_in(line: Mapping[str, Any]) -> tuple[float, Mapping[str, Any]] | None:
+def parse_sample(line: Mapping[str, Any]) -> tuple[float, Mapping[str, Any]] | None:
     """What a line of the samples tells, None where it tells nothing."""
     time = _number(line.get("time"))
     return None if time is None else (time, _inner(line, "state"))
@@ -280,5 +282,5 @@ def _number(value: object) -> float | None:
 
 def shortened(text: str, most: int) -> str:
     """`text`, visible and at most so long."""
-    shown = safe(text)
+    shown = escape_invisible(text)
     return shown if len(shown) <= most else shown[: most - 1] + "…"

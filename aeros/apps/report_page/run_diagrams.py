@@ -8,25 +8,25 @@ from itertools import islice, pairwise
 from textwrap import wrap
 from typing import Final
 
-from aeros.apps.drawings.drawing import Drawing, Edge, Node, Shape
-from aeros.apps.report_page.run_data import Left, Run, shortened, steps_of
+from aeros.apps.drawings.drawing import Diagram, Edge, Node, Shape
+from aeros.apps.report_page.run_data import RunData, SkillExecution, plan_step_states, shortened
 
-_MOST_SKILLS = 60
-_MOST_TEXT = 60
+_MAX_SKILLS = 60
+_MAX_TEXT_CHARS = 60
 
 
-def plan_drawing(left: Left) -> Drawing | None:
+def plan_diagram(left: RunData) -> Diagram | None:
     """The latest plan, part after part, and how each was left; None where there was none."""
     plan = next((event for event in reversed(left.events) if event.kind == "plan"), None)
     if plan is None:
         return None
-    since = [run for run in left.runs if run.began >= plan.time]
+    since = [run for run in left.runs if run.start_time >= plan.time]
     parts = [
-        Node(f"p{number}", (*_wrapped(text), _LEFT.get(how, how)), _SHAPES[how])
-        for number, (text, how) in enumerate(islice(steps_of(plan, since), _MOST_SKILLS), 1)
+        Node(f"p{number}", (*_wrapped(text), _FINAL_STATE_TEXT.get(how, how)), _SHAPES[how])
+        for number, (text, how) in enumerate(islice(plan_step_states(plan, since), _MAX_SKILLS), 1)
     ]
     nodes = (Node("p0", (f"planned at {plan.time:.2f} s",), "start"), *parts)
-    return Drawing("the latest plan", nodes, tuple(Edge(one.id, other.id) for one, other in pairwise(nodes)))
+    return Diagram("the latest plan", nodes, tuple(Edge(one.id, other.id) for one, other in pairwise(nodes)))
 
 
 _SHAPES: Final[dict[str, Shape]] = {
@@ -37,34 +37,36 @@ _SHAPES: Final[dict[str, Shape]] = {
 }
 
 
-_LEFT: Final = {"to come": "not run", "under way": "not ended"}
+_FINAL_STATE_TEXT: Final = {"to come": "not run", "under way": "not ended"}
 """What it was to be, now that it is over."""
 
 
 def _wrapped(text: str) -> list[str]:
-    return wrap(shortened(text, 8 * _MOST_TEXT), _MOST_TEXT) or [""]
+    return wrap(shortened(text, 8 * _MAX_TEXT_CHARS), _MAX_TEXT_CHARS) or [""]
 
 
-def run_drawing(left: Left) -> Drawing:
+def run_diagram(left: RunData) -> Diagram:
     """Each skill that ran once, so that a long run is no larger than a short one."""
-    tries: defaultdict[str, list[Run]] = defaultdict(list)
+    tries: defaultdict[str, list[SkillExecution]] = defaultdict(list)
     for run in left.runs:
         tries[run.skill].append(run)
-    skills = list(tries)[:_MOST_SKILLS]
+    skills = list(tries)[:_MAX_SKILLS]
     ids = {skill: f"n{number}" for number, skill in enumerate(skills, 1)}
     counts: Counter[tuple[str, str, str, bool]] = Counter()
     for run in left.runs:
-        before = run.after
+        before = run.previous
         source = "n0" if before is None else ids.get(before.skill)
         if source is not None and run.skill in ids:
-            how = "" if before is None else shortened(before.how, _MOST_TEXT)
+            how = "" if before is None else shortened(before.result_text, _MAX_TEXT_CHARS)
             counts[source, ids[run.skill], how, before is not None and before.failed is True] += 1
-    last = max(left.runs, key=lambda run: run.ended or run.began, default=None)
+    last = max(left.runs, key=lambda run: run.end_time or run.start_time, default=None)
     ended, shape = _end(left)
-    counts["n0" if last is None else ids.get(last.skill, "n0"), "end", _how(last), _failed(last)] += 1
-    nodes = [Node("n0", (shortened(_instruction(left), _MOST_TEXT),), "start")]
-    nodes += [Node(ids[skill], tuple(_told(skill, tries[skill]))) for skill in skills]
-    return Drawing(
+    counts[
+        "n0" if last is None else ids.get(last.skill, "n0"), "end", _outcome_text(last), _failed(last)
+    ] += 1
+    nodes = [Node("n0", (shortened(_instruction(left), _MAX_TEXT_CHARS),), "start")]
+    nodes += [Node(ids[skill], tuple(_skill_text(skill, tries[skill]))) for skill in skills]
+    return Diagram(
         "what followed what",
         (*nodes, Node("end", (ended,), shape)),
         tuple(
@@ -74,25 +76,25 @@ def run_drawing(left: Left) -> Drawing:
     )
 
 
-def _told(skill: str, tries: Sequence[Run]) -> list[str]:
+def _skill_text(skill: str, tries: Sequence[SkillExecution]) -> list[str]:
     failed = sum(_failed(run) for run in tries)
     times = "once" if len(tries) == 1 else f"{len(tries)} times"
-    return [shortened(skill, _MOST_TEXT), times + (f", {failed} failed" if failed else "")]
+    return [shortened(skill, _MAX_TEXT_CHARS), times + (f", {failed} failed" if failed else "")]
 
 
-def _how(run: Run | None) -> str:
-    return "" if run is None else shortened(run.how, _MOST_TEXT)
+def _outcome_text(run: SkillExecution | None) -> str:
+    return "" if run is None else shortened(run.result_text, _MAX_TEXT_CHARS)
 
 
-def _failed(run: Run | None) -> bool:
+def _failed(run: SkillExecution | None) -> bool:
     return run is not None and run.failed is True
 
 
-def _instruction(left: Left) -> str:
+def _instruction(left: RunData) -> str:
     return next((str(one.get("instruction")) for kind, one in left.notes if kind == "routed"), "began")
 
 
-def _end(left: Left) -> tuple[str, Shape]:
+def _end(left: RunData) -> tuple[str, Shape]:
     for kind, details in reversed(left.notes):
         if kind == "run-ended":
             return ("goal reached", "goal") if details.get("reached") is True else ("not reached", "stuck")

@@ -12,16 +12,16 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any, Final, NamedTuple
 
-from aeros.apps.report_page.run_data import Decided, Left
-from aeros.runtime.monitor.rule_bounds import Bound, bounds_of
+from aeros.apps.report_page.run_data import RecordedDecision, RunData
+from aeros.runtime.monitor.rule_bounds import Bound, rule_bounds
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import EnumType, RealType
-from aeros.spec.expr.unparse import spell
+from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.model import Declared, Site
 
-MOST_MOMENTS: Final = 4_000
+MAX_SAMPLES: Final = 4_000
 """At how many moments bounds are worked out; of a longer run at every second, third … one."""
 
 
@@ -34,7 +34,7 @@ class Limit(NamedTuple):
 
 
 @dataclass
-class Quantity:
+class PlottedQuantity:
     """One number over time, SI.
 
     is_asked: a parameter of what was decided, not measured; None in its points is where that was over.
@@ -42,14 +42,14 @@ class Quantity:
 
     name: str
     unit: str
-    is_asked: bool
+    is_requested: bool
     is_single: bool
     points: list[tuple[float, float | None]] = field(default_factory=list)
     upper: list[Limit] = field(default_factory=list)
     lower: list[Limit] = field(default_factory=list)
 
 
-class Nearest(NamedTuple):
+class ClosestApproach(NamedTuple):
     """The moment at which a quantity came nearest to, or went furthest past, what a rule allows."""
 
     rule: str
@@ -73,23 +73,23 @@ class Series:
     step: bounds were worked out at every so many moments.
     """
 
-    quantities: dict[str, Quantity] = field(default_factory=dict)
-    nearest: dict[tuple[str, str], Nearest] = field(default_factory=dict)
-    step: int = 1
+    quantities: dict[str, PlottedQuantity] = field(default_factory=dict)
+    closest_approaches: dict[tuple[str, str], ClosestApproach] = field(default_factory=dict)
+    sample_step: int = 1
 
 
-_Moment = tuple[float, int, Any]
+_TimelineItem = tuple[float, int, Any]
 """Time, rank within it, and a sample, a decision, or the name of a skill that ended."""
 
 
-def series_of(left: Left, sites: Mapping[str, Site]) -> Series:
+def build_series(left: RunData, sites: Mapping[str, Site]) -> Series:
     """What came near its bounds when.  `sites`: by digest, those that are at hand."""
-    moments: list[_Moment] = [(time, 0, state) for time, state in left.samples]
-    moments += [(one.time, 1, one) for one in left.decisions if one.verdict != "DENY"]
-    moments += [(one.ended, 2, one.skill) for one in left.runs if one.ended is not None]
+    moments: list[_TimelineItem] = [(time, 0, state) for time, state in left.samples]
+    moments += [(one.time, 1, one) for one in left.decisions if one.decision != "DENY"]
+    moments += [(one.end_time, 2, one.skill) for one in left.runs if one.end_time is not None]
     moments.sort(key=lambda moment: moment[:2])
-    series = Series(step=1 + len(moments) // MOST_MOMENTS)
-    walk = _Walk(series, sites)
+    series = Series(sample_step=1 + len(moments) // MAX_SAMPLES)
+    walk = _TimelineWalker(series, sites)
     for number, (time, rank, what) in enumerate(moments):
         match rank:
             case 0:
@@ -99,19 +99,19 @@ def series_of(left: Left, sites: Mapping[str, Site]) -> Series:
                 walk.begin(what)
             case _:
                 walk.end(what)
-        if rank or number % series.step == 0:
-            walk.look(time)
+        if rank or number % series.sample_step == 0:
+            walk.evaluate_bounds(time)
     return series
 
 
-class _Walk:
+class _TimelineWalker:
     """Goes through the moments of a run, with what is measured and under way at each."""
 
     def __init__(self, series: Series, sites: Mapping[str, Site]) -> None:
         self._series = series
         self._sites = sites
         self._values: dict[str, Value] = {}
-        self._under_way: dict[str, tuple[Decided, Site]] = {}
+        self._under_way: dict[str, tuple[RecordedDecision, Site]] = {}
         self._terms: dict[tuple[str, str], list[tuple[str, t.Term]]] = {}
         self._declared = {name: one for site in sites.values() for name, one in site.state.items()}
 
@@ -129,7 +129,7 @@ class _Walk:
                     if not quantity.points or quantity.points[-1][0] < when:
                         quantity.points.append((when, float(value)))
 
-    def begin(self, one: Decided) -> None:
+    def begin(self, one: RecordedDecision) -> None:
         """From now on this action is under way, and nothing else of its skill."""
         site = self._sites.get(one.site or "")
         if site is not None and one.kind in site.kinds:
@@ -139,14 +139,16 @@ class _Walk:
         """Nothing of this skill is under way any more."""
         self._under_way.pop(skill, None)
 
-    def look(self, time: float) -> None:
+    def evaluate_bounds(self, time: float) -> None:
         """Put down every bound that there is now."""
         found: dict[tuple[str, bool], Limit] = {}
         for one, site in self._under_way.values():
             for rule, bound in self._bounds(one, site):
-                self._put(time, one, site, rule, bound, found)
+                self._add_bound(time, one, site, rule, bound, found)
         for quantity in self._series.quantities.values():
-            is_over = quantity.is_asked and not {(quantity.name, True), (quantity.name, False)} & found.keys()
+            is_over = (
+                quantity.is_requested and not {(quantity.name, True), (quantity.name, False)} & found.keys()
+            )
             if is_over and quantity.points[-1][1] is not None:
                 quantity.points.append((time, None))
             for is_upper, limits in ((True, quantity.upper), (False, quantity.lower)):
@@ -154,10 +156,10 @@ class _Walk:
                 if (limits or limit.value is not None) and (not limits or limits[-1][1:] != limit[1:]):
                     limits.append(limit)
 
-    def _bounds(self, one: Decided, site: Site) -> Iterator[tuple[str, Bound]]:
+    def _bounds(self, one: RecordedDecision, site: Site) -> Iterator[tuple[str, Bound]]:
         kind = site.kinds[one.kind]
         if (site.digest, kind.name) not in self._terms:
-            terms = [(rule.id, lower(rule.terms[kind.name])) for rule in site.rules_on(kind.name)]
+            terms = [(rule.id, lower(rule.terms[kind.name])) for rule in site.rules_for_kind(kind.name)]
             self._terms[site.digest, kind.name] = terms
         asked = {
             scalar: value
@@ -165,22 +167,22 @@ class _Walk:
             for scalar, value in _scalars(declared, one.decided.get(name))
         }
         for rule, term in self._terms[site.digest, kind.name]:
-            for bound in bounds_of(term, self._values | asked):
+            for bound in rule_bounds(term, self._values | asked):
                 yield rule, bound
 
-    def _put(
+    def _add_bound(
         self,
         time: float,
-        one: Decided,
+        one: RecordedDecision,
         site: Site,
         rule: str,
         bound: Bound,
         found: dict[tuple[str, bool], Limit],
     ) -> None:
         variable = bound.variable
-        is_asked = variable.role is t.Role.PARAMETER
+        is_asked = variable.role is t.VariableRole.PARAMETER
         name = f"{one.kind}.{variable.name}" if is_asked else variable.name
-        measured = self._asked_for(one, site, variable) if is_asked else self._values[variable.name]
+        measured = self._requested_value(one, site, variable) if is_asked else self._values[variable.name]
         if not isinstance(measured, Fraction):
             return
         if is_asked:
@@ -189,7 +191,7 @@ class _Walk:
             if not quantity.points or quantity.points[-1][1] != float(measured):
                 quantity.points.append((time, float(measured)))
         shown = abs(measured) if isinstance(bound.quantity, t.Absolute) else measured
-        self._note_nearest(rule, name, spell(bound.quantity), bound, float(shown), time)
+        self._note_nearest(rule, name, unparse(bound.quantity), bound, float(shown), time)
         if isinstance(bound.quantity, t.Variable):
             limit, key = Limit(time, float(bound.value), rule), (name, bound.is_upper)
             known = found.get(key)
@@ -200,26 +202,26 @@ class _Walk:
         self, rule: str, name: str, spelt: str, bound: Bound, measured: float, time: float
     ) -> None:
         unit = self._series.quantities[name].unit
-        nearest = Nearest(rule, spelt, unit, bound.is_upper, measured, float(bound.value), time)
+        nearest = ClosestApproach(rule, spelt, unit, bound.is_upper, measured, float(bound.value), time)
         # Of the members of a family the nearest one stands for all.
         key = (rule, name.partition("[")[0])
-        known = self._series.nearest.get(key)
+        known = self._series.closest_approaches.get(key)
         if known is None or nearest.margin < known.margin:
-            self._series.nearest[key] = nearest
+            self._series.closest_approaches[key] = nearest
 
-    def _asked_for(self, one: Decided, site: Site, variable: t.Variable) -> Value | None:
+    def _requested_value(self, one: RecordedDecision, site: Site, variable: t.Variable) -> Value | None:
         name = variable.name.partition(".")[0]
         parameters = site.kinds[one.kind].parameters
         return dict(_scalars(parameters[name], one.decided.get(name))).get(variable.name)
 
-    def _quantity(self, name: str, declared: Declared, *, is_asked: bool) -> Quantity:
+    def _quantity(self, name: str, declared: Declared, *, is_asked: bool) -> PlottedQuantity:
         known = self._series.quantities.get(name)
         if known is None:
             variable = declared.variable
             single = scalar_variables(variable) == (variable,)
             type_ = scalar_variables(variable)[0].type
             unit = str(type_.dimension) if isinstance(type_, RealType) else ""
-            known = Quantity(name, "" if unit == "1" else unit, is_asked, single)
+            known = PlottedQuantity(name, "" if unit == "1" else unit, is_asked, single)
             self._series.quantities[name] = known
         return known
 

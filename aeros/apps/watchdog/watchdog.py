@@ -29,21 +29,21 @@ from types import FrameType
 from typing import IO, Final
 
 from aeros.agent.recovery.quarantine import Quarantine
-from aeros.apps.watchdog.resumable_run import end_plant, forget
+from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant
 from aeros.exit_codes import Exit
 from aeros.session.sd_notify import ALIVE, READY, STOPPING, Notifier
 from aeros.sim.hosting.remote import RemotePlant
 
-_START: Final = 300.0
+_START_TIMEOUT_S: Final = 300.0
 """Seconds that an agent has until it is ready: it proves its modules first."""
 
-_LOOK_EVERY: Final = 0.5
+_POLL_INTERVAL_S: Final = 0.5
 """Seconds between looks at whether the plant is there still."""
 
-_MOST_SAID: Final = 4096
+_MAX_MESSAGE_BYTES: Final = 4096
 
 
-def watch(arguments: argparse.Namespace) -> Exit:
+def run_watchdog(arguments: argparse.Namespace) -> Exit:
     """Keep an agent at the task that is kept in the state folder until it has ended."""
     with Notifier() as notifier, tempfile.TemporaryDirectory(prefix="aeros-") as folder:
         return _Watchdog(arguments, notifier, Path(folder) / "notify.sock").run()
@@ -62,15 +62,15 @@ class _Watchdog:
         """The agent has said that the task is, and tells what came of it."""
 
     def run(self) -> Exit:
-        """See `watch`."""
+        """See `run_watchdog`."""
         quarantine = Quarantine(self._arguments.state)
-        with tempfile.TemporaryFile() as said, self._listening() as heard, self._passing_on():
+        with tempfile.TemporaryFile() as said, self._notify_socket() as heard, self._forward_signals():
             # Not at the terminal: the plant may stay behind, and would keep open what is read along there.
-            plant = self._start("--serve-plant", said=said)
+            plant = self._start("--serve-plant", output=said)
             while True:
                 self._is_over = False
                 self._agent = self._start("--resume", "--supervised")
-                why = self._crash(self._agent, heard, plant)
+                why = self._supervise(self._agent, heard, plant)
                 if plant.poll():
                     said.seek(0)
                     told = said.read().decode("utf-8", "replace").strip()
@@ -79,7 +79,7 @@ class _Watchdog:
                 if why is None:
                     # Only now, so that whatever of this is killed, another agent tells how the task ended.
                     if self._is_over:
-                        forget(self._arguments.state)
+                        delete_run_options(self._arguments.state)
                     with suppress(OSError):
                         end_plant(RemotePlant(self._arguments.plant_at), self._arguments.state)
                     return _exit(self._agent.returncode)
@@ -87,41 +87,41 @@ class _Watchdog:
                 if self._is_asked_to_end:
                     return Exit.INTERRUPTED
                 limits = (self._arguments.crashes, self._arguments.within)
-                reason = quarantine.crashed(why, time.time(), *limits)
+                reason = quarantine.record_crash(why, time.time(), *limits)
                 if reason is not None:
                     print(f"aeros: it is left in quarantine: {reason}", file=sys.stderr)
                     return Exit.REJECTED
 
-    def _start(self, *role: str, said: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
+    def _start(self, *role: str, output: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "aeros", "run", *role, "--state", str(self._arguments.state)]
         within = str(int(self._arguments.silence * 1e6))
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._address), "WATCHDOG_USEC": within}
         return subprocess.Popen(  # noqa: S603  this program itself
             command,
             stdin=subprocess.DEVNULL,
-            stdout=said,
-            stderr=said,
+            stdout=output,
+            stderr=output,
             env=environment,
             start_new_session=True,
         )
 
-    def _crash(
+    def _supervise(
         self, agent: subprocess.Popen[bytes], heard: socket.socket, plant: subprocess.Popen[bytes]
     ) -> str | None:
         """How it crashed; None where it ended as it should.  It is killed where the plant has failed."""
         handle = os.pidfd_open(agent.pid)
         try:
-            latest = time.monotonic() + _START
+            latest = time.monotonic() + _START_TIMEOUT_S
             while True:
-                left = min(max(0.0, latest - time.monotonic()), _LOOK_EVERY)
+                left = min(max(0.0, latest - time.monotonic()), _POLL_INTERVAL_S)
                 ready, _, _ = select.select([heard.fileno(), handle], [], [], left)
                 if heard.fileno() in ready:
-                    said = heard.recv(_MOST_SAID).decode("utf-8", "replace").split("\n")
+                    said = heard.recv(_MAX_MESSAGE_BYTES).decode("utf-8", "replace").split("\n")
                     if READY in said or ALIVE in said:
                         latest = time.monotonic() + self._arguments.silence
                     if STOPPING in said:
                         # It looks at its log once more, and writes a page: nobody asks it whether to go on.
-                        self._is_over, latest = True, time.monotonic() + _START
+                        self._is_over, latest = True, time.monotonic() + _START_TIMEOUT_S
                     self._notifier.send(*(word for word in said if word in (READY, ALIVE, STOPPING)))
                 elif handle in ready:
                     break
@@ -137,16 +137,16 @@ class _Watchdog:
         code = agent.wait()
         if code < 0:
             return f"killed by {signal.Signals(-code).name}"
-        return f"it ended with exit code {code}" if code == Exit.OUR_BUG else None
+        return f"it ended with exit code {code}" if code == Exit.INTERNAL_ERROR else None
 
     @contextmanager
-    def _listening(self) -> Iterator[socket.socket]:
+    def _notify_socket(self) -> Iterator[socket.socket]:
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as heard:
             heard.bind(str(self._address))
             yield heard
 
     @contextmanager
-    def _passing_on(self) -> Iterator[None]:
+    def _forward_signals(self) -> Iterator[None]:
         """Whoever interrupts or ends this process means the agent, which stops the robot first."""
 
         def pass_on(_number: int, _frame: FrameType | None) -> None:
@@ -167,4 +167,4 @@ def _exit(code: int) -> Exit:
     try:
         return Exit(code)
     except ValueError:
-        return Exit.OUR_BUG
+        return Exit.INTERNAL_ERROR

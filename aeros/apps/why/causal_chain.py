@@ -10,27 +10,27 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from aeros.runtime.audit.check import Record
-from aeros.spec.expr.shortfall import Shortfall
+from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause
 
-_BEGINNINGS: Final = ("step-started", "step-not-started")
-_ENDS: Final = ("run-ended", "run-interrupted", "not-routed")
+_START_EVENTS: Final = ("step-started", "step-not-started")
+_END_EVENTS: Final = ("run-ended", "run-interrupted", "not-routed")
 
 
 @dataclass(frozen=True)
-class Link:
+class CausalLink:
     """What happened at one record, and why as far as that says.
 
     record: its sequence number.
     """
 
     record: int
-    said: str
+    text: str
     causes: tuple[Cause, ...] = ()
 
 
 @dataclass(frozen=True)
-class Tried:
+class StepTrace:
     """A step that was to be run.
 
     begin, end: the places, in the log, of the notes about it; `end` None where the log ends before.
@@ -39,14 +39,14 @@ class Tried:
 
     number: int
     skill: str
-    begin: int
-    end: int | None
+    start_index: int
+    end_index: int | None
     failed: bool
     reason: str
 
 
 @dataclass(frozen=True)
-class Why:
+class CausalExplanation:
     """Why a run or a step ended as it did.
 
     headline: how that was.
@@ -56,9 +56,9 @@ class Why:
     """
 
     headline: str
-    chain: tuple[Link, ...] = ()
-    failed: tuple[Tried, ...] = ()
-    broken: tuple[Link, ...] = ()
+    chain: tuple[CausalLink, ...] = ()
+    failed: tuple[StepTrace, ...] = ()
+    broken_assumptions: tuple[CausalLink, ...] = ()
     changes: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -66,7 +66,7 @@ class Why:
         object.__setattr__(self, "changes", tuple(dict.fromkeys(one for c in every for one in _changes(c))))
 
 
-class Run:
+class RunLog:
     """The records of one log, in order."""
 
     def __init__(self, records: Sequence[Record]) -> None:
@@ -79,11 +79,11 @@ class Run:
         ]
         self.steps = tuple(self._steps())
 
-    def why_it_ended(self) -> Why:
+    def explain_end(self) -> CausalExplanation:
         """Why the run ended as it did, or, where the agent says nothing of its end, what ended last."""
-        return replace(self._why_it_ended(), broken=tuple(self._broken()))
+        return replace(self._explain_end(), broken_assumptions=tuple(self._broken()))
 
-    def _broken(self) -> Iterator[Link]:
+    def _broken(self) -> Iterator[CausalLink]:
         for place, event, details in self._notes:
             if event == "broken-assumption":
                 listed = details.get("obligations")
@@ -91,38 +91,40 @@ class Run:
                 certificate = _text(details, "certificate")[:12] or "none"
                 said = f"{_text(details, 'skill')} came to what it does not declare"
                 said += f"; {rest} of certificate {certificate} rest on what it does"
-                yield Link(place, said, _causes(details))
+                yield CausalLink(place, said, _causes(details))
 
-    def _why_it_ended(self) -> Why:
-        end = next((one for one in reversed(self._notes) if one[1] in _ENDS), None)
+    def _explain_end(self) -> CausalExplanation:
+        end = next((one for one in reversed(self._notes) if one[1] in _END_EVENTS), None)
         failed = tuple(one for one in self.steps if one.failed)
         if end is None:
-            return self._without_end(failed)
+            return self._unfinished_link(failed)
         place, event, details = end
         if event != "run-ended":
             said = _text(details, "reason") or event.replace("-", " ")
-            return Why(said, (Link(place, said),))
+            return CausalExplanation(said, (CausalLink(place, said),))
         goal = _goal(details)
         if details.get("reached") is True:
-            return Why(f"{_text(details, 'task')}: the goal is measured{goal}", failed=failed)
+            return CausalExplanation(f"{_text(details, 'task')}: the goal is measured{goal}", failed=failed)
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
-        chain = [Link(place, _text(details, "reason")), *self._before(place)]
-        return Why(headline, tuple(chain), failed)
+        chain = [CausalLink(place, _text(details, "reason")), *self._cause_of_end(place)]
+        return CausalExplanation(headline, tuple(chain), failed)
 
-    def why_step(self, step: Tried) -> Why:
+    def explain_step(self, step: StepTrace) -> CausalExplanation:
         """Why a step ended as it did."""
         how = "failed" if step.failed else "did not fail"
-        if step.end is None:
-            return Why(f"step {step.number}, {step.skill}: the record ends before it did", failed=(step,))
-        return Why(f"step {step.number}, {step.skill}, {how}", tuple(self._of_step(step)))
+        if step.end_index is None:
+            return CausalExplanation(
+                f"step {step.number}, {step.skill}: the record ends before it did", failed=(step,)
+            )
+        return CausalExplanation(f"step {step.number}, {step.skill}, {how}", tuple(self._step_links(step)))
 
-    def _steps(self) -> Iterator[Tried]:
+    def _steps(self) -> Iterator[StepTrace]:
         for number, (at, event, details) in enumerate(
-            (one for one in self._notes if one[1] in _BEGINNINGS), 1
+            (one for one in self._notes if one[1] in _START_EVENTS), 1
         ):
             skill, reason = _text(details, "skill"), _text(details, "reason")
             if event == "step-not-started":
-                yield Tried(number, skill, at, at, True, reason)
+                yield StepTrace(number, skill, at, at, True, reason)
                 continue
             ended = next(
                 (
@@ -133,44 +135,46 @@ class Run:
                 None,
             )
             if ended is None:
-                yield Tried(number, skill, at, None, True, "the record ends before it did")
+                yield StepTrace(number, skill, at, None, True, "the record ends before it did")
             else:
                 place, told = ended
-                yield Tried(number, skill, at, place, told.get("failed") is not False, _text(told, "reason"))
+                yield StepTrace(
+                    number, skill, at, place, told.get("failed") is not False, _text(told, "reason")
+                )
 
-    def _before(self, place: int) -> Iterator[Link]:
+    def _cause_of_end(self, place: int) -> Iterator[CausalLink]:
         """What the end of the run followed: the last plan rejected, or the last step that failed for good."""
         for at, event, details in reversed([one for one in self._notes if one[0] < place]):
             if event == "plan-rejected":
                 problems = details.get("problems")
                 said = "; ".join(map(str, problems)) if isinstance(problems, list) else "the plan"
                 cause = Cause("plan", _text(details, "planner"), said)
-                yield Link(at, f"the plan of `{_text(details, 'planner')}` was rejected", (cause,))
+                yield CausalLink(at, f"the plan of `{_text(details, 'planner')}` was rejected", (cause,))
                 return
             if event in ("step-ended", "step-not-started"):
-                step = next((one for one in self.steps if one.end == at), None)
+                step = next((one for one in self.steps if one.end_index == at), None)
                 if step is not None and step.failed and details.get("status") != "cancelled":
-                    yield from self._of_step(step)
+                    yield from self._step_links(step)
                     return
 
-    def _of_step(self, step: Tried) -> Iterator[Link]:
+    def _step_links(self, step: StepTrace) -> Iterator[CausalLink]:
         """The end of a step as the agent judged it, as the runtime recorded it, and the gate's denial."""
-        if step.end is None:
+        if step.end_index is None:
             return
-        event, details = next((event, told) for at, event, told in self._notes if at == step.end)
+        event, details = next((event, told) for at, event, told in self._notes if at == step.end_index)
         judged = _causes(details)
         if event == "step-not-started":
-            yield Link(step.end, f"{step.skill} was not started: {step.reason}", judged)
+            yield CausalLink(step.end_index, f"{step.skill} was not started: {step.reason}", judged)
             return
-        ended = self._last_before(step.end, "step-ended", step.skill)
+        ended = self._last_before(step.end_index, "step-ended", step.skill)
         denial = None if ended is None else self._denial(ended, step.skill)
-        deeper: list[Link] = []
+        deeper: list[CausalLink] = []
         if ended is not None:
             told = self._records[ended]["details"]
             found = _causes(told)
             said = _ended(told) if not found else f"ended as {_status(told)}"
             deeper.append(
-                Link(ended, f"the runtime says that it {said}", () if denial is not None else found)
+                CausalLink(ended, f"the runtime says that it {said}", () if denial is not None else found)
             )
             judged = tuple(one for one in judged if one not in found)
         if denial is not None:
@@ -178,13 +182,13 @@ class Run:
             asked = decision.get("asked")
             kind = asked.get("kind") if isinstance(asked, dict) else "an action"
             causes = _causes(decision) or tuple(_reasons(decision))
-            deeper.append(Link(denial, f"the gate denied `{kind}`", causes))
+            deeper.append(CausalLink(denial, f"the gate denied `{kind}`", causes))
         outcome = _text(details, "outcome")
         reason = step.reason or f"outcome `{outcome}`"
         if any(link.causes for link in deeper):
             reason = _text(details, "status").replace("_", " ")
         said = f"step {step.number}, {step.skill}: {reason}"
-        yield Link(step.end, said, judged if deeper and step.failed else _causes(details))
+        yield CausalLink(step.end_index, said, judged if deeper and step.failed else _causes(details))
         if step.failed:
             yield from deeper
 
@@ -205,7 +209,7 @@ class Run:
         at = self._last_before(ended, "decision", skill)
         return at if at is not None and self._records[at]["details"].get("verdict") == "DENY" else None
 
-    def _without_end(self, failed: tuple[Tried, ...]) -> Why:
+    def _unfinished_link(self, failed: tuple[StepTrace, ...]) -> CausalExplanation:
         headline = "the record does not say how the run ended: it goes on, or was killed"
         stopped = next(
             (
@@ -217,15 +221,18 @@ class Run:
             None,
         )
         if stopped is None:
-            return Why(headline, failed=failed)
+            return CausalExplanation(headline, failed=failed)
         record = self._records[stopped]
         skill = _skill(record)
         denial = self._denial(stopped, skill)
-        chain = [Link(stopped, f"{skill} {_ended(record['details'])}", _causes(record["details"]))]
+        chain = [CausalLink(stopped, f"{skill} {_ended(record['details'])}", _causes(record["details"]))]
         if denial is not None:
             decision = self._records[denial]["details"]
-            chain = [Link(stopped, chain[0].said), Link(denial, "the gate denied it", _causes(decision))]
-        return Why(headline, tuple(chain), failed)
+            chain = [
+                CausalLink(stopped, chain[0].text),
+                CausalLink(denial, "the gate denied it", _causes(decision)),
+            ]
+        return CausalExplanation(headline, tuple(chain), failed)
 
 
 def _goal(details: Mapping[str, Any]) -> str:
@@ -246,10 +253,10 @@ def _changes(cause: Cause) -> Iterator[str]:
         if not part.quantity:
             yield f"{cause.rule} never allows it"
         elif part.value is None:
-            yield f"`{part.quantity}` {part.why}; `{cause.rule}` needs it measured"
+            yield f"`{part.quantity}` {part.reason}; `{cause.rule}` needs it measured"
         else:
-            value, bound = part.told()
-            asked = bound if isinstance(part.bound, bool) else f"{part.asked} {bound}"
+            value, bound = part.formatted_values()
+            asked = bound if isinstance(part.bound, bool) else f"{part.required_op} {bound}"
             yield f"{part.quantity} is {value}; {asked} is asked by `{cause.rule}`"
 
 
@@ -292,12 +299,12 @@ def _causes(details: Mapping[str, Any]) -> tuple[Cause, ...]:
     )
 
 
-def _shortfalls(listed: Any) -> Iterator[Shortfall]:
+def _shortfalls(listed: Any) -> Iterator[UnmetBound]:
     for one in listed if isinstance(listed, list) else ():
         if isinstance(one, dict) and _is_value(one.get("value"), None) and _is_value(one.get("bound")):
             texts = [_text(one, name) for name in ("asked", "unit", "why")]
             asked, unit, why = texts
-            yield Shortfall(
+            yield UnmetBound(
                 _text(one, "quantity"), _real(one["value"]), asked, _real(one["bound"]), unit, why
             )
 

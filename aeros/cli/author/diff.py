@@ -11,10 +11,10 @@ from aeros.cli.arguments import add_command, existing_path, solver_budget
 from aeros.exit_codes import Exit
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.diagnostics.codes import Severity
-from aeros.spec.diagnostics.render import render_all, render_json, safe
-from aeros.spec.difference.compare import Difference, compare, is_site
-from aeros.spec.difference.policy_change import Change, Relation
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.diagnostics.render import escape_invisible, render_all, render_json
+from aeros.spec.difference.compare import PolicyDifference, compare, is_site
+from aeros.spec.difference.policy_change import PolicyChange, Relation
+from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -68,7 +68,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if is_site(old) and arguments.site is not None:
         print("aeros: `--site` is for comparing modules; these are site files", file=sys.stderr)
         return Exit.USAGE
-    difference = compare(old, new, arguments.site or reference_site(), arguments.rlimit)
+    difference = compare(old, new, arguments.site or reference_site_path(), arguments.rlimit)
     if arguments.format == "json":
         print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:
@@ -77,15 +77,15 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     if arguments.fail_on and difference.allows_more:
         return Exit.REJECTED
-    return Exit.UNDECIDED if difference.undecided else Exit.PROVED
+    return Exit.UNDECIDED if difference.undecided else Exit.SUCCESS
 
 
-def _as_text(difference: Difference, *, colour: bool) -> str:
+def _as_text(difference: PolicyDifference, *, colour: bool) -> str:
     changed = [one for one in difference.changes if one.relation is not Relation.EQUAL]
     told = [*difference.problems, *(diagnostic for one in changed for diagnostic in one.diagnostics)]
     parts = [render_all(told, colour=colour)] if told else []
     width = max((len(one.subject) for one in changed), default=0)
-    lines = [f"{safe(one.subject):{width}}  {one.relation.value}" for one in changed]
+    lines = [f"{escape_invisible(one.subject):{width}}  {one.relation.value}" for one in changed]
     if difference.changes:
         lines.append(
             f"{len(difference.changes) - len(changed)} of {len(difference.changes)} subjects are equal"
@@ -93,7 +93,7 @@ def _as_text(difference: Difference, *, colour: bool) -> str:
     return "\n".join([*parts, *lines])
 
 
-def _as_json(difference: Difference) -> dict[str, Any]:
+def _as_json(difference: PolicyDifference) -> dict[str, Any]:
     return {
         "schema": "aeros/difference/1",
         "newly_allowed": difference.allows_more,
@@ -103,7 +103,7 @@ def _as_json(difference: Difference) -> dict[str, Any]:
     }
 
 
-def _change_json(change: Change) -> dict[str, Any]:
+def _change_json(change: PolicyChange) -> dict[str, Any]:
     return {
         "subject": change.subject,
         "relation": change.relation.value,

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.gate.wire import decide_line, request_json
 from aeros.skill import Action
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model.model import Declared, Ecm, Site, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
@@ -40,7 +40,7 @@ def example_requests(gate: Gate, site: Site, ecm: Ecm, skill: Skill, report: Rep
         for attempt in range(_ATTEMPTS):
             chance = random.Random(attempt)  # noqa: S311 - picks neighbours, guards nothing
             line = json.dumps(_request(site, skill, kind, values, chance))
-            if decide_line(gate, ecm.id, skill.id, line.encode()).verdict is Verdict.ALLOW:
+            if decide_line(gate, ecm.id, skill.id, line.encode()).kind is DecisionKind.ALLOW:
                 yield line
                 break
 
@@ -49,7 +49,7 @@ def _request(site: Site, skill: Skill, kind: str, values: Any, chance: random.Ra
     parameters = site.kinds[kind].parameters
     return request_json(
         Action(kind, {name: _shown(one, values, chance) for name, one in parameters.items()}),
-        {name: _shown(one, values, chance) for name, one in site.observed.items()},
+        {name: _shown(one, values, chance) for name, one in site.observed_variables.items()},
         _NOW,
         inputs={name: _shown(one, values, chance) for name, one in skill.inputs.items()},
         usage={quota.id: 0 for quota in site.quotas},
@@ -57,7 +57,7 @@ def _request(site: Site, skill: Skill, kind: str, values: Any, chance: random.Ra
 
 
 def _shown(declared: Declared, values: Any, chance: random.Random) -> Any:
-    value = values.get(declared.name, declared.default)
+    value = values.get(declared.name, declared.default_value)
     return _double(_middle(declared) if value is None else value, chance)
 
 
@@ -89,4 +89,4 @@ def _double(value: Any, chance: random.Random) -> Any:
         return [_double(part, chance) for part in value]
     if not isinstance(value, Fraction):
         return value
-    return chance.choice(neighbours(value))
+    return chance.choice(adjacent_doubles(value))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from aeros.cli.arguments import add_command
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.codes import CODES, did_you_mean
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -36,7 +36,7 @@ def add_to(commands: Subparsers) -> None:
 def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.code is None:
         print(codes_by_group())
-        return Exit.PROVED
+        return Exit.SUCCESS
     asked = arguments.code.strip()
     slugs = {code.slug: code.id for code in CODES.values()}
     found = asked.upper() if asked.upper() in CODES else slugs.get(asked.lower())
@@ -45,10 +45,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
             asked.lower(), slugs
         )
         hint = f"; did you mean `{near}`?" if near else "; `aeros explain` lists all codes"
-        print(f"aeros: there is no code `{safe(asked)}`{hint}", file=sys.stderr)
+        print(f"aeros: there is no code `{escape_invisible(asked)}`{hint}", file=sys.stderr)
         return Exit.USAGE
     print((pages() / f"{found}.md").read_text(encoding="utf-8"), end="")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def codes_by_group() -> str:

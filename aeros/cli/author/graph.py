@@ -8,19 +8,19 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from aeros.apps.drawings.composition import composition_drawing
-from aeros.apps.drawings.drawing import Drawing, Edge, Node, dot, mermaid, svg
+from aeros.apps.drawings.drawing import Diagram, Edge, Node, dot, mermaid, svg
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.author.module_argument import named, read_module
+from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.exit_codes import Exit
-from aeros.spec.closed_loop.reachability import Exploration, explore
-from aeros.spec.closed_loop.transition_system import Node as LoopNode
-from aeros.spec.closed_loop.transition_system import NotExploredError
+from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
+from aeros.spec.closed_loop.transition_system import LoopState as LoopNode
+from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.model.model import Ecm, PlanningRule, Task
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
-LARGEST = 400
+MAX_NODES = 400
 """Nodes of a drawing at most; more than that nobody reads."""
 
 _FORMATS = {"mermaid": mermaid, "dot": dot, "svg": svg}
@@ -58,28 +58,28 @@ def add_to(commands: Subparsers) -> None:
 def _command(arguments: argparse.Namespace) -> Exit:
     ecm, site = read_module(arguments.module, arguments.site)
     if arguments.what == "composition":
-        composition = named(ecm, "composition", ecm.compositions, arguments.composition)
+        composition = select_declared(ecm, "composition", ecm.compositions, arguments.composition)
         drawing = composition_drawing(ecm, composition)
     else:
-        task = named(ecm, "task", ecm.tasks, arguments.task)
+        task = select_declared(ecm, "task", ecm.tasks, arguments.task)
         drawing = rules_drawing(ecm, task)
         if arguments.what == "closed-loop":
             try:
-                drawing = closed_loop_drawing(ecm, explore(ecm, task, site))
-            except NotExploredError as why:
+                drawing = closed_loop_drawing(ecm, explore_task(ecm, task, site))
+            except StateSpaceError as why:
                 print(f"aeros: the closed loop of `{task.id}` cannot be drawn: {why}", file=sys.stderr)
                 return Exit.REJECTED
     print(_FORMATS[arguments.format](drawing), end="")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def rules_drawing(ecm: Ecm, task: Task) -> Drawing:
+def rules_drawing(ecm: Ecm, task: Task) -> Diagram:
     """The rules in the order in which the planner reads them, from start to goal."""
     nodes = [Node("start", (task.id,), "start")]
     edges = []
     for index, rule in enumerate(task.rules):
         step = f"step{index}"
-        nodes.append(Node(step, (f"{index + 1}. {rule.skill}", *_told(rule))))
+        nodes.append(Node(step, (f"{index + 1}. {rule.skill}", *_rule_text(rule))))
         edges.append(Edge("start" if index == 0 else f"step{index - 1}", step))
         if rule.on_failure is not None:
             recovery = f"recovery{index}"
@@ -90,54 +90,54 @@ def rules_drawing(ecm: Ecm, task: Task) -> Drawing:
             edges.append(Edge(step, step, "try again", dashed=True))
     nodes.append(Node("goal", (f"goal: {task.goal_text}",), "goal"))
     edges.append(Edge(f"step{len(task.rules) - 1}", "goal"))
-    return Drawing(f"{ecm.id}: planning rules of {task.id}", tuple(nodes), tuple(edges))
+    return Diagram(f"{ecm.id}: planning rules of {task.id}", tuple(nodes), tuple(edges))
 
 
-def _told(rule: PlanningRule) -> Iterator[str]:
+def _rule_text(rule: PlanningRule) -> Iterator[str]:
     yield f"unless {rule.text}"
     if rule.retry:
         yield f"at most {rule.retry + 1} tries"
 
 
-def closed_loop_drawing(ecm: Ecm, explored: Exploration) -> Drawing:
+def closed_loop_drawing(ecm: Ecm, explored: ReachableStates) -> Diagram:
     """Every node at which the loop plans, tries or recovers, and what leads from one to another.
 
-    Raises `NotExploredError` where there are more than `LARGEST`.
+    Raises `StateSpaceError` where there are more than `MAX_NODES`.
     """
-    if len(explored.graph) > LARGEST:
-        raise NotExploredError(f"it has {len(explored.graph)} nodes, and nobody reads more than {LARGEST}")
+    if len(explored.graph) > MAX_NODES:
+        raise StateSpaceError(f"it has {len(explored.graph)} nodes, and nobody reads more than {MAX_NODES}")
     names = {node: f"n{index}" for index, node in enumerate(explored.graph)}
-    stuck = set(explored.without_way_to_goal())
+    stuck = set(explored.nodes_that_can_miss_goal())
     nodes, edges = [], []
     for node, name in names.items():
         nodes.append(_loop_node(explored, node, name, stuck=node in stuck))
-        for move in explored.system.moves(node):
+        for move in explored.system.transitions(node):
             failed = move.role in ("step", "retry") and move.target.phase in ("plan", "recover")
-            edges.append(Edge(name, names[move.target], move.said, dashed=failed))
-    return Drawing(
+            edges.append(Edge(name, names[move.target], move.label, dashed=failed))
+    return Diagram(
         f"{ecm.id}: closed loop of {explored.system.task.id}", tuple(nodes), tuple(dict.fromkeys(edges))
     )
 
 
-def _loop_node(explored: Exploration, node: LoopNode, name: str, *, stuck: bool) -> Node:
+def _loop_node(explored: ReachableStates, node: LoopNode, name: str, *, stuck: bool) -> Node:
     task = explored.system.task
     if node.phase == "reached":
-        return Node(name, (f"goal: {task.goal_text}", *_measured(explored, node)), "goal")
+        return Node(name, (f"goal: {task.goal_text}", *_state_text(explored, node)), "goal")
     doing: str = node.phase
-    if node.remaining:
-        rule = task.rules[node.remaining[0]]
+    if node.remaining_rules:
+        rule = task.rules[node.remaining_rules[0]]
         recovery = rule.on_failure or "trying again"
         doing = f"try {rule.skill}" if node.phase == "try" else f"recover by {recovery}"
         doing += f" (try {node.tries + 1})" if node.tries else ""
     elif node.phase == "try":
         doing = "plan exhausted"
-    lines = (doing, *_measured(explored, node))
+    lines = (doing, *_state_text(explored, node))
     if stuck or node.phase == "rejected":
         return Node(name, lines, "stuck")
-    return Node(name, lines, "state" if node in explored.came_from else "start")
+    return Node(name, lines, "state" if node in explored.predecessors else "start")
 
 
-def _measured(explored: Exploration, node: LoopNode) -> list[str]:
+def _state_text(explored: ReachableStates, node: LoopNode) -> list[str]:
     """What holds in the state of `node`; what it does not name is false."""
     values = zip(explored.system.names, node.state, strict=True)
     return [name if value is True else f"{name} = {value}" for name, value in values if value is not False]

@@ -8,10 +8,10 @@ from typing import TypeVar
 
 from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Ecm, Site
-from aeros.spec.text.discovery import module_folders, reference_site
+from aeros.spec.text.discovery import module_folders, reference_site_path
 
 _T = TypeVar("_T")
 
@@ -22,7 +22,7 @@ def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
     Raises `UserError` with everything that stands in its way, `UsageError` where there are several.
     """
     sink = Diagnostics()
-    site = load_site(site_path or reference_site(), sink)
+    site = load_site(site_path or reference_site_path(), sink)
     folders = [] if site is None else module_folders(path, sink)
     loaded = load_ecm(folders[0], site, sink) if site is not None and len(folders) == 1 else None
     sink.raise_if_errors()
@@ -31,7 +31,7 @@ def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
     return loaded.ecm, site
 
 
-def named(ecm: Ecm, what: str, declared: Mapping[str, _T], name: str | None) -> _T:
+def select_declared(ecm: Ecm, what: str, declared: Mapping[str, _T], name: str | None) -> _T:
     """The task or composition of that name, the first where none is given; `what` says which it is.
 
     Raises `UsageError` where there is none.
@@ -42,5 +42,5 @@ def named(ecm: Ecm, what: str, declared: Mapping[str, _T], name: str | None) -> 
     if wanted not in declared:
         near = did_you_mean(wanted, declared)
         hint = f"did you mean `{near}`?" if near else f"it has {', '.join(declared) or 'none'}"
-        raise UsageError(f"`{ecm.id}` has no {what} `{safe(wanted)}`; {hint}")
+        raise UsageError(f"`{ecm.id}` has no {what} `{escape_invisible(wanted)}`; {hint}")
     return declared[wanted]

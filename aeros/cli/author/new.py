@@ -20,10 +20,10 @@ import aeros
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import MANIFEST, reference_site
+from aeros.spec.text.discovery import MANIFEST, reference_site_path
 from aeros.spec.text.fields import PATTERNS
 
 if TYPE_CHECKING:
@@ -46,11 +46,11 @@ _RESERVED: Final = frozenset({"aeros", "null"})
 _WORDS: Final = re.compile(r"[^\W_][\w-]*( [\w-]+)*")
 """What routes an instruction: words with single blanks between them."""
 
-_LONGEST: Final = 60
+_MAX_NAME_CHARS: Final = 60
 """The most characters of a name or of the words; file systems stop at about 250 bytes."""
 
 
-class _RefusedError(Exception):
+class _NewModuleError(Exception):
     """Nothing was made; the message says why and what to do."""
 
 
@@ -77,20 +77,20 @@ def _name(text: str) -> str:
         near = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_0123456789")
         hint = f", or `{near}`" if form.regex.fullmatch(near) else ""
         raise argparse.ArgumentTypeError(
-            f"`{safe(text)}` is no module name: write {form.words}, as in `{form.example}`{hint}"
+            f"`{escape_invisible(text)}` is no module name: write {form.words}, as in `{form.example}`{hint}"
         )
-    if len(text) > _LONGEST:
-        raise argparse.ArgumentTypeError(f"a module name has at most {_LONGEST} characters")
+    if len(text) > _MAX_NAME_CHARS:
+        raise argparse.ArgumentTypeError(f"a module name has at most {_MAX_NAME_CHARS} characters")
     if text in _RESERVED:
         raise argparse.ArgumentTypeError(f"`{text}` is reserved; choose another name")
     return text
 
 
 def _task(text: str) -> str:
-    if not _WORDS.fullmatch(text) or len(text) > _LONGEST:
+    if not _WORDS.fullmatch(text) or len(text) > _MAX_NAME_CHARS:
         raise argparse.ArgumentTypeError(
-            f"`{safe(text)}` cannot ask for a task: write words of letters, digits, `-` and `_`, "
-            f'one blank between them and at most {_LONGEST} characters, as in "pick up"'
+            f"`{escape_invisible(text)}` cannot ask for a task: write words of letters, digits, `-` and `_`, "
+            f'one blank between them and at most {_MAX_NAME_CHARS} characters, as in "pick up"'
         )
     return text
 
@@ -98,38 +98,38 @@ def _task(text: str) -> str:
 def _command(arguments: argparse.Namespace) -> Exit:
     name, place, words = arguments.name, arguments.place, arguments.task or arguments.name
     sink = Diagnostics()
-    site = load_site(arguments.site or reference_site(), sink)
+    site = load_site(arguments.site or reference_site_path(), sink)
     sink.raise_if_errors()
     if site is None:
         return Exit.REJECTED
     try:
-        _refuse_name(name, site)
+        _check_name(name, site)
         for path in (place / name, place / f"test_{name}.py"):
-            _refuse_existing(path)
-        _make(name, place, _files(name, words, place, arguments.site), site)
+            _check_absent(path)
+        _write_module(name, place, _files(name, words, place, arguments.site), site)
     except OSError as error:
         print(
             f"aeros: cannot write to `{place}`: {error.strerror}; choose another with --in", file=sys.stderr
         )
         return Exit.REJECTED
-    except _RefusedError as refusal:
+    except _NewModuleError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     print(_next_steps(name, words, place, arguments.site))
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def _refuse_name(name: str, site: Site) -> None:
+def _check_name(name: str, site: Site) -> None:
     """A policy that speaks of `name` means another module: a new one must not inherit its grants."""
     if name in site.grants or any(block.module == name for block in site.blocks):
-        raise _RefusedError(
+        raise _NewModuleError(
             f"the policy of `{site.id}` already speaks of a module `{name}`; choose another name"
         )
 
 
-def _refuse_existing(path: Path) -> None:
+def _check_absent(path: Path) -> None:
     if os.path.lexists(path):
-        raise _RefusedError(f"`{path}` is there already; choose another name, or another place with --in")
+        raise _NewModuleError(f"`{path}` is there already; choose another name, or another place with --in")
 
 
 def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, str]:
@@ -139,7 +139,9 @@ def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, s
         "name": name,
         "words": words,
         "runtime": f">={version.major}.{version.minor},<{version.major}.{version.minor + 1}",
-        "site_arguments": "" if site is None else f', "--site", str(HERE / {json.dumps(_way(place, site))})',
+        "site_arguments": ""
+        if site is None
+        else f', "--site", str(HERE / {json.dumps(_relative_path(place, site))})',
     }
     names = {MANIFEST: f"{name}/{MANIFEST}", "skills.py": f"{name}/skills.py", "test.py": f"test_{name}.py"}
     templates = resources.files("aeros") / "templates" / "ecm"
@@ -149,30 +151,30 @@ def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, s
     }
 
 
-def _way(place: Path, site: Path) -> str:
+def _relative_path(place: Path, site: Path) -> str:
     """From the folder `place` to the file `site`."""
     return os.path.relpath(site.resolve(), place.resolve())
 
 
-def _make(name: str, place: Path, files: dict[str, str], site: Site) -> None:
+def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> None:
     """Write `files` into `place`, all or none, if `site` has what they speak of."""
     with tempfile.TemporaryDirectory(prefix=".aeros-new-", dir=place) as stage:
         staged = Path(stage)
         (staged / name).mkdir()
         for path, text in files.items():
             (staged / path).write_text(text, encoding="utf-8")
-        _refuse_unfit(staged / name, site)
+        _check_site_vocabulary(staged / name, site)
         (staged / name).rename(place / name)
         (staged / f"test_{name}.py").rename(place / f"test_{name}.py")
 
 
-def _refuse_unfit(folder: Path, site: Site) -> None:
+def _check_site_vocabulary(folder: Path, site: Site) -> None:
     """A site need not have the vocabulary that the templates speak of; says what it lacks."""
     sink = Diagnostics()
     load_ecm(folder, site, sink)
-    lacking = dict.fromkeys(safe(problem.headline) for problem in sink)
+    lacking = dict.fromkeys(escape_invisible(problem.headline) for problem in sink)
     if lacking:
-        raise _RefusedError(
+        raise _NewModuleError(
             f"`{site.id}` lacks what the module would speak of:\n"
             + "".join(f"  {headline}\n" for headline in lacking)
             + "start from the reference site and change the module's words to those of yours"

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.agent.planning.plan_json import form_of
+from aeros.agent.planning.plan_json import plan_to_json
 from aeros.agent.planning.routing import RoutingError, route
-from aeros.agent.planning.smt import why_not
-from aeros.agent.planning.strategy_to_graph import task_graph
+from aeros.agent.planning.smt import explain_no_plan
+from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.task_graph import verify_plan
-from aeros.agent.world.values import exact, plain
-from aeros.apps.goal import goal_of, value_of
+from aeros.agent.world.values import to_exact, to_json_value
+from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.registry.registry import Registry
@@ -23,17 +23,17 @@ from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.semantics import Value
-from aeros.spec.model.model import Clause, Ecm, Site, Task
-from aeros.spec.planning.domain import Domain, domain_for
-from aeros.spec.planning.pddl import as_pddl
-from aeros.spec.planning.plan_check import UnreadablePlanError, problems_of, read_plan
-from aeros.spec.planning.search_result import NotDecidedError
-from aeros.spec.planning.strong_cyclic import Strategy
-from aeros.spec.text.discovery import module_folders, reference_site
+from aeros.spec.model.model import ActionCondition, Ecm, Site, Task
+from aeros.spec.planning.domain import PlanningDomain, domain_for
+from aeros.spec.planning.pddl import write_pddl
+from aeros.spec.planning.plan_check import UnreadablePlanError, find_step_problems, read_plan
+from aeros.spec.planning.search_result import PlanUndecidedError
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
+from aeros.spec.text.discovery import module_folders, reference_site_path
 from aeros.spec.text.files import read_source
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _setting(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def _asked(words: list[str]) -> tuple[Path | None, str | None]:
+def _parse_words(words: list[str]) -> tuple[Path | None, str | None]:
     """The plan to be judged, if one is, and the instruction, if there is one."""
     check = None
     if words[:1] == ["check"] and len(words) > 1:
@@ -111,17 +111,17 @@ def _asked(words: list[str]) -> tuple[Path | None, str | None]:
             raise UsageError(f"the plan to check: {error}") from error
         words = words[2:]
     if len(words) > 1:
-        raise UsageError(f'an instruction is one argument: "{safe(" ".join(words))}"')
+        raise UsageError(f'an instruction is one argument: "{escape_invisible(" ".join(words))}"')
     return check, words[0] if words else None
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    check, instruction = _asked(arguments.words)
+    check, instruction = _parse_words(arguments.words)
     if instruction is None and arguments.goal is None:
         raise UsageError("there is nothing to plan for: give an instruction, or --goal")
     if check is not None and arguments.pddl is not None:
         raise UsageError("a plan is judged, or a problem is written: `check` does not go with --pddl")
-    site, modules, others = _loaded(arguments)
+    site, modules, others = _load(arguments)
     task: Task | None = None
     if instruction is not None:
         try:
@@ -129,40 +129,40 @@ def _command(arguments: argparse.Namespace) -> Exit:
         except RoutingError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
-    goal = goal_of(arguments.goal, site) if arguments.goal is not None else _own_goal(task)
+    goal = parse_goal(arguments.goal, site) if arguments.goal is not None else _task_goal(task)
     known = _start(site, task, dict(arguments.start))
     steps = None if check is None else _steps(check)
     also = {step.partition(" ")[0].casefold() for step in steps or ()}
     kept = () if task is None else task.invariants
-    domain = domain_for(modules, site, known, goal.term, kept, also=also)
+    domain = domain_for(modules, site, known, goal.term, kept, extra_variables=also)
     start = domain.state(known)
     if arguments.pddl is not None:
-        return _exported(arguments.pddl, domain, start)
+        return _export_pddl(arguments.pddl, domain, start)
     if steps is not None:
-        return _checked(Strategy(domain), start, steps, arguments.format)
+        return _check_result(StrongCyclicStrategy(domain), start, steps, arguments.format)
     found: dict[str, Any] = {
         "schema": SCHEMA,
         "goal": goal.text,
-        "start": {name: plain(value) for name, value in zip(domain.names, start, strict=True)},
+        "start": {name: to_json_value(value) for name, value in zip(domain.names, start, strict=True)},
         "plan": None,
         "steps_at_least": None,
         "states": None,
         "reason": None,
-        "left_out": dict(domain.left_out),
+        "left_out": dict(domain.excluded_skills),
     }
-    strategy = Strategy(domain)
-    code = Exit.PROVED
+    strategy = StrongCyclicStrategy(domain)
+    code = Exit.SUCCESS
     try:
         if strategy.solves(start):
-            graph = task_graph(strategy, start, site.limits.retries)
+            graph = strategy_to_graph(strategy, start, site.limits.retries)
             if graph.parts and (problems := verify_plan(graph, modules, site)):
                 raise InternalError("; ".join(problems))
-            found["plan"] = form_of(graph)
-            found["steps_at_least"] = strategy.steps_from(start)
-            found["states"] = len(strategy.states_from(start))
+            found["plan"] = plan_to_json(graph)
+            found["steps_at_least"] = strategy.distance_to_goal(start)
+            found["states"] = len(strategy.reachable_from(start))
         else:
-            code, found["reason"] = Exit.REJECTED, why_not(strategy)
-    except NotDecidedError as why:
+            code, found["reason"] = Exit.REJECTED, explain_no_plan(strategy)
+    except PlanUndecidedError as why:
         code, found["reason"] = Exit.UNDECIDED, str(why)
     print(json.dumps(found, indent=1) if arguments.format == "json" else _as_text(found))
     return code
@@ -175,8 +175,8 @@ def _steps(path: Path) -> tuple[str, ...]:
         raise UsageError(f"`{path}` is no plan: {why}") from why
 
 
-def _exported(folder: Path, domain: Domain, start: State) -> Exit:
-    files = dict(zip(("domain.pddl", "problem.pddl"), as_pddl(domain, start), strict=True))
+def _export_pddl(folder: Path, domain: PlanningDomain, start: State) -> Exit:
+    files = dict(zip(("domain.pddl", "problem.pddl"), write_pddl(domain, start), strict=True))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
@@ -185,13 +185,13 @@ def _exported(folder: Path, domain: Domain, start: State) -> Exit:
         print(f"aeros: cannot write to `{folder}`: {error.strerror}", file=sys.stderr)
         return Exit.REJECTED
     print(f"written  {', '.join(str(folder / name) for name in files)}")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def _checked(strategy: Strategy, start: State, steps: tuple[str, ...], form: str) -> Exit:
+def _check_result(strategy: StrongCyclicStrategy, start: State, steps: tuple[str, ...], form: str) -> Exit:
     try:
-        problems = problems_of(strategy, start, steps)
-    except NotDecidedError as why:
+        problems = find_step_problems(strategy, start, steps)
+    except PlanUndecidedError as why:
         print(f"aeros: undecided: {why}", file=sys.stderr)
         return Exit.UNDECIDED
     if form == "json":
@@ -199,11 +199,11 @@ def _checked(strategy: Strategy, start: State, steps: tuple[str, ...], form: str
         print(json.dumps(found, indent=1))
     else:
         accepted = f"accepted  {len(steps)} steps; whatever declared outcomes come, the goal stays reachable"
-        print("\n".join([f"rejected  {safe(text)}" for text in problems] or [accepted]))
-    return Exit.REJECTED if problems else Exit.PROVED
+        print("\n".join([f"rejected  {escape_invisible(text)}" for text in problems] or [accepted]))
+    return Exit.REJECTED if problems else Exit.SUCCESS
 
 
-def _loaded(
+def _load(
     arguments: argparse.Namespace,
 ) -> tuple[Site, Mapping[str, Ecm], Callable[[], Mapping[str, Ecm]]]:
     """The site, the modules to plan with and those that are there and not active.
@@ -213,9 +213,9 @@ def _loaded(
     registry = Registry(arguments.state)
     if arguments.ecms is None and arguments.site is None and registry.exists:
         configuration, _ = registry.configuration()
-        return configuration.site, configuration.modules, registry.inactive
+        return configuration.site, configuration.modules, registry.inactive_modules
     sink = Diagnostics()
-    site = load_site(arguments.site or reference_site(), sink)
+    site = load_site(arguments.site or reference_site_path(), sink)
     folders = [] if site is None else module_folders(arguments.ecms or Path("ecms"), sink)
     loaded = [load_ecm(one, site, sink) for one in folders if site is not None]
     sink.raise_if_errors()
@@ -224,56 +224,56 @@ def _loaded(
     return site, {one.ecm.id: one.ecm for one in loaded if one is not None}, dict[str, Ecm]
 
 
-def _own_goal(task: Task | None) -> Clause:
+def _task_goal(task: Task | None) -> ActionCondition:
     if task is None:
         raise InternalError("there is neither a task nor a goal")
-    return Clause(task.goal, task.goal_text, task.span)
+    return ActionCondition(task.goal, task.goal_text, task.span)
 
 
 def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str, Value]:
     """What is known at the start, by name."""
-    initial = {} if task is None else as_doubles(task.initial)
-    known = {name: exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
+    initial = {} if task is None else to_doubles(task.initial)
+    known = {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
     for name, text in given.items():
-        value = value_of(name, text, site)
+        value = parse_value(name, text, site)
         if value is None:
             known.pop(name)
         else:
-            known[name] = exact(site.state[name], value)
+            known[name] = to_exact(site.state[name], value)
     return known
 
 
 def _as_text(found: Mapping[str, Any]) -> str:
-    start = ", ".join(f"{name} = {_written(value)}" for name, value in found["start"].items())
+    start = ", ".join(f"{name} = {_format_value(value)}" for name, value in found["start"].items())
     lines = [f"goal   {found['goal']}", f"start  {start}" if start else "start  as measured"]
     if found["reason"] is not None:
         lines.append(f"none   {found['reason']}")
     elif not found["plan"]:
         lines.append("plan   nothing to do: the goal holds")
     else:
-        lines += ["plan", *_listed(found["plan"], "  ")]
+        lines += ["plan", *_format_parts(found["plan"], "  ")]
         lines.append(
             f"proved the goal can be reached from each of the {found['states']} states that declared "
             f"outcomes may lead to; the shortest way has {found['steps_at_least']} step"
             + ("" if found["steps_at_least"] == 1 else "s")
         )
-    return "\n".join(map(safe, lines))
+    return "\n".join(map(escape_invisible, lines))
 
 
-def _listed(parts: list[dict[str, Any]], margin: str) -> Iterator[str]:
+def _format_parts(parts: list[dict[str, Any]], margin: str) -> Iterator[str]:
     for part in parts:
         if "if" in part:
             yield f"{margin}if {part['if']}"
-            yield from _listed(part["then"], f"{margin}  ")
+            yield from _format_parts(part["then"], f"{margin}  ")
             if part["else"]:
                 yield f"{margin}else"
-                yield from _listed(part["else"], f"{margin}  ")
+                yield from _format_parts(part["else"], f"{margin}  ")
             continue
-        given = ", ".join(f"{name} = {_written(value)}" for name, value in part["inputs"].items())
+        given = ", ".join(f"{name} = {_format_value(value)}" for name, value in part["inputs"].items())
         tried = f", tried {part['retry'] + 1} times at most" if part["retry"] else ""
         cure = f", {part['on_failure']} between tries" if part["on_failure"] else ""
         yield f"{margin}{part['skill']}" + (f"({given})" if given else "") + tried + cure
 
 
-def _written(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return "unknown" if value is None else json.dumps(value)

@@ -12,16 +12,16 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.author.module_argument import named, read_module
+from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.markov_chain import predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
-from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
-from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import MisuseError, UserError
-from aeros.spec.diagnostics.render import safe
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.model import Ecm, Site, Task
 
 if TYPE_CHECKING:
@@ -116,25 +116,27 @@ def _command(arguments: argparse.Namespace) -> Exit:
     chosen = (
         found.tasks.values()
         if arguments.task is None
-        else [named(found, "task", found.tasks, arguments.task)]
+        else [select_declared(found, "task", found.tasks, arguments.task)]
     )
     for skill, retries in arguments.retry:
         if retries > site.limits.retries:
             raise UsageError(f"`--retry {skill}={retries}`: {site.id} allows at most {site.limits.retries}")
     try:
-        ecm, tasks = _changed(found, chosen, arguments)
+        ecm, tasks = _apply_overrides(found, chosen, arguments)
     except MisuseError as error:
         raise UsageError(str(error)) from error
     replans = site.limits.replans if arguments.replans is None else arguments.replans
-    predictions = [_predicted(ecm, task, site, replans) for task in tasks]
+    predictions = [_prediction_json(ecm, task, site, replans) for task in tasks]
     if arguments.format == "json":
         print(json.dumps({"schema": SCHEMA, "predictions": predictions}, indent=1))
     else:
         print("\n\n".join(_as_text(one) for one in predictions))
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def _changed(ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace) -> tuple[Ecm, list[Task]]:
+def _apply_overrides(
+    ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace
+) -> tuple[Ecm, list[Task]]:
     """The module and `tasks` of it, as --set and --retry want them."""
     chances: dict[str, dict[str, Fraction]] = {}
     for skill, outcome, value in arguments.set:
@@ -142,16 +144,16 @@ def _changed(ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace) -> 
     return with_skill_probabilities(ecm, chances), [with_retries(one, dict(arguments.retry)) for one in tasks]
 
 
-def _predicted(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:
+def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:
     """The prediction for JSON."""
     try:
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
-        values = initial_values(site, as_doubles(task.initial))
+        values = initial_values(site, to_doubles(task.initial))
         start = tuple(values[name] for name in system.names)
         prediction = predict(system, start, replans)
-    except NotExploredError as why:
+    except StateSpaceError as why:
         headline = f"nothing can be predicted of `{task.id}`: {why}"
-        raise UserError([Diagnostic("AE803", headline, Label(task.span))]) from why
+        raise UserError([Diagnostic("AE803", headline, SpanLabel(task.span))]) from why
     return {
         "module": ecm.id,
         "task": task.id,
@@ -174,10 +176,10 @@ def _as_text(one: dict[str, Any]) -> str:
     lines = [
         f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans",
         f"from {start}",
-        *(f"{label:<22}  {_shown(one[name])}" for name, label in _LABELS.items()),
+        *(f"{label:<22}  {_format_number(one[name])}" for name, label in _LABELS.items()),
     ]
-    return "\n".join(map(safe, lines))
+    return "\n".join(map(escape_invisible, lines))
 
 
-def _shown(number: dict[str, Any]) -> str:
+def _format_number(number: dict[str, Any]) -> str:
     return f"{number['decimal']:<18.15g}  = {number['exact']}"

@@ -12,23 +12,23 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import (
     add_command,
+    available_cpus,
     existing_path,
     process_count,
-    processors,
     second_solver,
     solver_budget,
     writable_path,
 )
-from aeros.cli.author.reports.result import Problem, Result
+from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import default_store
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.obligations.verdicts import Conclusion
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.certificate import LOCK, check_lock, write_lock
 from aeros.spec.verification.reports import Progress, Report
 from aeros.spec.verification.verify import Detail, verify
@@ -96,14 +96,14 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     try:
-        report = _verified(arguments)
+        report = _verify(arguments)
     except DisagreementError as error:
         print(_disagreement(error), file=sys.stderr)
-        return Exit.OUR_BUG
-    locks = [] if arguments.no_lock else _locks(report, write=not arguments.check)
-    result = Result(report, tuple(locks))
+        return Exit.INTERNAL_ERROR
+    locks = [] if arguments.no_lock else _update_certificates(report, write=not arguments.check)
+    result = VerifyResult(report, tuple(locks))
     as_asked = _renderer(arguments.format)
-    if arguments.output is not None and not _written(arguments.output, as_asked(result)):
+    if arguments.output is not None and not _write_report(arguments.output, as_asked(result)):
         return Exit.USAGE
     in_text = arguments.output is not None or arguments.format == "text"
     print(as_text(result, colour=sys.stdout.isatty()) if in_text else as_asked(result))
@@ -113,22 +113,22 @@ def _command(arguments: argparse.Namespace) -> Exit:
     return exit_for(report.conclusion)
 
 
-def _verified(arguments: argparse.Namespace) -> Report:
+def _verify(arguments: argparse.Namespace) -> Report:
     progress: Progress = _progress if sys.stderr.isatty() else lambda _: None
     store = None if arguments.no_cache else default_store()
     return verify(
         arguments.paths,
-        arguments.site or reference_site(),
+        arguments.site or reference_site_path(),
         arguments.rlimit,
         progress,
         store,
         second=arguments.second_solver,
         detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
-        jobs=arguments.jobs or processors(),
+        jobs=arguments.jobs or available_cpus(),
     )
 
 
-def _renderer(name: str) -> Callable[[Result], str]:
+def _renderer(name: str) -> Callable[[VerifyResult], str]:
     """Of the formats, most runs need none but text."""
     match name:
         case "json":
@@ -150,49 +150,49 @@ def _renderer(name: str) -> Callable[[Result], str]:
 def _disagreement(error: DisagreementError) -> str:
     """What to report; the question itself is kept in a file, as nobody else could ask it again."""
     lines = [
-        f"aeros: the solvers disagree about {safe(error.about)}:",
-        *(f"  {safe(answer)}" for answer in error.answers),
+        f"aeros: the solvers disagree about {escape_invisible(error.about)}:",
+        *(f"  {escape_invisible(answer)}" for answer in error.answers),
         "One of them, or aeros, is wrong, so nothing is proved and nothing was written.",
     ]
     try:
         handle, name = tempfile.mkstemp(prefix="aeros-disagreement-", suffix=".smt2")
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(error.script)
-        lines.append(f"Please report it with the question, which is in {safe(name)}")
+        lines.append(f"Please report it with the question, which is in {escape_invisible(name)}")
     except OSError as problem:
         lines.append(f"Please report it with the question, which no file could take ({problem.strerror}):")
         lines.append(error.script)
     return "\n".join(lines)
 
 
-def _written(path: Path, text: str) -> bool:
+def _write_report(path: Path, text: str) -> bool:
     """Whether the report could be written to `path`; says so where it could not."""
     try:
         path.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
-        print(f"aeros: cannot write `{safe(str(path))}`: {error.strerror}", file=sys.stderr)
+        print(f"aeros: cannot write `{escape_invisible(str(path))}`: {error.strerror}", file=sys.stderr)
         return False
     return True
 
 
 def _progress(name: str) -> None:
-    print(f"\r\x1b[Kproving {safe(name)} …", end="\r", file=sys.stderr, flush=True)
+    print(f"\r\x1b[Kproving {escape_invisible(name)} …", end="\r", file=sys.stderr, flush=True)
 
 
-def _locks(report: Report, *, write: bool) -> list[Problem]:
+def _update_certificates(report: Report, *, write: bool) -> list[LocatedDiagnostic]:
     """Write or check the certificate of each proved module; what is wrong with any of them.
 
     That of a rejected module stays as it is: it is stale now, so nothing runs on the strength of it.
     """
-    problems: list[Problem] = []
+    problems: list[LocatedDiagnostic] = []
     for module in report.modules:
         lock = module.path / LOCK
         try:
-            if module.lock is None or module.lock.is_in(module.path):
+            if module.lock is None or module.lock.matches_folder(module.path):
                 continue
             if not write:
                 problem = check_lock(module.path, module.lock.certificate)
-                problems += [Problem(problem, lock)] if problem is not None else []
+                problems += [LocatedDiagnostic(problem, lock)] if problem is not None else []
             else:
                 write_lock(module.path, module.lock.certificate)
         except OSError as error:
@@ -202,5 +202,5 @@ def _locks(report: Report, *, write: bool) -> list[Problem]:
                 help=("make the folder writable, or use `--no-lock`",),
                 severity=Severity.WARNING,
             )
-            problems.append(Problem(problem, lock))
+            problems.append(LocatedDiagnostic(problem, lock))
     return problems

@@ -11,17 +11,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.routing import RoutedTask
 from aeros.apps.mcp.approvals import Approvals
-from aeros.apps.mcp.plan_review import Judge
-from aeros.apps.mcp.robot import Heard, Parts, Proposed, Robot
+from aeros.apps.mcp.plan_review import ClientPlanChecker
+from aeros.apps.mcp.robot import ClientPlanner, LatestMeasurements, McpRobotThread, RobotParts
 from aeros.apps.mcp.tools import Tools
 from aeros.cli.arguments import existing_path, find_key_file, parse_seed, print_warning, writable_path
-from aeros.cli.latest_run import note_run
+from aeros.cli.latest_run import save_latest_run
 from aeros.exit_codes import EXIT_CODES, Exit
-from aeros.runtime.audit.checkpoints import Signing
+from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.registry.control_page import ask
+from aeros.runtime.registry.control_page import request_command
 from aeros.runtime.registry.registry import Registry
 from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.plant_factory import PLANTS, open_plant
@@ -34,7 +34,7 @@ from aeros.session.setup import (
     select_task,
 )
 from aeros.spec.diagnostics.codes import did_you_mean
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -91,14 +91,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
         with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)
             former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())
-            heard = Heard()
+            heard = LatestMeasurements()
 
             @contextmanager
-            def opened() -> Iterator[Parts]:
-                with _parts(arguments, configuration, run_governor, routed, out, signing, heard) as one:
+            def opened() -> Iterator[RobotParts]:
+                with _open_robot(arguments, configuration, run_governor, routed, out, signing, heard) as one:
                     yield one
 
-            robot = Robot(opened, arguments.instruction, run_governor.interrupt)
+            robot = McpRobotThread(opened, arguments.instruction, run_governor.interrupt)
             try:
                 folder = Registry(arguments.state).folder
                 tools = Tools(
@@ -106,7 +106,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
                     heard,
                     routed,
                     Approvals(arguments.state),
-                    lambda command: ask(folder, command),
+                    lambda command: request_command(folder, command),
                     lambda: run_governor.command,
                 )
                 print(f"aeros: answers on standard output; leaves {out}/", file=sys.stderr)
@@ -120,21 +120,21 @@ def _command(arguments: argparse.Namespace) -> Exit:
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    return Exit.INTERRUPTED if by_signal else Exit.PROVED
+    return Exit.INTERRUPTED if by_signal else Exit.SUCCESS
 
 
 @contextmanager
-def _parts(
+def _open_robot(
     arguments: argparse.Namespace,
     configuration: Configuration,
     governor: RunGovernor,
-    routed: Routed,
+    routed: RoutedTask,
     out: Path,
-    signing: Signing | None,
-    heard: Heard,
-) -> Iterator[Parts]:
+    signing: SigningConfiguration | None,
+    heard: LatestMeasurements,
+) -> Iterator[RobotParts]:
     """Open everything that acts, as `aeros run` does."""
-    planner = Proposed(Judge(lambda: robot.executor.site))
+    planner = ClientPlanner(ClientPlanChecker(lambda: robot.executor.site))
     setup = SessionSetup(
         configuration=configuration,
         open_plant=lambda _: open_plant(arguments.plant, configuration, routed.task, arguments.seed),
@@ -148,8 +148,8 @@ def _parts(
         seed=arguments.seed,
     )
     with open_recorded_plant(setup) as recorded, open_agent(setup, recorded, governor) as robot:
-        note_run(arguments.state, out)
-        yield Parts(robot.executor, robot.agent, planner)
+        save_latest_run(arguments.state, out)
+        yield RobotParts(robot.executor, robot.agent, planner)
 
 
 def _warn_of_unknown_skills(configuration: Configuration) -> None:
@@ -158,6 +158,6 @@ def _warn_of_unknown_skills(configuration: Configuration) -> None:
         near = did_you_mean(name, known)
         hint = f"; did you mean `{near}`?" if near else ""
         print(
-            f"aeros: warning: `policy.mcp.skills` names `{safe(name)}`, which is not here{hint}",
+            f"aeros: warning: `policy.mcp.skills` names `{escape_invisible(name)}`, which is not here{hint}",
             file=sys.stderr,
         )

@@ -12,14 +12,14 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.cli.arguments import add_command, existing_path, process_count, processors
+from aeros.cli.arguments import add_command, available_cpus, existing_path, process_count
 from aeros.exit_codes import Exit, UsageError
-from aeros.experiments.architecture import class_of
-from aeros.experiments.catalogue import PLANTS, Entry, Experiment, catalogue, chosen
-from aeros.experiments.inputs import Where, premises_of
+from aeros.experiments.architecture import load_class
+from aeros.experiments.catalogue import PLANTS, EnteredArchitecture, Experiment, catalogue, select_rows
+from aeros.experiments.inputs import InputPaths, load_inputs
 from aeros.experiments.report.write import write_report
-from aeros.experiments.trial_runner import OtherPremisesError, Progress, executor_at, run_trials
-from aeros.experiments.trial_store import FILE, Store
+from aeros.experiments.trial_runner import InputsMismatchError, RunProgress, executor_at, run_trials
+from aeros.experiments.trial_store import TRIALS_FILE, TrialStore
 from aeros.session.plant_factory import PlantSetupError
 from aeros.session.setup import create_output_folder
 from aeros.spec.diagnostics.errors import MisuseError
@@ -42,10 +42,10 @@ examples:
   aeros experiment all --executor dask://10.0.0.7:8786
 """
 
-_QUIET: Final = 2.0
+_PROGRESS_DELAY_S: Final = 2.0
 """Seconds before progress is shown."""
 
-_EVERY: Final = 0.2
+_PROGRESS_INTERVAL_S: Final = 0.2
 
 _REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
 """What writes the report, imported once it is written."""
@@ -97,39 +97,42 @@ def _seed(text: str) -> int:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     try:
-        experiments = catalogue(arguments.plant, [Entry(name) for name in arguments.enter])
+        experiments = catalogue(arguments.plant, [EnteredArchitecture(name) for name in arguments.enter])
         if arguments.experiments == ["list"]:
-            print("\n\n".join(map(_listed, experiments.values())))
-            return Exit.PROVED
-        return _run(arguments, chosen(experiments, arguments.experiments))
+            print("\n\n".join(map(_format_experiment, experiments.values())))
+            return Exit.SUCCESS
+        return _run(arguments, select_rows(experiments, arguments.experiments))
     except (MisuseError, PlantSetupError) as error:
         raise UsageError(str(error)) from error
 
 
-def _listed(one: Experiment) -> str:
+def _format_experiment(one: Experiment) -> str:
     lines = [f"{one.number}  {one.title}"]
     lines += [f"    {row.id:<40}  {', '.join(row.labels)}" for row in one.rows]
     return "\n".join(lines)
 
 
 def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
-    where = Where(str(arguments.ecms), None if arguments.site is None else str(arguments.site))
+    where = InputPaths(str(arguments.ecms), None if arguments.site is None else str(arguments.site))
     out = _folder(arguments)
     seeds = range(arguments.first, arguments.first + arguments.trials)
     conditions = [row.condition for one in experiments for row in one.rows]
-    results_of = _reporting()
+    results_of = _import_report_writer()
     for name in {row.architecture for one in experiments for row in one.rows if row.architecture}:
-        class_of(name)
-    shown = _shown()
-    with Store(out) as store:
+        load_class(name)
+    shown = _progress_printer()
+    with TrialStore(out) as store:
         if sys.stderr.isatty():
             print("proving the modules …", end="\r", file=sys.stderr, flush=True)
-        premises = premises_of(where)
+        premises = load_inputs(where)
         told = f"what is finished is in {out}; go on with --out {out} --resume"
         try:
-            with executor_at(arguments.executor, arguments.workers or processors()) as (executor, workers):
+            with executor_at(arguments.executor, arguments.workers or available_cpus()) as (
+                executor,
+                workers,
+            ):
                 run_trials(conditions, seeds, where, executor, workers, store, shown)
-            again = _again(arguments)
+            again = _rerun_options(arguments)
             results = results_of(experiments, store.trials, premises, seeds, arguments.plant, again)
             write_report(results, out)
         except KeyboardInterrupt:
@@ -138,38 +141,38 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
         except BrokenExecutor as broken:
             print(f"\naeros: a worker ended without a word ({broken}); {told}", file=sys.stderr)
             return Exit.REJECTED
-        except (OtherPremisesError, OSError) as refused:
+        except (InputsMismatchError, OSError) as refused:
             print(f"\naeros: {refused}; {told}", file=sys.stderr)
             return Exit.REJECTED
-    off = [row["id"] for one in results["experiments"] for row in one["rows"] if _misses(row)]
+    off = [row["id"] for one in results["experiments"] for row in one["rows"] if _interval_misses(row)]
     rows = sum(len(one.rows) for one in experiments)
     print(
         f"{rows} conditions, {len(dict.fromkeys(conditions))} of them different, {len(seeds)} trials of each"
     )
     print(f"{len(off)} with an interval that misses what is exact" + (f": {', '.join(off)}" if off else ""))
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def _reporting() -> Callable[..., dict[str, Any]]:
+def _import_report_writer() -> Callable[..., dict[str, Any]]:
     """What makes results of trials; raises `UsageError` where it cannot, and so before anything is tried."""
     try:
-        from aeros.experiments.report.results import results_of
+        from aeros.experiments.report.results import compute_results
 
         for name in _REPORT_PACKAGES:
             import_module(name)
     except ImportError as error:
         needs = f"experiments need `pip install 'aeros[experiments]'` ({error.name} is missing)"
         raise UsageError(needs) from error
-    return results_of
+    return compute_results
 
 
-def _misses(row: dict[str, object]) -> bool:
+def _interval_misses(row: dict[str, object]) -> bool:
     cells = row["cells"]
     return isinstance(cells, dict) and any("exact" in cell["misses"] for cell in cells.values())
 
 
-def _again(arguments: argparse.Namespace) -> str:
+def _rerun_options(arguments: argparse.Namespace) -> str:
     """The options that run a row again."""
     options = [f"--plant {arguments.plant} --trials {arguments.trials}"]
     options += [f"--first {arguments.first}"] if arguments.first else []
@@ -186,24 +189,26 @@ def _folder(arguments: argparse.Namespace) -> Path:
         if arguments.resume:
             raise UsageError("--resume goes with --out FOLDER, which is the folder of the trials")
         return create_output_folder(None, "experiment")
-    if not arguments.resume and (out / FILE).exists():
+    if not arguments.resume and (out / TRIALS_FILE).exists():
         raise UsageError(f"there are trials in `{out}` already: go on with --resume, or give another folder")
     return out
 
 
-def _shown() -> Callable[[Progress], None]:
+def _progress_printer() -> Callable[[RunProgress], None]:
     """Shows progress on a terminal, once it takes a while: in one line, with the time that is left."""
     is_seen = sys.stderr.isatty()
     last, is_ending = 0.0, False
 
-    def show(progress: Progress) -> None:
+    def show(progress: RunProgress) -> None:
         nonlocal last, is_ending
-        if progress.is_ending and not is_ending:
+        if progress.is_interrupted and not is_ending:
             is_ending = True
             print("\naeros: what is under way is finished first; Ctrl-C again does not wait", file=sys.stderr)
         now = time.monotonic()
         is_last = progress.done == progress.total
-        if now - progress.began < _QUIET or (now - last < (_EVERY if is_seen else 60.0) and not is_last):
+        if now - progress.start_time < _PROGRESS_DELAY_S or (
+            now - last < (_PROGRESS_INTERVAL_S if is_seen else 60.0) and not is_last
+        ):
             return
         last = now
         left = progress.seconds_left
@@ -217,7 +222,7 @@ def _shown() -> Callable[[Progress], None]:
     return show
 
 
-def _bar(progress: Progress) -> str:
+def _bar(progress: RunProgress) -> str:
     full = 24 * progress.done // max(progress.total, 1)
     return "█" * full + "░" * (24 - full)
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.agent.identity import undisturbed
 from aeros.cli.arguments import existing_path
 from aeros.exit_codes import EXIT_CODES, Exit
-from aeros.files import replace_file
+from aeros.files import replace_durably
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import UnmigratableError
 from aeros.spec.migrations.rewriting import Rewritten, format_of, has_known_name, rewrite
@@ -101,7 +101,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     states = {found.state for found, _ in done}
     if "refused" in states or (arguments.check and "old" in states):
         return Exit.REJECTED
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _candidates(paths: Iterable[Path]) -> Iterator[tuple[Path, bool]]:
@@ -143,7 +143,7 @@ def _migrated(path: Path, *, is_named: bool, is_dry: bool) -> _File | None:
             return _File(path, rewritten, before=text)
     except UnicodeDecodeError:
         return _File(path, None, "it is not UTF-8 text") if is_named else None
-    except (UnmigratableError, RefusedError) as error:
+    except (UnmigratableError, AgentError) as error:
         return _File(path, None, str(error))
     except UserError as error:
         return _File(path, None, "; ".join(_told(error)))
@@ -174,7 +174,7 @@ def _replace(path: Path, content: bytes) -> None:
     """Replace a file whole or not at all; its mode stays, and a link to it stays a link."""
     target = path.resolve()
     mode = stat.S_IMODE(target.stat().st_mode)
-    replace_file(target, content)
+    replace_durably(target, content)
     target.chmod(mode)
 
 
@@ -197,15 +197,20 @@ def _diff(found: _File) -> str:
 def _print_text(done: list[tuple[_File, str]], *, is_dry: bool) -> None:
     for found, diff in done:
         if found.rewritten is None:
-            print(f"{safe(str(found.path))}: refused: {safe(found.problem)}", file=sys.stderr)
+            print(
+                f"{escape_invisible(str(found.path))}: refused: {escape_invisible(found.problem)}",
+                file=sys.stderr,
+            )
             continue
         format_ = found.rewritten.format
         if found.state == "old":
             was, is_ = format_.schema_of(found.rewritten.version), format_.schema
-            print(f"{safe(str(found.path))}: {'is old' if is_dry else 'migrated'}: {was} -> {is_}")
+            print(
+                f"{escape_invisible(str(found.path))}: {'is old' if is_dry else 'migrated'}: {was} -> {is_}"
+            )
             print("".join(f"  {change}\n" for change in found.rewritten.changes), end="")
         if diff:
-            print("".join(f"{safe(line)}\n" for line in diff.splitlines()), end="")
+            print("".join(f"{escape_invisible(line)}\n" for line in diff.splitlines()), end="")
     counts = {
         state: sum(found.state == state for found, _ in done) for state in ("old", "current", "refused")
     }

@@ -14,19 +14,19 @@ from multiprocessing import current_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from aeros.cli.arguments import add_command, process_count, processors, second_solver
+from aeros.cli.arguments import add_command, available_cpus, process_count, second_solver
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.theorems.check import Solvers, check_mutants, check_theorem
-from aeros.spec.theorems.module_copies import Code
+from aeros.spec.theorems.check import SolverPanel, check_mutants, check_theorem
+from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.theorem_folder import (
-    Outcome,
+    TheoremResult,
     load_theorem,
     proofs_folder,
-    shown_witness,
-    stale,
+    stale_files,
     theorem_folders,
-    write,
+    witness_to_json,
+    write_generated,
 )
 
 if TYPE_CHECKING:
@@ -68,32 +68,34 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    folders = _chosen(arguments.proofs, arguments.names)
+    folders = _select_theorems(arguments.proofs, arguments.names)
     update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
     if update and arguments.solver != "both":
         raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
     _solvers(arguments.solver)  # refused here where one is missing, and not by each process
     found: list[dict[str, Any]] = []
     exits: list[Exit] = []
-    for one in _proved(list(folders.values()), arguments.solver, update, arguments.jobs or processors()):
+    for one in _prove_all(
+        list(folders.values()), arguments.solver, update, arguments.jobs or available_cpus()
+    ):
         if arguments.format == "text":
             print(one.text, flush=True)
-        found.append(one.shown)
+        found.append(one.json_data)
         exits.append(one.exit)
     if arguments.format == "json":
         print(json.dumps({"theorems": found}, indent=2))
-    return next((one for one in (Exit.REJECTED, Exit.UNDECIDED) if one in exits), Exit.PROVED)
+    return next((one for one in (Exit.REJECTED, Exit.UNDECIDED) if one in exits), Exit.SUCCESS)
 
 
-class _Proved(NamedTuple):
+class _TheoremResult(NamedTuple):
     """What is to be said of a theorem."""
 
     text: str
-    shown: dict[str, Any]
+    json_data: dict[str, Any]
     exit: Exit
 
 
-def _proved(folders: Sequence[Path], solver: str, update: bool, jobs: int) -> Iterator[_Proved]:
+def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) -> Iterator[_TheoremResult]:
     """Each in its turn; several are proved at a time by as many processes, which end with the caller."""
     prove = partial(_prove, solver=solver, update=update)
     if jobs == 1 or len(folders) == 1:
@@ -117,21 +119,21 @@ def _end_when_interrupted() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # at once and without a word: nothing is lost with it
 
 
-def _prove(folder: Path, solver: str, update: bool) -> _Proved:
+def _prove(folder: Path, solver: str, update: bool) -> _TheoremResult:
     outcome = _outcome(folder, _solvers(solver))
-    rewritten = write(outcome, folder) if update else []
-    problems = [*_problems(outcome), *([] if update else stale(outcome, folder))]
+    rewritten = write_generated(outcome, folder) if update else []
+    problems = [*_problems(outcome), *([] if update else stale_files(outcome, folder))]
     shown = {
         "name": folder.name,
         "verdict": outcome.verdict.value,
-        **outcome.expected(),
+        **outcome.to_expected_json(),
         "problems": problems,
         "rewritten": rewritten,
     }
-    return _Proved(_text(outcome, folder.name, problems, rewritten), shown, _exit(outcome, problems))
+    return _TheoremResult(_text(outcome, folder.name, problems, rewritten), shown, _exit(outcome, problems))
 
 
-def _chosen(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
+def _select_theorems(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
     folders = theorem_folders(proofs)
     if not folders:
         raise UsageError(f"there are no theorems in `{proofs}`; they are in the source tree of AEROS")
@@ -141,12 +143,12 @@ def _chosen(proofs: Path, names: Sequence[str]) -> dict[str, Path]:
     return {name: folders[name] for name in names} if names else folders
 
 
-def _solvers(which: str) -> Solvers:
+def _solvers(which: str) -> SolverPanel:
     try:
         second = None if which == "z3" else second_solver("cvc5")
     except argparse.ArgumentTypeError as error:
         raise UsageError(f"{error}, or `--solver z3`") from error
-    return Solvers(z3=which != "cvc5", second=second)
+    return SolverPanel(z3=which != "cvc5", second=second)
 
 
 def _progress(what: str) -> None:
@@ -154,19 +156,19 @@ def _progress(what: str) -> None:
         print(f"\r\x1b[Kproving {what} …", end="\r", file=sys.stderr, flush=True)
 
 
-def _outcome(folder: Path, solvers: Solvers) -> Outcome:
+def _outcome(folder: Path, solvers: SolverPanel) -> TheoremResult:
     begun = time.monotonic()
     theorem = load_theorem(folder)
 
     def progress(what: str) -> None:
         _progress(f"{folder.name}: {what}")
 
-    checked = check_theorem(theorem, Code(), solvers, progress)
+    checked = check_theorem(theorem, ModuleSource(), solvers, progress)
     mutants = check_mutants(theorem, solvers, progress)
-    return Outcome(theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - begun)
+    return TheoremResult(theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - begun)
 
 
-def _problems(outcome: Outcome) -> list[str]:
+def _problems(outcome: TheoremResult) -> list[str]:
     """Why the theorem does not pass."""
     problems = [
         f"obligation {one.name} is {one.verdict.value}{f' ({one.reason})' if one.reason else ''}"
@@ -175,16 +177,16 @@ def _problems(outcome: Outcome) -> list[str]:
     ]
     if not outcome.mutants:
         problems.append("it has no mutant, so nothing shows that it could fail")
-    return problems + [f"it still holds of the mutant {name}" for name in outcome.surviving]
+    return problems + [f"it still holds of the mutant {name}" for name in outcome.surviving_mutants]
 
 
-def _exit(outcome: Outcome, problems: Sequence[str]) -> Exit:
+def _exit(outcome: TheoremResult, problems: Sequence[str]) -> Exit:
     if not problems:
-        return Exit.PROVED
+        return Exit.SUCCESS
     return Exit.UNDECIDED if outcome.verdict is Verdict.UNKNOWN else Exit.REJECTED
 
 
-def _text(outcome: Outcome, name: str, problems: Sequence[str], rewritten: Sequence[str]) -> str:
+def _text(outcome: TheoremResult, name: str, problems: Sequence[str], rewritten: Sequence[str]) -> str:
     verdict = "failed" if problems else outcome.verdict.value.lower()
     count = len(outcome.obligations)
     lines = [
@@ -196,6 +198,6 @@ def _text(outcome: Outcome, name: str, problems: Sequence[str], rewritten: Seque
     for one in outcome.obligations:
         if one.witness is not None:
             lines += [f"  {one.name} fails where"]
-            ways = shown_witness(one.witness)["ways"]
+            ways = witness_to_json(one.witness)["ways"]
             lines += [f"    {table}: {'; '.join(way)}" for table, way in ways.items()]
     return "\n".join([*lines, *(f"  wrote {one}" for one in rewritten)])

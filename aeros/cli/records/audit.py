@@ -11,23 +11,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, existing_path, writable_path
-from aeros.cli.records.show import add_filters, is_wanted, shown, why
+from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
 from aeros.exit_codes import EXIT_CODES, Exit
-from aeros.runtime.audit.check import AuditReport, Record, Watcher, verify_log
-from aeros.runtime.audit.checkpoints import CHECKPOINT, AnchorError, SignedReport, verify_signed
+from aeros.runtime.audit.check import AuditReport, Record, RecordCheck, verify_log
+from aeros.runtime.audit.checkpoints import CHECKPOINT, AnchorError, SignatureReport, verify_signed
 from aeros.runtime.audit.format import explain_problem
-from aeros.runtime.audit.keys import KeyRefusedError, make_key, read_public_key
-from aeros.runtime.gate.configuration import Configurations, only
+from aeros.runtime.audit.keys import InvalidKeyError, make_key, read_public_key
+from aeros.runtime.gate.configuration import FindConfiguration, single_configuration
 from aeros.runtime.gate.gate import GateMode
-from aeros.runtime.proving import prove
-from aeros.runtime.records.replay import Disagreement, Replay
-from aeros.runtime.registry.past_configurations import Past
+from aeros.runtime.proving import prove_configuration
+from aeros.runtime.records.replay import LogReplay, ReplayMismatch
+from aeros.runtime.registry.past_configurations import PastConfigurations
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -158,7 +158,7 @@ def _verify(arguments: argparse.Namespace) -> Exit:
             file=sys.stderr,
         )
         return Exit.USAGE
-    signed: SignedReport | None = None
+    signed: SignatureReport | None = None
     checkpoints = 0
 
     def count(record: Record, own: str) -> None:
@@ -171,18 +171,18 @@ def _verify(arguments: argparse.Namespace) -> Exit:
         else:
             signed = verify_signed(arguments.log, read_public_key(arguments.public_key), arguments.anchor)
             chain = _explained(arguments.log, signed.chain)
-    except (AnchorError, KeyRefusedError) as fault:
+    except (AnchorError, InvalidKeyError) as fault:
         print(f"aeros: {fault}", file=sys.stderr)
         return Exit.REJECTED
-    unnoticed = _unnoticed(chain, signed, anchored=arguments.anchor is not None)
+    unnoticed = _undetectable_changes(chain, signed, anchored=arguments.anchor is not None)
     if arguments.format == "json":
-        print(json.dumps(_verified_json(chain, signed, unnoticed), indent=2))
+        print(json.dumps(_verification_json(chain, signed, unnoticed), indent=2))
     else:
-        print("\n".join(_verified(chain, signed, checkpoints, unnoticed)))
-    return Exit.PROVED if chain.sound else Exit.REJECTED
+        print("\n".join(_format_verification(chain, signed, checkpoints, unnoticed)))
+    return Exit.SUCCESS if chain.is_sound else Exit.REJECTED
 
 
-def _unnoticed(chain: AuditReport, signed: SignedReport | None, *, anchored: bool) -> list[str]:
+def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchored: bool) -> list[str]:
     """What could have been done to this log that was not looked for, or that nobody could notice."""
     if signed is None:
         return ["a tail cut off", "a log or its end rewritten with new hashes"]
@@ -197,13 +197,13 @@ def _unnoticed(chain: AuditReport, signed: SignedReport | None, *, anchored: boo
     return found
 
 
-def _verified(
-    chain: AuditReport, signed: SignedReport | None, checkpoints: int, unnoticed: list[str]
+def _format_verification(
+    chain: AuditReport, signed: SignatureReport | None, checkpoints: int, unnoticed: list[str]
 ) -> list[str]:
     counts = chain.decisions
     told = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
-    if not chain.sound:
-        return [f"NOT SOUND: {chain.why}", f"before it    {chain.records} sound records: {told}"]
+    if not chain.is_sound:
+        return [f"NOT SOUND: {chain.reason}", f"before it    {chain.records} sound records: {told}"]
     lines = [f"chain        sound, {chain.records} records: {told}", f"head         {chain.head}"]
     if signed is None:
         there = f", though {checkpoints} checkpoints are in the log" if checkpoints else ""
@@ -219,14 +219,16 @@ def _verified(
     return [*lines, *(f"NOT NOTICED  {one}" for one in unnoticed)]
 
 
-def _verified_json(chain: AuditReport, signed: SignedReport | None, unnoticed: list[str]) -> dict[str, Any]:
+def _verification_json(
+    chain: AuditReport, signed: SignatureReport | None, unnoticed: list[str]
+) -> dict[str, Any]:
     counts = chain.decisions
     return {
-        "sound": chain.sound,
+        "sound": chain.is_sound,
         "records": chain.records,
         "head": chain.head,
         "bad_record": chain.bad_record,
-        "why": chain.why,
+        "why": chain.reason,
         "decisions": {"allowed": counts.allowed, "attenuated": counts.attenuated, "denied": counts.denied},
         "signed_records": None if signed is None else signed.signed,
         "anchored_records": None if signed is None else signed.anchored,
@@ -250,14 +252,14 @@ def _show(arguments: argparse.Namespace) -> Exit:
         if site is not None and type(opened) is dict and opened.get("digest") != site.digest:
             told = f"record {record['sequence']} opens a session that another site file governed"
             print(f"aeros: {told}; what is said of rules may not fit", file=sys.stderr)
-        if not is_wanted(record, arguments):
+        if not matches_filters(record, arguments):
             return
         if arguments.format == "json":
-            print(json.dumps({**record, "hash": own, "why": why(record, site)}))
+            print(json.dumps({**record, "hash": own, "why": explain_record(record, site)}))
         else:
-            print(shown(record, site))
+            print(format_record(record, site))
 
-    return _unless_unsound(_checked(arguments.log, look))
+    return _require_sound(_checked(arguments.log, look))
 
 
 def _site(path: Path) -> Site:
@@ -268,18 +270,18 @@ def _site(path: Path) -> Site:
     return site
 
 
-def _checked(log: Path, watch: Watcher) -> AuditReport:
+def _checked(log: Path, watch: RecordCheck) -> AuditReport:
     return _explained(log, verify_log(log, watch))
 
 
 def _explained(log: Path, chain: AuditReport) -> AuditReport:
-    return chain if chain.sound else replace(chain, why=explain_problem(log, chain.why))
+    return chain if chain.is_sound else replace(chain, reason=explain_problem(log, chain.reason))
 
 
-def _unless_unsound(chain: AuditReport) -> Exit:
-    if chain.sound:
-        return Exit.PROVED
-    print(f"aeros: the log is not sound, and was read up to there only: {chain.why}", file=sys.stderr)
+def _require_sound(chain: AuditReport) -> Exit:
+    if chain.is_sound:
+        return Exit.SUCCESS
+    print(f"aeros: the log is not sound, and was read up to there only: {chain.reason}", file=sys.stderr)
     return Exit.REJECTED
 
 
@@ -289,46 +291,48 @@ def _unless_unsound(chain: AuditReport) -> Exit:
 def _replay(arguments: argparse.Namespace) -> Exit:
     registry = Registry(arguments.state)
     if arguments.ecms is None and arguments.site is None and registry.exists:
-        known: Configurations = Past(registry)
+        known: FindConfiguration = PastConfigurations(registry)
     else:
-        site = arguments.site or reference_site()
-        known = only(prove([arguments.ecms or Path("ecms")], site, certified=False)[0])
-    replay = Replay(known, GateMode(arguments.gate))
+        site = arguments.site or reference_site_path()
+        known = single_configuration(
+            prove_configuration([arguments.ecms or Path("ecms")], site, certified=False)[0]
+        )
+    replay = LogReplay(known, GateMode(arguments.gate))
 
     def take(record: Record, own: str) -> None:
-        replay.take(record)
+        replay.replay_record(record)
 
     chain = _checked(arguments.log, take)
     if arguments.format == "json":
-        print(json.dumps(_replayed_json(replay, chain), indent=2))
+        print(json.dumps(_replay_json(replay, chain), indent=2))
     else:
-        for one in replay.disagreements:
-            print("\n".join(map(safe, _disagreement(one))))
-        part = f", {replay.verdict_only} of them by verdict alone" if replay.verdict_only else ""
-        print(f"{replay.agreed} decisions come out the same{part}; {len(replay.disagreements)} do not")
-    sound = _unless_unsound(chain)
-    return Exit.REJECTED if replay.disagreements else sound
+        for one in replay.mismatches:
+            print("\n".join(map(escape_invisible, _disagreement(one))))
+        part = f", {replay.verdict_only_count} of them by verdict alone" if replay.verdict_only_count else ""
+        print(f"{replay.matching_count} decisions come out the same{part}; {len(replay.mismatches)} do not")
+    sound = _require_sound(chain)
+    return Exit.REJECTED if replay.mismatches else sound
 
 
-def _disagreement(one: Disagreement) -> list[str]:
-    if one.again is None:
-        return [f"record {one.sequence} cannot be decided again: {one.why}"]
+def _disagreement(one: ReplayMismatch) -> list[str]:
+    if one.replayed is None:
+        return [f"record {one.sequence} cannot be decided again: {one.reason}"]
     return [
         f"record {one.sequence} does not come out the same",
         f"   recorded: {json.dumps(one.recorded)}",
-        f"   again:    {json.dumps(one.again)}",
+        f"   again:    {json.dumps(one.replayed)}",
     ]
 
 
-def _replayed_json(replay: Replay, chain: AuditReport) -> dict[str, Any]:
+def _replay_json(replay: LogReplay, chain: AuditReport) -> dict[str, Any]:
     return {
-        "sound": chain.sound,
-        "why": chain.why,
-        "agreed": replay.agreed,
-        "verdict_only": replay.verdict_only,
+        "sound": chain.is_sound,
+        "why": chain.reason,
+        "agreed": replay.matching_count,
+        "verdict_only": replay.verdict_only_count,
         "disagreements": [
-            {"sequence": one.sequence, "why": one.why, "recorded": one.recorded, "again": one.again}
-            for one in replay.disagreements
+            {"sequence": one.sequence, "why": one.reason, "recorded": one.recorded, "again": one.replayed}
+            for one in replay.mismatches
         ],
     }
 
@@ -339,9 +343,9 @@ def _replayed_json(replay: Replay, chain: AuditReport) -> dict[str, Any]:
 def _keygen(arguments: argparse.Namespace) -> Exit:
     try:
         public = make_key(arguments.out)
-    except KeyRefusedError as refusal:
+    except InvalidKeyError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     print(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; nobody else should read it")
     print(f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere")
-    return Exit.PROVED
+    return Exit.SUCCESS

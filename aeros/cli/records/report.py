@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.apps.report_page.page import page_of
-from aeros.apps.report_page.run_data import AUDIT, Left, read_left
+from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.exit_codes import Exit
-from aeros.files import replace_file
+from aeros.files import replace_durably
 from aeros.runtime.audit.checkpoints import AnchorError, verify_signed
-from aeros.runtime.audit.keys import KeyRefusedError, read_public_key
-from aeros.runtime.registry.change_log import adopted
+from aeros.runtime.audit.keys import InvalidKeyError, read_public_key
+from aeros.runtime.registry.change_log import recorded_configurations
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Block, Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.model.model import OperatorOverride, Site
+from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -61,36 +61,36 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if not (arguments.folder / AUDIT).is_file():
         print(f"aeros: there is no {AUDIT} in `{arguments.folder}`", file=sys.stderr)
         return Exit.REJECTED
-    given = None if arguments.site is None else _given(arguments.site)
-    left = read_left(arguments.folder)
+    given = None if arguments.site is None else _read_site(arguments.site)
+    left = read_run_data(arguments.folder)
     try:
-        signed = _signed(left, arguments.folder / AUDIT, arguments.public_key, arguments.anchor)
-    except (AnchorError, KeyRefusedError) as fault:
+        signed = _signature_text(left, arguments.folder / AUDIT, arguments.public_key, arguments.anchor)
+    except (AnchorError, InvalidKeyError) as fault:
         print(f"aeros: {fault}", file=sys.stderr)
         return Exit.REJECTED
     wanted = {one.site for one in left.decisions}
     if given is not None and wanted and given.digest not in wanted:
         print(f"aeros: the run was not under `{arguments.site}`: its digest is not recorded", file=sys.stderr)
         return Exit.REJECTED
-    at_hand = sites_at_hand(arguments.state, arguments.site)
+    at_hand = available_sites(arguments.state, arguments.site)
     sites = {site.digest: site for site in at_hand if site.digest in wanted}
-    return written(left, arguments.output or arguments.folder / "report.html", sites, signed)
+    return write_report(left, arguments.output or arguments.folder / "report.html", sites, signed)
 
 
-def written(left: Left, path: Path, sites: Mapping[str, Site], signed: str) -> Exit:
+def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: str) -> Exit:
     """Write the page about a run, and say so."""
     page = page_of(left, path.resolve().parent.name, sites, signed)
     try:
-        replace_file(path, page.encode("utf-8", "backslashreplace"))
+        replace_durably(path, page.encode("utf-8", "backslashreplace"))
     except OSError as error:
         print(f"aeros: cannot write `{path}`: {error.strerror}", file=sys.stderr)
         return Exit.REJECTED
-    sound = "chain sound" if left.chain.sound else f"NOT SOUND: {left.chain.why}"
+    sound = "chain sound" if left.chain.is_sound else f"NOT SOUND: {left.chain.reason}"
     print(f"report     {path}, {len(page) // 1024} KB, {left.chain.records} records, {sound}")
-    return Exit.PROVED if left.chain.sound else Exit.REJECTED
+    return Exit.SUCCESS if left.chain.is_sound else Exit.REJECTED
 
 
-def _signed(left: Left, log: Path, key: Path | None, anchor: Path | None) -> str:
+def _signature_text(left: RunData, log: Path, key: Path | None, anchor: Path | None) -> str:
     """What the signatures say; where they do not fit, the chain of `left` is not sound."""
     if key is None:
         return "not checked: no --public-key was given, so a log that was rewritten whole goes unnoticed"
@@ -100,7 +100,7 @@ def _signed(left: Left, log: Path, key: Path | None, anchor: Path | None) -> str
     return f"of the first {found.signed} records{anchored}"
 
 
-def _given(path: Path) -> Site:
+def _read_site(path: Path) -> Site:
     sink = Diagnostics()
     site = load_site(path, sink)
     sink.raise_if_errors()
@@ -109,17 +109,17 @@ def _given(path: Path) -> Site:
     return site
 
 
-def sites_at_hand(state: Path, given: Path | None) -> Iterable[Site]:
+def available_sites(state: Path, given: Path | None) -> Iterable[Site]:
     """`given`, the reference site, and whatever was in force on this robot as far as it can still be read."""
     if given is not None:
-        yield _given(given)
-    yield from _with_blocks(reference_site(), ())
+        yield _read_site(given)
+    yield from _with_blocks(reference_site_path(), ())
     registry = Registry(state)
     if registry.exists:
-        for snapshot in adopted(registry.folder).values():
+        for snapshot in recorded_configurations(registry.folder).values():
             yield from _with_blocks(registry.folder / snapshot.site, tuple(snapshot.blocks.values()))
 
 
-def _with_blocks(path: Path, blocks: tuple[Block, ...]) -> Iterable[Site]:
+def _with_blocks(path: Path, blocks: tuple[OperatorOverride, ...]) -> Iterable[Site]:
     site = load_site(path, Diagnostics()) if path.is_file() else None
-    return () if site is None else (site.with_blocks(blocks),)
+    return () if site is None else (site.with_overrides(blocks),)

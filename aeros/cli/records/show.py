@@ -12,13 +12,13 @@ from typing import Any, TypeGuard
 
 from aeros.runtime.audit.check import Record
 from aeros.spec.diagnostics.codes import CODES
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.units import show_number, show_quantity
+from aeros.spec.expr.units import format_number, format_quantity
 from aeros.spec.model.model import Declared, Quota, Rule, Site
 
 _INDENT = " " * 8
-_LONGEST = 400
+_MAX_CHARS = 400
 
 
 def add_filters(parser: argparse.ArgumentParser) -> None:
@@ -45,30 +45,30 @@ def _time(text: str) -> float:
         raise argparse.ArgumentTypeError("expected a date and time, as 2026-11-21T05:16:28") from None
 
 
-def is_wanted(record: Record, wanted: argparse.Namespace) -> bool:
+def matches_filters(record: Record, filters: argparse.Namespace) -> bool:
     """Whether the options ask for this record."""
     details = record["details"]
     module, skill = details.get("module"), details.get("skill")
     asked = details.get("asked")
     kind = asked.get("kind") if type(asked) is dict else None
     listed = [
-        (wanted.verdict, [details.get("verdict")] if record["event"] == "decision" else []),
-        (wanted.module, [module]),
-        (wanted.skill, [skill, f"{module}.{skill}"]),
-        (wanted.kind, [kind]),
-        (wanted.rule, [word for code, rule, _ in reasons_of(record) for word in (code, rule)]),
-        (wanted.event, [record["event"]]),
+        (filters.verdict, [details.get("verdict")] if record["event"] == "decision" else []),
+        (filters.module, [module]),
+        (filters.skill, [skill, f"{module}.{skill}"]),
+        (filters.kind, [kind]),
+        (filters.rule, [word for code, rule, _ in decision_reasons(record) for word in (code, rule)]),
+        (filters.event, [record["event"]]),
     ]
     ranges = [
-        (wanted.first, record["sequence"], wanted.last),
-        (wanted.since, record["written"], wanted.until),
+        (filters.first, record["sequence"], filters.last),
+        (filters.since, record["written"], filters.until),
     ]
     return all(some is None or any(one in there for one in some) for some, there in listed) and all(
         (low is None or low <= value) and (high is None or value <= high) for low, value, high in ranges
     )
 
 
-def reasons_of(record: Record) -> list[tuple[str, str, str]]:
+def decision_reasons(record: Record) -> list[tuple[str, str, str]]:
     """Code, rule and text of each reason of a decision; of other records none."""
     reasons = record["details"].get("reasons") if record["event"] == "decision" else None
     if type(reasons) is not list:
@@ -77,25 +77,30 @@ def reasons_of(record: Record) -> list[tuple[str, str, str]]:
     return [(str(code), str(rule), str(text)) for code, rule, text in triples]
 
 
-def shown(record: Record, site: Site | None) -> str:
+def format_record(record: Record, site: Site | None) -> str:
     """The record in a line, and below it why, if an action was not allowed as it was asked for."""
     try:
         written = datetime.fromtimestamp(record["written"]).astimezone().isoformat(" ", "milliseconds")
     except (ValueError, OverflowError, OSError):
         written = "at no time"
     line = f"{record['sequence']:6}  {written:29}  {record['event']:14}  {_summary(record)}"
-    return "\n".join([safe(line[:_LONGEST]), *(_INDENT + safe(one) for one in why(record, site))])
+    return "\n".join(
+        [
+            escape_invisible(line[:_MAX_CHARS]),
+            *(_INDENT + escape_invisible(one) for one in explain_record(record, site)),
+        ]
+    )
 
 
-def why(record: Record, site: Site | None) -> list[str]:
+def explain_record(record: Record, site: Site | None) -> list[str]:
     """Every reason of a decision in words; with a site also what the rule is, and what it read."""
     lines: list[str] = []
-    for code, rule, text in reasons_of(record):
+    for code, rule, text in decision_reasons(record):
         lines.append(f"{code} {rule}: {text}")
         summary = CODES[code].summary if code in CODES else "not a code of this version"
         lines.append(f"   {code} means: {summary}")
         if site is not None:
-            lines += [f"   {line}" for line in _told_by_site(record, code, rule, site)]
+            lines += [f"   {line}" for line in _rule_lines(record, code, rule, site)]
     beside = record["details"].get("beside")
     if lines and type(beside) is list:
         lines.append(f"it was asked for beside the actions of these records: {', '.join(map(str, beside))}")
@@ -104,44 +109,44 @@ def why(record: Record, site: Site | None) -> list[str]:
     return lines
 
 
-def _told_by_site(record: Record, code: str, rule: str, site: Site) -> Iterator[str]:
+def _rule_lines(record: Record, code: str, rule: str, site: Site) -> Iterator[str]:
     details = record["details"]
     match code:
         case "AE750" | "AE790":
             found = next((one for one in site.rules if one.id == rule), None)
             if found is not None:
                 yield f"the rule is written at {found.require_span}, and comes from: {found.source}"
-                yield from _read_by(found, details, site)
+                yield from _rule_inputs(found, details, site)
         case "AE751":
-            joint = next((one for one in site.joint if one.id == rule), None)
+            joint = next((one for one in site.joint_rules if one.id == rule), None)
             if joint is not None:
                 yield f"the joint rule is written at {joint.require_span}, and comes from: {joint.source}"
-                for name in sorted(t.variables_of(joint.term).keys() & site.observed.keys()):
-                    yield _measured(site.observed[name], details)
+                for name in sorted(t.variables_of(joint.term).keys() & site.observed_variables.keys()):
+                    yield _measured(site.observed_variables[name], details)
         case "AE742" | "AE703" if any(quota.id == rule for quota in site.quotas):
             quota = next(one for one in site.quotas if one.id == rule)
-            yield _used(quota, details)
+            yield _quota_line(quota, details)
         case "AE710":
             block = next((one for one in site.blocks if one.id == rule), None)
             if block is not None and block.span is not None:
                 yield f"the operator override is written at {block.span}"
-        case _ if rule in site.observed:
-            declared = site.observed[rule]
+        case _ if rule in site.observed_variables:
+            declared = site.observed_variables[rule]
             yield f"it is declared at {declared.span}"
             yield _measured(declared, details)
 
 
-def _read_by(rule: Rule, details: Mapping[str, Any], site: Site) -> Iterator[str]:
+def _rule_inputs(rule: Rule, details: Mapping[str, Any], site: Site) -> Iterator[str]:
     """What the rule reads: parameters as asked for, and state as measured."""
     asked = details.get("asked")
     if not _is_action(asked) or asked["kind"] not in rule.terms:
         return
     kind = site.kinds[asked["kind"]]
     for name, variable in sorted(t.variables_of(rule.terms[kind.name]).items()):
-        if variable.role is t.Role.PARAMETER:
+        if variable.role is t.VariableRole.PARAMETER:
             yield f"`{name}` was asked to be {_value(kind.parameters[name], asked['parameters'].get(name))}"
-        elif name in site.observed:
-            yield _measured(site.observed[name], details)
+        elif name in site.observed_variables:
+            yield _measured(site.observed_variables[name], details)
 
 
 def _measured(declared: Declared, details: Mapping[str, Any]) -> str:
@@ -157,16 +162,16 @@ def _measured(declared: Declared, details: Mapping[str, Any]) -> str:
 
 def _value(declared: Declared, value: Any) -> str:
     if type(value) is float and isfinite(value):
-        return show_quantity(Fraction(repr(value)), declared.unit)
+        return format_quantity(Fraction(repr(value)), declared.unit)
     if type(value) is list:
         return "[" + ", ".join(_value(declared, part) for part in value) + "]"
     return json.dumps(value)
 
 
-def _used(quota: Quota, details: Mapping[str, Any]) -> str:
+def _quota_line(quota: Quota, details: Mapping[str, Any]) -> str:
     usage = details.get("usage")
     used = usage.get(quota.id, "an unknown number") if type(usage) is dict else "an unknown number"
-    return f"of {quota.at_most} actions within {show_number(quota.within)} s, {used} had been executed"
+    return f"of {quota.max_count} actions within {format_number(quota.window_s)} s, {used} had been executed"
 
 
 def _summary(record: Record) -> str:

@@ -11,12 +11,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.apps.why.causal_chain import Run, Tried, Why
+from aeros.apps.why.causal_chain import CausalExplanation, RunLog, StepTrace
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.audit.check import Record, verify_log
-from aeros.spec.diagnostics.render import safe
-from aeros.spec.model.cause import Cause, told
+from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.model.cause import Cause, causes_to_json
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -49,19 +49,19 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    log = _log(arguments.run)
+    log = _find_log(arguments.run)
     records: list[Record] = []
     chain = verify_log(log, lambda record, own: records.append(record))
-    if not chain.sound:
-        print(f"aeros: the log explains nothing, as it is not sound: {chain.why}", file=sys.stderr)
+    if not chain.is_sound:
+        print(f"aeros: the log explains nothing, as it is not sound: {chain.reason}", file=sys.stderr)
         return Exit.REJECTED
-    run = Run(records)
-    why = run.why_it_ended() if arguments.step is None else run.why_step(_step(run, arguments.step))
-    print(_as_json(log, why) if arguments.format == "json" else "\n".join(map(safe, _lines(why))))
-    return Exit.PROVED
+    run = RunLog(records)
+    why = run.explain_end() if arguments.step is None else run.explain_step(_check_step(run, arguments.step))
+    print(_as_json(log, why) if arguments.format == "json" else "\n".join(map(escape_invisible, _lines(why))))
+    return Exit.SUCCESS
 
 
-def _log(given: Path | None) -> Path:
+def _find_log(given: Path | None) -> Path:
     if given is None:
         found = sorted(Path("runs").glob("*/audit.jsonl"), key=lambda path: path.stat().st_mtime)
         if not found:
@@ -70,22 +70,22 @@ def _log(given: Path | None) -> Path:
     return given / "audit.jsonl" if given.is_dir() else given
 
 
-def _step(run: Run, number: int) -> Tried:
+def _check_step(run: RunLog, number: int) -> StepTrace:
     if not 1 <= number <= len(run.steps):
         raise UsageError(f"there is no step {number}: the record has {len(run.steps)}")
     return run.steps[number - 1]
 
 
-def _lines(why: Why) -> Iterator[str]:
+def _lines(why: CausalExplanation) -> Iterator[str]:
     yield why.headline
     for link in why.chain:
-        yield f"  because   {link.said}  (record {link.record})"
+        yield f"  because   {link.text}  (record {link.record})"
         for cause in link.causes:
             yield from (f"            {line}" for line in _cause(cause))
     for line in why.changes:
         yield f"  to change {line}"
-    for link in why.broken:
-        yield f"  broken    {link.said}  (record {link.record})"
+    for link in why.broken_assumptions:
+        yield f"  broken    {link.text}  (record {link.record})"
     for (skill, reason), each in groupby(why.failed, lambda step: (step.skill, step.reason)):
         first, *others = [step.number for step in each]
         steps = f"steps {first} to {others[-1]}" if others else f"step {first}"
@@ -94,15 +94,15 @@ def _lines(why: Why) -> Iterator[str]:
 
 def _cause(cause: Cause) -> Iterator[str]:
     yield str(cause)
-    written = ", ".join(filter(None, (cause.source, cause.at)))
+    written = ", ".join(filter(None, (cause.source, cause.location)))
     if written:
         yield f"   {cause.kind} `{cause.text}`; {written}"
 
 
-def _as_json(log: Path, why: Why) -> str:
+def _as_json(log: Path, why: CausalExplanation) -> str:
     chain, broken = (
-        [{"record": link.record, "said": link.said, "causes": told(link.causes)} for link in links]
-        for links in (why.chain, why.broken)
+        [{"record": link.record, "said": link.text, "causes": causes_to_json(link.causes)} for link in links]
+        for links in (why.chain, why.broken_assumptions)
     )
     failed = [asdict(step) for step in why.failed]
     said: dict[str, Any] = {

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.apps.mcp.approvals import ApprovalError, approve, refuse, waiting_in
+from aeros.apps.mcp.approvals import ApprovalError, approve, pending_requests, reject
 from aeros.cli.arguments import add_command
 from aeros.exit_codes import Exit
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -47,20 +47,20 @@ def _command(arguments: argparse.Namespace) -> Exit:
         if arguments.refuse:
             print("aeros: --refuse needs what to refuse", file=sys.stderr)
             return Exit.USAGE
-        waiting = waiting_in(arguments.state)
-        listed = "\n".join(map(_listed, waiting)) or "nothing waits for approval"
+        waiting = pending_requests(arguments.state)
+        listed = "\n".join(map(_format_request, waiting)) or "nothing waits for approval"
         print(json.dumps(waiting, indent=1) if arguments.format == "json" else listed)
-        return Exit.PROVED
+        return Exit.SUCCESS
     try:
-        (refuse if arguments.refuse else approve)(arguments.state, arguments.id)
+        (reject if arguments.refuse else approve)(arguments.state, arguments.id)
     except (ApprovalError, OSError) as error:
-        print(f"aeros: {safe(str(error))}", file=sys.stderr)
+        print(f"aeros: {escape_invisible(str(error))}", file=sys.stderr)
         return Exit.REJECTED
     print(f"{arguments.id} is {'refused' if arguments.refuse else 'approved, for once and for ten minutes'}")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def _listed(one: Mapping[str, Any]) -> str:
+def _format_request(one: Mapping[str, Any]) -> str:
     asked = one.get("asked")
     ago = f", {time.time() - asked:.0f} s ago" if type(asked) is float else ""
     lines = [f"{one.get('id')}  {one.get('what')}, asked for by {one.get('client')}{ago}"]
@@ -71,4 +71,4 @@ def _listed(one: Mapping[str, Any]) -> str:
         lines.append(f"    {step.get('skill') if type(step) is dict else step}{told}")
     if one.get("goal"):
         lines.append(f"    until {one['goal']}")
-    return "\n".join(safe(line) for line in lines)
+    return "\n".join(escape_invisible(line) for line in lines)

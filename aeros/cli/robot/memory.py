@@ -12,14 +12,14 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.agent.agent import MEMORY
-from aeros.agent.errors import RefusedError
-from aeros.agent.memory.deletion import before, forget, of_session, of_skill
-from aeros.agent.memory.posterior import Record
-from aeros.agent.memory.queries import SkillSummary, Wanted, recollection
+from aeros.agent.agent import MEMORY_FILE
+from aeros.agent.errors import AgentError
+from aeros.agent.memory.deletion import filter_before, filter_by_session, filter_by_skill, forget
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.queries import EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -83,15 +83,15 @@ def _action(
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
-    parser.set_defaults(command=_refusing(command))
+    parser.set_defaults(command=_reporting_errors(command))
     return parser
 
 
-def _refusing(command: Callable[[argparse.Namespace], Exit]) -> Callable[[argparse.Namespace], Exit]:
+def _reporting_errors(command: Callable[[argparse.Namespace], Exit]) -> Callable[[argparse.Namespace], Exit]:
     def guarded(arguments: argparse.Namespace) -> Exit:
         try:
             return command(arguments)
-        except RefusedError as refusal:
+        except AgentError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
 
@@ -111,60 +111,62 @@ def _number(text: str) -> int:
 
 
 def _show(arguments: argparse.Namespace) -> Exit:
-    with recollection(arguments.state / MEMORY) as remembered:
+    with open_memory_reader(arguments.state / MEMORY_FILE) as remembered:
         skills = list(remembered.skills(arguments.skill))
         whole = arguments.skill is None
         facts = remembered.facts() if whole else []
         sessions = remembered.sessions() if whole else []
     if not whole and not skills:
-        print(f"aeros: nothing is remembered of `{safe(arguments.skill)}`", file=sys.stderr)
+        print(f"aeros: nothing is remembered of `{escape_invisible(arguments.skill)}`", file=sys.stderr)
         return Exit.REJECTED
     if arguments.format == "json":
         listed = [_skill_data(one) for one in skills]
         data = {"schema": SCHEMA, "skills": listed, "facts": facts, "sessions": sessions}
         print(json.dumps(data, indent=1))
     else:
-        print("\n".join(_shown(skills, facts, sessions)))
-    return Exit.PROVED
+        print("\n".join(_format_summary(skills, facts, sessions)))
+    return Exit.SUCCESS
 
 
 def _skill_data(one: SkillSummary) -> dict[str, Any]:
     return {
         "skill": one.skill,
         **_record_data(one.record),
-        "usual": None if one.usual is None else asdict(one.usual),
+        "usual": None if one.typical_duration is None else asdict(one.typical_duration),
         "contexts": [{"context": context, **_record_data(record)} for context, record in one.contexts],
         "reasons": [{"reason": reason, "times": times} for reason, times in one.reasons],
     }
 
 
-def _record_data(record: Record) -> dict[str, Any]:
+def _record_data(record: SuccessRecord) -> dict[str, Any]:
     return {"successes": record.successes, "failures": record.failures, "expected": round(record.mean, 6)}
 
 
-def _shown(
+def _format_summary(
     skills: list[SkillSummary], facts: list[dict[str, Any]], sessions: list[dict[str, Any]]
 ) -> Iterator[str]:
     for one in skills:
-        yield safe(f"{one.skill}: {_told(one.record)}")
-        if one.usual is not None:
-            yield f"  successes take {one.usual}"
+        yield escape_invisible(f"{one.skill}: {_success_text(one.record)}")
+        if one.typical_duration is not None:
+            yield f"  successes take {one.typical_duration}"
         for context, record in one.contexts:
-            yield safe(f"  {_told(record)} {_place(context)}")
+            yield escape_invisible(f"  {_success_text(record)} {_context_text(context)}")
         for reason, times in one.reasons:
-            yield safe(f"  failed {times} times: {reason}")
+            yield escape_invisible(f"  failed {times} times: {reason}")
     for fact in facts:
-        yield safe(f"{fact['key']} ({fact['source']}): {json.dumps(fact['value'])}")
+        yield escape_invisible(f"{fact['key']} ({fact['source']}): {json.dumps(fact['value'])}")
     for session in sessions:
         ended = "not ended" if session["ended"] is None else f"ended {session['ended']}"
-        yield safe(f"session {session['id']}: began {session['began']}, {ended}, {session['episodes']} steps")
+        yield escape_invisible(
+            f"session {session['id']}: began {session['began']}, {ended}, {session['episodes']} steps"
+        )
 
 
-def _told(record: Record) -> str:
+def _success_text(record: SuccessRecord) -> str:
     return f"{record} succeeded, next {record.mean:.0%}"
 
 
-def _place(context: Mapping[str, Any] | None) -> str:
+def _context_text(context: Mapping[str, Any] | None) -> str:
     if context is None:
         return "in contexts that were not kept"
     values = [f"{name} = {json.dumps(value)}" for name, value in context["predicates"].items()]
@@ -175,14 +177,14 @@ def _place(context: Mapping[str, Any] | None) -> str:
 
 def _search(arguments: argparse.Namespace) -> Exit:
     names = ("text", "skill", "task", "outcome", "failed", "session")
-    wanted = Wanted(**{name: getattr(arguments, name) for name in names})
-    with recollection(arguments.state / MEMORY) as remembered:
+    wanted = EpisodeFilter(**{name: getattr(arguments, name) for name in names})
+    with open_memory_reader(arguments.state / MEMORY_FILE) as remembered:
         found = remembered.search(wanted, arguments.limit)
     if arguments.format == "json":
         print(json.dumps({"schema": SCHEMA, "episodes": found}, indent=1))
     else:
         print("\n".join(map(_line, found)) or "nothing that is remembered fits")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _line(episode: Mapping[str, Any]) -> str:
@@ -192,27 +194,27 @@ def _line(episode: Mapping[str, Any]) -> str:
         f"outcome `{episode['outcome']}`" if episode["outcome"] else "no ending is known"
     )
     where = f"{episode['id']} (session {episode['session']}, {episode['task']}{took})"
-    return safe(f"{where} {episode['role']} {episode['module']}.{episode['skill']}: {said}")
+    return escape_invisible(f"{where} {episode['role']} {episode['module']}.{episode['skill']}: {said}")
 
 
 def _export(arguments: argparse.Namespace) -> Exit:
-    with recollection(arguments.state / MEMORY) as remembered:
-        for row in remembered.everything():
+    with open_memory_reader(arguments.state / MEMORY_FILE) as remembered:
+        for row in remembered.all_rows():
             print(json.dumps(row, sort_keys=True))
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _forget(arguments: argparse.Namespace) -> Exit:
     if arguments.skill is not None:
-        what, which = f"`{arguments.skill}`", of_skill(arguments.skill)
+        what, which = f"`{arguments.skill}`", filter_by_skill(arguments.skill)
     elif arguments.session is not None:
-        what, which = f"session {arguments.session}", of_session(arguments.session)
+        what, which = f"session {arguments.session}", filter_by_session(arguments.session)
     else:
         since = datetime.now(UTC) - timedelta(days=arguments.older_than)
-        what, which = f"what is older than {since:%Y-%m-%d %H:%M} UTC", before(since)
+        what, which = f"what is older than {since:%Y-%m-%d %H:%M} UTC", filter_before(since)
     if not arguments.yes:
         raise UsageError(f"{what} would be forgotten for good; say so with --yes")
-    gone = forget(arguments.state, arguments.state / MEMORY, which)
+    gone = forget(arguments.state, arguments.state / MEMORY_FILE, which)
     counts = ", ".join(f"{count} {table}" for table, count in asdict(gone).items())
     print(f"forgot {what}: {counts}")
-    return Exit.PROVED
+    return Exit.SUCCESS

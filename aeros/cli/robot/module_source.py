@@ -16,7 +16,7 @@ from aeros.spec.diagnostics.errors import UserError
 
 BUNDLE: Final = ".ecm.zip"
 
-GROUP: Final = "aeros.ecms"
+ENTRY_POINT_GROUP: Final = "aeros.ecms"
 """The entry points under which an installed Python distribution offers its modules."""
 
 
@@ -36,10 +36,12 @@ def module_source(given: str) -> Iterator[Path]:
             unpack(path, folder)
             yield folder
     else:
-        for found in entry_points(group=GROUP, name=given):
+        for found in entry_points(group=ENTRY_POINT_GROUP, name=given):
             yield _package_folder(found)
             return
-        raise _refused(f"`{given}` is no folder, no file, and no entry point of the group `{GROUP}`")
+        raise _error(
+            f"`{given}` is no folder, no file, and no entry point of the group `{ENTRY_POINT_GROUP}`"
+        )
 
 
 def _package_folder(found: EntryPoint) -> Path:
@@ -57,8 +59,8 @@ def _package_folder(found: EntryPoint) -> Path:
         path = Path(folder, *inner)
         if path.is_dir():
             return path
-    raise _refused(f"the entry point `{found.name}` is `{found.value}`, which is no folder of a package")
+    raise _error(f"the entry point `{found.name}` is `{found.value}`, which is no folder of a package")
 
 
-def _refused(reason: str) -> UserError:
+def _error(reason: str) -> UserError:
     return UserError([Diagnostic("AE961", reason)])

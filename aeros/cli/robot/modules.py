@@ -9,17 +9,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.agent.agent import MEMORY
-from aeros.agent.errors import RefusedError
-from aeros.agent.memory.queries import recollection
+from aeros.agent.agent import MEMORY_FILE
+from aeros.agent.errors import AgentError
+from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.robot.module_source import BUNDLE, module_source
 from aeros.exit_codes import Exit
-from aeros.files import replace_file
-from aeros.runtime.registry.archive import packed
+from aeros.files import replace_durably
+from aeros.runtime.registry.archive import pack
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.store import Installed, Snapshot
+from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.discovery import MANIFEST
@@ -27,7 +27,7 @@ from aeros.spec.text.discovery import MANIFEST
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
-_LIFE: Final = """\
+_LIFECYCLE_HELP: Final = """\
 A module is installed, then configured, then activated; `deactivate` withdraws it and `activate` brings
 it back; `remove` forgets one that is not active.  Each change is proved for everything that is then
 installed, and refused with the reason otherwise; a refused change has changed nothing.
@@ -69,7 +69,7 @@ _EXAMPLES: Final = {
 
 def add_to(commands: Subparsers, name: str) -> None:
     """Add the command `name` and its arguments."""
-    examples = f"{_LIFE}\nexamples:\n{_EXAMPLES[name]}"
+    examples = f"{_LIFECYCLE_HELP}\nexamples:\n{_EXAMPLES[name]}"
     parser = add_command(commands, name, _DESCRIPTIONS[name], examples)
     if name == "install":
         parser.add_argument("module", help="a folder, a bundle, or the name of an entry point")
@@ -101,25 +101,25 @@ def _bundle(arguments: argparse.Namespace) -> Exit:
             [Diagnostic("AE961", f"`{arguments.module}` holds no module: it has no `{MANIFEST}`")]
         )
     try:
-        replace_file(out, packed(files))
+        replace_durably(out, pack(files))
     except OSError as failure:
         raise UserError([Diagnostic("AE961", f"`{out}` cannot be written: {failure.strerror}")]) from failure
     print(f"{out}: {len(files)} files, sha256:{bundle_digest(files)}")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _install(arguments: argparse.Namespace) -> Exit:
     with module_source(arguments.module) as source:
         one = Registry(arguments.state).install(source, arguments.digest)
     print(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def _moving(verb: str) -> Callable[[argparse.Namespace], Exit]:
+def _lifecycle_command(verb: str) -> Callable[[argparse.Namespace], Exit]:
     def command(arguments: argparse.Namespace) -> Exit:
-        one: Installed = getattr(Registry(arguments.state), verb)(arguments.module)
+        one: InstalledModule = getattr(Registry(arguments.state), verb)(arguments.module)
         print(f"{one.name} {one.version} is {one.state.value}")
-        return Exit.PROVED
+        return Exit.SUCCESS
 
     return command
 
@@ -136,7 +136,7 @@ def _list(arguments: argparse.Namespace) -> Exit:
     broken = _broken_assumptions(arguments.state)
     as_text = arguments.format == "text"
     print((_text if as_text else _json)(shown, snapshot, capable, broken))
-    return Exit.PROVED if shown or arguments.capability is None else Exit.REJECTED
+    return Exit.SUCCESS if shown or arguments.capability is None else Exit.REJECTED
 
 
 _Broken = dict[tuple[str, str], list[dict[str, Any]]]
@@ -146,18 +146,18 @@ _Broken = dict[tuple[str, str], list[dict[str, Any]]]
 def _broken_assumptions(state: Path) -> _Broken:
     """As the agent of this robot remembers."""
     found: _Broken = {}
-    if not (state / MEMORY).exists():
+    if not (state / MEMORY_FILE).exists():
         return found
     try:
-        with recollection(state / MEMORY) as memory:
+        with open_memory_reader(state / MEMORY_FILE) as memory:
             for one in memory.broken_assumptions():
                 found.setdefault((one["module"], one["version"]), []).append(one)
-    except RefusedError as refusal:
+    except AgentError as refusal:
         print(f"aeros: warning: which assumptions were broken is not known: {refusal}", file=sys.stderr)
     return found
 
 
-def _told(broken: list[dict[str, Any]]) -> list[str]:
+def _broken_lines(broken: list[dict[str, Any]]) -> list[str]:
     """A line for each skill, of its latest."""
     lines = []
     for skill in dict.fromkeys(one["skill"] for one in broken):
@@ -173,7 +173,10 @@ def _told(broken: list[dict[str, Any]]) -> list[str]:
 
 
 def _text(
-    shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]], broken: _Broken
+    shown: dict[str, InstalledModule],
+    snapshot: RegistrySnapshot,
+    capable: dict[str, tuple[str, ...]],
+    broken: _Broken,
 ) -> str:
     if not shown:
         return "nothing is installed that provides it" if snapshot.modules else "nothing is installed"
@@ -182,12 +185,17 @@ def _text(
         f"{name + ' ' + one.version:<{width}}  {one.state.value:<10}  {', '.join(capable[name])}"
         for name, one in shown.items()
     ]
-    lines += [line for one in shown.values() for line in _told(broken.get((one.name, one.version), []))]
+    lines += [
+        line for one in shown.values() for line in _broken_lines(broken.get((one.name, one.version), []))
+    ]
     return "\n".join([*lines, *(f"blocked: {one.id}: {one.reason}" for one in snapshot.blocks.values())])
 
 
 def _json(
-    shown: dict[str, Installed], snapshot: Snapshot, capable: dict[str, tuple[str, ...]], broken: _Broken
+    shown: dict[str, InstalledModule],
+    snapshot: RegistrySnapshot,
+    capable: dict[str, tuple[str, ...]],
+    broken: _Broken,
 ) -> str:
     modules: list[dict[str, Any]] = [
         {
@@ -210,5 +218,5 @@ def _json(
 _COMMANDS: Final = {
     "install": _install,
     "list": _list,
-    **{verb: _moving(verb) for verb in ("configure", "activate", "deactivate", "remove")},
+    **{verb: _lifecycle_command(verb) for verb in ("configure", "activate", "deactivate", "remove")},
 }

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit
-from aeros.runtime.execution.governor import Command
-from aeros.runtime.registry.control_page import StillMovingError, ask
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -66,45 +66,45 @@ def _block(arguments: argparse.Namespace) -> Exit:
         print("aeros: name what to block: --module, with or without --skill, or --action", file=sys.stderr)
         return Exit.USAGE
     parts = (arguments.module, arguments.skill, arguments.action)
-    Registry(arguments.state).block(Block(arguments.id, arguments.reason, *parts))
+    Registry(arguments.state).add_override(OperatorOverride(arguments.id, arguments.reason, *parts))
     print(f"{arguments.id} is in force")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _unblock(arguments: argparse.Namespace) -> Exit:
-    Registry(arguments.state).unblock(arguments.id)
+    Registry(arguments.state).remove_override(arguments.id)
     print(f"{arguments.id} is taken back")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _policy(arguments: argparse.Namespace) -> Exit:
     registry = Registry(arguments.state)
     if arguments.site is not None:
-        registry.policy(arguments.site)
+        registry.set_policy(arguments.site)
     configuration, _ = registry.configuration()
     print(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _release(arguments: argparse.Namespace) -> Exit:
-    was = Quarantine(arguments.state).release()
+    was = Quarantine(arguments.state).clear()
     print("released: it may be started again" if was else "it was in no quarantine")
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-def _asking(command: Command, done: str) -> Callable[[argparse.Namespace], Exit]:
+def _command_for(command: OperatorCommand, done: str) -> Callable[[argparse.Namespace], Exit]:
     def ask_it(arguments: argparse.Namespace) -> Exit:
         folder = Registry(arguments.state).folder
         if not folder.is_dir():
             print(f"aeros: no robot runs from `{arguments.state}`", file=sys.stderr)
             return Exit.REJECTED
         try:
-            ask(folder, command)
-        except StillMovingError as late:
+            request_command(folder, command)
+        except MotionTimeoutError as late:
             print(f"aeros: something still moves {late}; use the robot's own stop", file=sys.stderr)
             return Exit.REJECTED
         print(done)
-        return Exit.PROVED
+        return Exit.SUCCESS
 
     return ask_it
 
@@ -113,8 +113,8 @@ _COMMANDS: Final = {
     "block": _block,
     "unblock": _unblock,
     "policy": _policy,
-    "pause": _asking(Command.PAUSE, "paused: nothing begins until `aeros resume`"),
-    "resume": _asking(Command.RUN, "resumed"),
-    "stop": _asking(Command.STOP, "stopped"),
+    "pause": _command_for(OperatorCommand.PAUSE, "paused: nothing begins until `aeros resume`"),
+    "resume": _command_for(OperatorCommand.RUN, "resumed"),
+    "stop": _command_for(OperatorCommand.STOP, "stopped"),
     "release": _release,
 }

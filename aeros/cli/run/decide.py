@@ -15,9 +15,9 @@ from aeros.exit_codes import Exit
 from aeros.runtime.gate.explain import Explainer
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.gate.wire import MAX_LINE, decide_line, decision_json, explain_line, explanation_json
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.spec.backends.answer_store import default_store
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    site = arguments.site or reference_site()
-    configuration, _ = prove([arguments.ecm], site, certified=False)
+    site = arguments.site or reference_site_path()
+    configuration, _ = prove_configuration([arguments.ecm], site, certified=False)
     if len(configuration.modules) != 1:
         print(f"aeros: `{arguments.ecm}` holds several modules; name one", file=sys.stderr)
         return Exit.USAGE
@@ -91,7 +91,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], in_full
         ):
             print(request)
-        return Exit.PROVED
+        return Exit.SUCCESS
     is_text = (arguments.format or ("text" if arguments.explain else "json")) == "text"
     for line in _lines(sys.stdin.buffer):
         if arguments.explain:
@@ -101,7 +101,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             decision = decide_line(explainer.gate, ecm.id, arguments.skill, line)
             shown = decision_text(decision) if is_text else json.dumps(decision_json(decision))
         print(shown, flush=True)
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
 def _lines(stream: BinaryIO) -> Iterator[bytes]:

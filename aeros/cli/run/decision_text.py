@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from aeros.runtime.gate.decision import Decision
-from aeros.runtime.gate.explain import Clause, Explanation
+from aeros.runtime.gate.explain import EvaluatedCondition, Explanation
 
 
 def decision_text(decision: Decision) -> str:
@@ -16,19 +16,19 @@ def decision_text(decision: Decision) -> str:
 def explanation_text(explanation: Explanation) -> str:
     """The decision, its layers, and each condition on the action with its grounds; ends with a blank line."""
     lines = [*_decision_lines(explanation.decision), *_layer_lines(explanation)]
-    lines += _clause_lines(explanation.clauses)
-    if explanation.reduced:
-        lines += ["  decided again, as attenuated", *_clause_lines(explanation.reduced)]
+    lines += _clause_lines(explanation.conditions)
+    if explanation.attenuated_parameters:
+        lines += ["  decided again, as attenuated", *_clause_lines(explanation.attenuated_parameters)]
     return "\n".join([*lines, ""])
 
 
 def _decision_lines(decision: Decision) -> Iterator[str]:
     action = decision.action
     if action is None:
-        yield decision.verdict.value
+        yield decision.kind.value
     else:
         parameters = ", ".join(f"{name}={value}" for name, value in action.parameters.items())
-        yield f"{decision.verdict.value} {action.kind}({parameters})"
+        yield f"{decision.kind.value} {action.kind}({parameters})"
     for reason in decision.reasons:
         yield f"  {reason.code} {reason.rule}: {reason.text}"
 
@@ -40,7 +40,7 @@ def _layer_lines(explanation: Explanation) -> Iterator[str]:
             yield f"  {label}: {'; '.join(names)}"
 
 
-def _clause_lines(clauses: Sequence[Clause]) -> Iterator[str]:
+def _clause_lines(clauses: Sequence[EvaluatedCondition]) -> Iterator[str]:
     proved = [one for one in clauses if one.obligation and one.holds is None and not one.missing]
     width = max((len(one.name) for one in clauses), default=0)
     if proved:
@@ -54,11 +54,11 @@ def _clause_lines(clauses: Sequence[Clause]) -> Iterator[str]:
             yield f"    {one.name:<{width}}  {_result(one):<7}  {one.text}{_at(one)}"
 
 
-def _result(clause: Clause) -> str:
+def _result(clause: EvaluatedCondition) -> str:
     return {True: "holds", False: "fails", None: "unknown"}[clause.holds]
 
 
-def _at(clause: Clause) -> str:
+def _at(clause: EvaluatedCondition) -> str:
     parts = [", ".join(f"{name} = {value}" for name, value in clause.values.items())]
     parts += [f"no value of {', '.join(clause.missing)}"] if clause.missing else []
     parts += [f"proved by {clause.obligation}"] if clause.obligation else []

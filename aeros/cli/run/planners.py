@@ -7,11 +7,11 @@ import os
 from math import inf
 from typing import Final
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.agent.planning.base import Planner, RulePlanner
-from aeros.agent.planning.classical import Engine
+from aeros.agent.planning.classical import UnifiedPlanningEngine
 from aeros.agent.planning.compositions import CompositionPlanner
-from aeros.agent.planning.pddl import ClassicalPlanner
+from aeros.agent.planning.pddl import PddlPlanner
 from aeros.agent.planning.smt import SmtPlanner
 from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import did_you_mean
@@ -21,7 +21,7 @@ LLM_KEY: Final = "AEROS_LLM_KEY"
 """The variable of the environment that holds the key of the language model's API."""
 
 
-def planner_of(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
+def build_planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
     """What proposes plans: the task's planning rules unless another is asked for."""
     composition, by_rules = arguments.composition, arguments.planner == "rules"
     if composition is not None and (arguments.planner or arguments.goal) is not None:
@@ -40,9 +40,9 @@ def planner_of(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planne
             "what is declared is at hand at once: --plan-within goes with --planner smt, pddl or llm"
         )
     if arguments.planner == "llm":
-        return _asking_planner(arguments, site)
+        return _llm_planner(arguments, site)
     if arguments.planner == "pddl":
-        return ClassicalPlanner(site, Engine(arguments.engine))
+        return PddlPlanner(site, UnifiedPlanningEngine(arguments.engine))
     if by_search:
         return SmtPlanner(site)
     if composition is None:
@@ -50,26 +50,26 @@ def planner_of(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planne
     if composition not in module.compositions:
         near = did_you_mean(composition, module.compositions)
         hint = f"; did you mean `{near}`?" if near else ""
-        raise RefusedError(f"`{module.id}` has no composition `{composition}`{hint}")
+        raise AgentError(f"`{module.id}` has no composition `{composition}`{hint}")
     return CompositionPlanner(composition)
 
 
-def _asking_planner(arguments: argparse.Namespace, site: Site) -> Planner:
+def _llm_planner(arguments: argparse.Namespace, site: Site) -> Planner:
     """A language model, and where it does not help what would plan without it."""
     try:
         from aeros.agent.planning.llm import LlmPlanner
-        from aeros.agent.planning.llm_client import Endpoint
+        from aeros.agent.planning.llm_client import LlmEndpoint
     except ImportError as error:
         missing = f"({error.name} is missing)"
-        raise RefusedError(f"--planner llm needs `pip install 'aeros[llm]'` {missing}") from error
-    endpoint = Endpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
+        raise AgentError(f"--planner llm needs `pip install 'aeros[llm]'` {missing}") from error
+    endpoint = LlmEndpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
     fallback = RulePlanner() if arguments.goal is None else SmtPlanner(site)
     # So that the other planner can still plan in time.
     asked_within = 0.8 * min(arguments.plan_within or inf, float(site.limits.planning))
     return LlmPlanner(site, endpoint, fallback, asked_within)
 
 
-def time_for(arguments: argparse.Namespace, planner: Planner) -> float | None:
+def planning_timeout(arguments: argparse.Namespace, planner: Planner) -> float | None:
     """Seconds for a plan that is made beside the plant's time; None of a planner that answers at once."""
     at_once = isinstance(planner, RulePlanner | CompositionPlanner)
     return None if at_once else arguments.plan_within or inf

@@ -9,21 +9,21 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import exclusive
-from aeros.agent.recovery.checkpoint import Checkpoints
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import lock_folder
+from aeros.agent.recovery.checkpoint import CheckpointStore
 from aeros.agent.recovery.quarantine import Quarantine
-from aeros.apps.goal import goal_of
-from aeros.apps.watchdog.resumable_run import keep, restore
-from aeros.apps.watchdog.watchdog import watch
-from aeros.cli.arguments import existing_path, film_path, find_key_file, mcap_path, parse_seed, writable_path
-from aeros.cli.run.planners import LLM_KEY, planner_of
-from aeros.cli.run.run_plant import Staged, around_of, serve, watched
-from aeros.cli.run.run_task import Meant, run_task
+from aeros.apps.goal import parse_goal
+from aeros.apps.watchdog.resumable_run import load_run_options, save_run_options
+from aeros.apps.watchdog.watchdog import run_watchdog
+from aeros.cli.arguments import existing_path, find_key_file, mcap_path, parse_seed, video_path, writable_path
+from aeros.cli.run.planners import LLM_KEY, build_planner
+from aeros.cli.run.run_plant import PlantSetup, load_scene_extras, open_outputs, serve_plant
+from aeros.cli.run.run_task import RunRequest, run_task
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import Steering
+from aeros.runtime.registry.registry_governor import OperatorCommands
 from aeros.session.plant_factory import PLANTS, PlantSetupError
 from aeros.session.setup import (
     SETUP_ERRORS,
@@ -32,7 +32,7 @@ from aeros.session.setup import (
     open_governor,
     select_task,
 )
-from aeros.sim.hosting.wire import LostError
+from aeros.sim.hosting.wire import ConnectionLostError
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -70,7 +70,7 @@ examples:
 """
 
 
-_PATIENCE: Final = 30.0
+_AGENT_EXIT_TIMEOUT_S: Final = 30.0
 """Seconds for an earlier agent to end."""
 
 
@@ -174,7 +174,7 @@ def add_to(commands: Subparsers) -> None:
     film = parser.add_mutually_exclusive_group()
     film.add_argument(
         "--record",
-        type=film_path,
+        type=video_path,
         metavar="FILE",
         help="the film to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
     )
@@ -242,41 +242,41 @@ def _command(arguments: argparse.Namespace) -> Exit:
         raise UsageError("give an instruction, or --resume and none")
     try:
         if is_going_on:
-            arguments = restore(arguments)
+            arguments = load_run_options(arguments)
         if arguments.watchdog:
-            return _watch(arguments)
+            return _run_watchdog(arguments)
         if not arguments.resume:
-            return _pursue(arguments)
+            return _run_agent(arguments)
         # One process after the other, from the first to the last that it does: an agent whose watchdog was
         # killed may still be about to end.
-        with exclusive(arguments.state / "task", arguments.instruction, _PATIENCE):
-            return _pursue(arguments)
-    except (RefusedError, PlantSetupError) as refusal:
+        with lock_folder(arguments.state / "task", arguments.instruction, _AGENT_EXIT_TIMEOUT_S):
+            return _run_agent(arguments)
+    except (AgentError, PlantSetupError) as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
 
 
-def _watch(arguments: argparse.Namespace) -> Exit:
+def _run_watchdog(arguments: argparse.Namespace) -> Exit:
     """Have the task pursued by an agent under a watchdog, of which there is one."""
     if arguments.bag is not None or arguments.mcap is not None:
         raise UsageError("--bag and --mcap are written by one process: they do not go with --watchdog")
-    with exclusive(arguments.state / "watchdog", arguments.instruction):
+    with lock_folder(arguments.state / "watchdog", arguments.instruction):
         quarantined = Quarantine(arguments.state).reason()
         if quarantined is not None:
-            raise RefusedError(quarantined)
+            raise AgentError(quarantined)
         if not arguments.resume:
-            with exclusive(arguments.state, arguments.instruction):
+            with lock_folder(arguments.state, arguments.instruction):
                 arguments.out = create_output_folder(arguments.out, "watched")
                 arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
                 # What an earlier task left is not this one's.
-                Checkpoints(arguments.state).forget()
+                CheckpointStore(arguments.state).delete()
                 # A stop ended an earlier run; from here on it is meant for this one.
-                Steering(Registry(arguments.state).folder, resumed=False).close()
-                keep(arguments)
-        return watch(arguments)
+                OperatorCommands(Registry(arguments.state).folder, resumed=False).close()
+                save_run_options(arguments)
+        return run_watchdog(arguments)
 
 
-def _pursue(arguments: argparse.Namespace) -> Exit:
+def _run_agent(arguments: argparse.Namespace) -> Exit:
     key_file = find_key_file(arguments)
     governor, configuration, proof = open_governor(
         arguments.state,
@@ -287,18 +287,18 @@ def _pursue(arguments: argparse.Namespace) -> Exit:
     try:
         signing = build_signing(key_file, arguments.anchor)
         routed = select_task(arguments.instruction, configuration, governor, arguments.state)
-        goal = None if arguments.goal is None else goal_of(arguments.goal, configuration.site)
-        planner = planner_of(arguments, configuration.modules[routed.module], configuration.site)
-        around = around_of(arguments, configuration, routed)
-        with watched(arguments, routed.task.id) as (out, spectators), governor:
-            staged = Staged(arguments, configuration, routed, around, spectators, out)
+        goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
+        planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
+        around = load_scene_extras(arguments, configuration, routed)
+        with open_outputs(arguments, routed.task.id) as (out, spectators), governor:
+            staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
-                return serve(staged)
-            return run_task(staged, Meant(governor, proof, planner, goal, signing))
+                return serve_plant(staged)
+            return run_task(staged, RunRequest(governor, proof, planner, goal, signing))
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    except LostError as lost:
+    except ConnectionLostError as lost:
         # Whoever supervises this process may try it again.
         print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
-        return Exit.OUR_BUG
+        return Exit.INTERNAL_ERROR

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import exclusive
-from aeros.agent.planning.routing import Routed
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import lock_folder
+from aeros.agent.planning.routing import RoutedTask
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
@@ -25,26 +25,26 @@ from aeros.session.plant_factory import (
     open_viewer,
 )
 from aeros.session.setup import create_output_folder
-from aeros.sim.hosting.host import Host, HostLog
+from aeros.sim.hosting.host import HostLog, PlantHost
 
 if TYPE_CHECKING:
-    from aeros.sim.bullet.bodies import Body
+    from aeros.sim.bullet.bodies import SceneBody
     from aeros.sim.bullet.people import Person
-    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
-    from aeros.sim.physics import Spectator
+    from aeros.sim.physics import Viewer
 
 
-class Around(NamedTuple):
+class SceneExtras(NamedTuple):
     """What is in a simulated scene besides the task's own things, and what goes wrong there."""
 
     people: Sequence[Person]
     faults: Sequence[Fault]
-    bodies: Sequence[Body]
+    bodies: Sequence[SceneBody]
 
 
 @dataclass(frozen=True)
-class Staged:
+class PlantSetup:
     """All that a run needs of its plant.
 
     out: the folder for what is left of the run.
@@ -52,33 +52,35 @@ class Staged:
 
     arguments: argparse.Namespace
     configuration: Configuration
-    routed: Routed
-    around: Around
-    spectators: Sequence[Spectator]
+    task: RoutedTask
+    extras: SceneExtras
+    viewers: Sequence[Viewer]
     out: Path
 
 
-def is_elsewhere(arguments: argparse.Namespace) -> bool:
+def is_remote(arguments: argparse.Namespace) -> bool:
     """Whether the plant is of another process, which serves it."""
     return arguments.plant_at is not None and not arguments.serve_plant
 
 
-def around_of(arguments: argparse.Namespace, configuration: Configuration, routed: Routed) -> Around:
+def load_scene_extras(
+    arguments: argparse.Namespace, configuration: Configuration, routed: RoutedTask
+) -> SceneExtras:
     """What the arguments name; of a plant elsewhere nothing, as that has it."""
     people = load_people(arguments.plant, arguments.person)
-    if is_elsewhere(arguments):
-        return Around((), (), ())
+    if is_remote(arguments):
+        return SceneExtras((), (), ())
     faults = load_faults(arguments.plant, arguments.faults, configuration, routed.task)
     bodies = load_bodies(arguments.plant, arguments.scene, routed.task, arguments.seed)
-    return Around(people, faults, bodies)
+    return SceneExtras(people, faults, bodies)
 
 
 @contextmanager
-def watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Spectator]]]:
+def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Viewer]]]:
     """The folder for what is left of the run, and who looks on: both are there before anything moves."""
     with ExitStack() as stack:
-        spectators: list[Spectator] = []
-        if is_elsewhere(arguments):
+        spectators: list[Viewer] = []
+        if is_remote(arguments):
             yield arguments.out, spectators
             return
         if arguments.view:
@@ -91,17 +93,17 @@ def watched(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Se
         yield out, spectators
 
 
-def staged_plant(staged: Staged, tell: Callable[[Happening], None]) -> AbstractContextManager[Plant]:
+def open_run_plant(staged: PlantSetup, tell: Callable[[FaultEvent], None]) -> AbstractContextManager[Plant]:
     """The plant of this process, or of another that is served at `plant_at`."""
-    arguments, (people, faults, bodies) = staged.arguments, staged.around
-    if is_elsewhere(arguments):
+    arguments, (people, faults, bodies) = staged.arguments, staged.extras
+    if is_remote(arguments):
         return closing(connect_plant(arguments.plant_at))
     return open_plant(
         arguments.plant,
         staged.configuration,
-        staged.routed.task,
+        staged.task.task,
         arguments.seed,
-        staged.spectators,
+        staged.viewers,
         people,
         faults,
         tell,
@@ -109,17 +111,17 @@ def staged_plant(staged: Staged, tell: Callable[[Happening], None]) -> AbstractC
     )
 
 
-def serve(staged: Staged) -> Exit:
+def serve_plant(staged: PlantSetup) -> Exit:
     """Be the plant of a run whose agent is another process; nothing, where there is one already."""
     arguments = staged.arguments
     tell = HostLog(staged.out / "plant.jsonl")
     with (
-        suppress(RefusedError),
-        exclusive(arguments.state / "plant", arguments.instruction),
-        staged_plant(staged, lambda one: tell(one._asdict())) as plant,
+        suppress(AgentError),
+        lock_folder(arguments.state / "plant", arguments.instruction),
+        open_run_plant(staged, lambda one: tell(one._asdict())) as plant,
     ):
         arguments.plant_at.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        Host(plant, tell).serve(arguments.plant_at)
+        PlantHost(plant, tell).serve(arguments.plant_at)
         with suppress(OSError):
             arguments.plant_at.parent.rmdir()
-    return Exit.PROVED
+    return Exit.SUCCESS

@@ -10,18 +10,18 @@ from aeros.agent.execution.report import RunReport
 from aeros.spec.verification.reports import Report
 
 
-def summary(proof: Report, report: RunReport, plant: str, simulated: float, real: float) -> str:
+def summary(proof_report: Report, report: RunReport, plant: str, simulated: float, real: float) -> str:
     """The end of a run in a few lines."""
     measured = _measured(report.measured)
-    obligations = sum(module.obligation_count for module in proof.modules)
-    guarded = sum(module.guarded_count for module in proof.modules)
+    obligations = sum(module.claim_count for module in proof_report.modules)
+    guarded = sum(module.runtime_checked_count for module in proof_report.modules)
     outcome = "goal reached" if report.reached else f"goal not reached: {report.reason}"
     return "\n".join(
         (
             "",
             f"{report.module}.{report.task}: {outcome}",
             f"goal       {report.goal}; measured on the {plant} plant: {measured}",
-            f"modules    {len(proof.modules)} proved, {obligations} obligations, {guarded} left to the gate",
+            f"modules    {len(proof_report.modules)} proved, {obligations} obligations, {guarded} left to the gate",
             f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "
             f"{report.replans} re-plans",
             f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",

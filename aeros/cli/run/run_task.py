@@ -9,36 +9,36 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from aeros.agent.agent import Agent
-from aeros.agent.execution.journal import Event
+from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner
-from aeros.agent.recovery.checkpoint import Checkpoints, Ended
-from aeros.apps.report_page.run_data import read_left
-from aeros.apps.watchdog.resumable_run import end_plant, end_task, forget
+from aeros.agent.recovery.checkpoint import CheckpointStore, TaskEnd
+from aeros.apps.report_page.run_data import read_run_data
+from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant, end_task
 from aeros.cli.arguments import print_warning
-from aeros.cli.latest_run import note_run
-from aeros.cli.records.report import written
-from aeros.cli.run.planners import time_for
-from aeros.cli.run.run_plant import Staged, staged_plant
+from aeros.cli.latest_run import save_latest_run
+from aeros.cli.records.report import write_report
+from aeros.cli.run.planners import planning_timeout
+from aeros.cli.run.run_plant import PlantSetup, open_run_plant
 from aeros.cli.run.run_report import summary
 from aeros.exit_codes import Exit
-from aeros.runtime.audit.checkpoints import Signing, verify_signed
+from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
-from aeros.runtime.bus.feed import Feed
-from aeros.runtime.execution.governor import Command, Governor
+from aeros.runtime.bus.feed import BusFeed
+from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.gate.gate import GateMode
 from aeros.session.assembly import AUDIT, SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.sim.hosting.remote import RemotePlant
-from aeros.spec.model.model import Clause
+from aeros.spec.model.model import ActionCondition
 from aeros.spec.verification.reports import Report
 
 if TYPE_CHECKING:
-    from aeros.sim.faults.injector import Happening
+    from aeros.sim.faults.injector import FaultEvent
 
 
-class Meant(NamedTuple):
+class RunRequest(NamedTuple):
     """What the agent is to do, and under whom.
 
     proof: of the modules that it does it with.
@@ -46,26 +46,26 @@ class Meant(NamedTuple):
     """
 
     governor: Governor
-    proof: Report
+    proof_report: Report
     planner: Planner
-    goal: Clause | None
-    signing: Signing | None
+    goal: ActionCondition | None
+    signing: SigningConfiguration | None
 
 
-def run_task(staged: Staged, meant: Meant) -> Exit:
+def run_task(staged: PlantSetup, meant: RunRequest) -> Exit:
     """Have the agent pursue it, tell what came of it, and leave that in the run's folder."""
     began = time.perf_counter()
     arguments, out = staged.arguments, staged.out
-    if arguments.resume and (ended := _ended(staged, meant)) is not None:
-        return _tell_ended(staged, meant, ended)
+    if arguments.resume and (ended := _find_task_end(staged, meant)) is not None:
+        return _report_past_end(staged, meant, ended)
     setup = _setup(staged, meant)
     with Notifier() as notifier, open_recorded_plant(setup) as recorded:
         with (
             RunGovernor(meant.governor, notifier) as governor,
             open_agent(setup, recorded, governor) as (_, agent),
         ):
-            note_run(arguments.state, out)
-            governor.on_command = partial(_heed, agent)
+            save_latest_run(arguments.state, out)
+            governor.on_command = partial(_apply_command, agent)
             notifier.send(READY)
             pursue = agent.resume if arguments.resume else agent.run
             report = pursue(arguments.instruction, arguments.timeout, meant.goal)
@@ -77,19 +77,19 @@ def run_task(staged: Staged, meant: Meant) -> Exit:
             end_plant(recorded.plant, arguments.state)
             is_over = True
     seconds = time.perf_counter() - began
-    code = _tell(staged, meant, report, simulated, seconds, recorded.feed)
+    code = _report_run(staged, meant, report, simulated, seconds, recorded.feed)
     # Last of all, and by whoever supervises this process: until then another one may tell how it ended.
     if is_over and not arguments.supervised:
-        forget(arguments.state)
+        delete_run_options(arguments.state)
     return Exit.INTERRUPTED if governor.is_interrupted else code
 
 
-def _setup(staged: Staged, meant: Meant) -> SessionSetup:
+def _setup(staged: PlantSetup, meant: RunRequest) -> SessionSetup:
     """Describe the session that the arguments ask for."""
     arguments = staged.arguments
     return SessionSetup(
         configuration=staged.configuration,
-        open_plant=lambda observe: staged_plant(staged, lambda one: observe(_told(one))),
+        open_plant=lambda observe: open_run_plant(staged, lambda one: observe(_fault_event(one))),
         out=staged.out,
         state=arguments.state,
         warn=print_warning,
@@ -99,51 +99,56 @@ def _setup(staged: Staged, meant: Meant) -> SessionSetup:
         bag=arguments.bag,
         mcap=arguments.mcap,
         planner=meant.planner,
-        planning_timeout=time_for(arguments, meant.planner),
+        planning_timeout=planning_timeout(arguments, meant.planner),
         seed=arguments.seed,
         purpose=arguments.instruction,
         is_resumed=arguments.resume,
     )
 
 
-def _ended(staged: Staged, meant: Meant) -> Ended | None:
+def _find_task_end(staged: PlantSetup, meant: RunRequest) -> TaskEnd | None:
     """How the task ended, if an agent has kept that, and this run's log holds it: mended, and signed."""
-    ended = Checkpoints(staged.arguments.state).ended(staged.arguments.instruction)
+    ended = CheckpointStore(staged.arguments.state).read_final(staged.arguments.instruction)
     if ended is None:
         return None
     durability = staged.configuration.site.durability
     with AuditLog(staged.out / AUDIT, durability=durability, signing=meant.signing) as audit:
-        return None if audit.since(ended.head) is None else ended
+        return None if audit.records_since(ended.head) is None else ended
 
 
-def _tell_ended(staged: Staged, meant: Meant, ended: Ended) -> Exit:
+def _report_past_end(staged: PlantSetup, meant: RunRequest, ended: TaskEnd) -> Exit:
     """Tell what an agent had no time left to tell; nothing more is done, and the plant may be gone."""
     arguments = staged.arguments
     with Notifier() as notifier:
         notifier.send(READY)
         notifier.send(STOPPING)
     print("The task had ended.")
-    code = _tell(staged, meant, ended.report, ended.time, 0.0, None)
+    code = _report_run(staged, meant, ended.report, ended.time, 0.0, None)
     if not arguments.supervised:
         end_task(arguments.state, arguments.plant_at)
     return code
 
 
-def _tell(
-    staged: Staged, meant: Meant, report: RunReport, simulated: float, seconds: float, feed: Feed | None
+def _report_run(
+    staged: PlantSetup,
+    meant: RunRequest,
+    report: RunReport,
+    simulated: float,
+    seconds: float,
+    feed: BusFeed | None,
 ) -> Exit:
     """Print what came of it and what is left; the exit code that says so, too."""
     out = staged.out
-    print(summary(meant.proof, report, staged.arguments.plant, simulated, seconds))
-    audited, sound = _audited(out / AUDIT, meant.signing)
+    print(summary(meant.proof_report, report, staged.arguments.plant, simulated, seconds))
+    audited, sound = _check_log(out / AUDIT, meant.signing)
     print(f"audit      {audited.records} records, {sound}")
     if not report.reached:
         print(f"why        aeros why {out}")
-    _tell_left(staged, feed, sound)
-    return Exit.PROVED if report.reached and audited.bad_record is None else Exit.REJECTED
+    _report_outputs(staged, feed, sound)
+    return Exit.SUCCESS if report.reached and audited.bad_record is None else Exit.REJECTED
 
 
-def _tell_left(staged: Staged, feed: Feed | None, sound: str) -> None:
+def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:
     """Write the page, if one is asked for, and print what is left of the run."""
     arguments, out = staged.arguments, staged.out
     if arguments.record is not None and arguments.record.exists():
@@ -153,24 +158,24 @@ def _tell_left(staged: Staged, feed: Feed | None, sound: str) -> None:
         print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
-        written(read_left(out), out / "report.html", {site.digest: site}, sound)
+        write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound)
     print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 
 
-def _told(one: Happening) -> Event:
+def _fault_event(one: FaultEvent) -> AgentEvent:
     """What the plant does of itself, as the trace has it."""
-    return Event(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
+    return AgentEvent(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
 
 
-def _heed(agent: Agent, command: Command) -> None:
-    agent.heed(is_paused=command is Command.PAUSE)
+def _apply_command(agent: Agent, command: OperatorCommand) -> None:
+    agent.set_paused(is_paused=command is OperatorCommand.PAUSE)
 
 
-def _audited(log: Path, signing: Signing | None) -> tuple[AuditReport, str]:
+def _check_log(log: Path, signing: SigningConfiguration | None) -> tuple[AuditReport, str]:
     """What a look at the finished log finds, and in words."""
     if signing is None:
         chain, sound = verify_log(log), "chain sound"
     else:
         chain = verify_signed(log, signing.key.public, signing.anchor).chain
         sound = "chain sound, signed" if signing.anchor is None else "chain sound, signed and anchored"
-    return chain, sound if chain.sound else f"record {chain.bad_record}: {chain.why}"
+    return chain, sound if chain.is_sound else f"record {chain.bad_record}: {chain.reason}"

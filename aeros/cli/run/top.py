@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.apps.report_page.run_data import steps_of
-from aeros.apps.run_follower import Following
+from aeros.apps.report_page.run_data import plan_step_states
+from aeros.apps.run_follower import RunFollower
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.latest_run import latest_run
-from aeros.cli.records.report import sites_at_hand
+from aeros.cli.records.report import available_sites
 from aeros.exit_codes import Exit
-from aeros.spec.diagnostics.render import safe
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.model import Site
 
 if TYPE_CHECKING:
@@ -71,33 +71,33 @@ def _seconds(text: str) -> float:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    looking = _Looking(arguments.state, arguments.run, arguments.site)
+    looking = _RunViewer(arguments.state, arguments.run, arguments.site)
     if arguments.once:
-        return _say(looking.look(), arguments.format)
+        return _print(looking.snapshot(), arguments.format)
     if arguments.format == "text" and sys.stdout.isatty():
-        return _look_on(looking, arguments.every)
-    said = looking.look()
-    code = _say(said, arguments.format)
+        return _watch(looking, arguments.every)
+    said = looking.snapshot()
+    code = _print(said, arguments.format)
     while said is not None and said["is_running"]:
         time.sleep(arguments.every)
-        view = looking.look()
+        view = looking.snapshot()
         if view is not None and view != said:
-            code, said = _say(view, arguments.format), view
+            code, said = _print(view, arguments.format), view
     return code
 
 
-def _look_on(looking: _Looking, every: float) -> Exit:
+def _watch(looking: _RunViewer, every: float) -> Exit:
     """Go on until Ctrl-C, which is how one leaves."""
     try:
-        with _whole_screen():
+        with _alternate_screen():
             while True:
-                _draw(looking.look())
+                _draw(looking.snapshot())
                 time.sleep(every)
     except KeyboardInterrupt:
-        return Exit.PROVED
+        return Exit.SUCCESS
 
 
-class _Looking:
+class _RunViewer:
     """Follows the latest run, and the next one once that begins."""
 
     def __init__(self, state: Path, folder: Path | None, site: Path | None) -> None:
@@ -105,33 +105,33 @@ class _Looking:
         self._given = folder
         self._site = site
         self._sites: dict[str, Site] = {}
-        self._following: Following | None = None
+        self._following: RunFollower | None = None
 
-    def look(self) -> dict[str, Any] | None:
+    def snapshot(self) -> dict[str, Any] | None:
         """How things are now, as JSON; None where nothing was ever run."""
         found = latest_run(self._state)
         folder = self._given or (None if found is None else found[0])
         if folder is None:
             return None
         if self._following is None or self._following.folder != folder:
-            self._following = Following(folder)
+            self._following = RunFollower(folder)
         is_there = found is not None and found[1] and found[0] == folder.resolve()
         self._following.read()
-        return view_of(self._following, self._governing(self._following.site), is_there=is_there)
+        return run_view(self._following, self._current_site(self._following.site), is_there=is_there)
 
-    def _governing(self, digest: str | None) -> Site | None:
+    def _current_site(self, digest: str | None) -> Site | None:
         if digest is not None and digest not in self._sites:
-            at_hand = sites_at_hand(self._state, self._site)
+            at_hand = available_sites(self._state, self._site)
             self._sites.update({site.digest: site for site in at_hand if site.digest == digest})
         return None if digest is None else self._sites.get(digest)
 
 
-def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, Any]:
+def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str, Any]:
     """How the run is, as JSON.  is_there: whether its process is."""
     ended = run.ended
-    parts = () if run.plan is None else steps_of(run.plan, run.runs)
+    parts = () if run.plan is None else plan_step_states(run.plan, run.runs)
     used = run.last[-1].usage if run.last else {}
-    most = {} if site is None else {quota.id: quota.at_most for quota in site.quotas}
+    most = {} if site is None else {quota.id: quota.max_count for quota in site.quotas}
     single = [(name, told) for name, told in sorted(run.world.items()) if not isinstance(told[0], list)]
     told = [one for one in run.events if one.text][-_EVENTS:]
     return {
@@ -139,18 +139,20 @@ def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, A
         "folder": str(run.folder),
         "is_running": is_there and ended is None,
         "is_paused": run.is_paused,
-        "instruction": run.routed.get("instruction"),
-        "task": run.routed.get("task"),
+        "instruction": run.task_event.get("instruction"),
+        "task": run.task_event.get("task"),
         "ended": None if ended is None else {name: ended.get(name) for name in ("reached", "reason")},
         "time": run.now,
         "plan": [{"step": step, "how": how} for step, how in parts],
-        "under_way": [{"skill": one.skill, "since": one.began} for one in run.runs if one.ended is None],
+        "under_way": [
+            {"skill": one.skill, "since": one.start_time} for one in run.runs if one.end_time is None
+        ],
         "events": [{"time": one.time, "text": one.text} for one in told],
         "counts": {verdict: run.counts[verdict] for verdict in ("ALLOW", "ATTENUATE", "DENY")},
         "decisions": [
             {
                 "time": one.time,
-                "verdict": one.verdict,
+                "verdict": one.decision,
                 "skill": one.skill,
                 "kind": one.kind,
                 "reasons": [list(reason) for reason in one.reasons],
@@ -167,7 +169,7 @@ def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, A
                 "at_most" if one.is_upper else "at_least": one.bound,
                 "margin": one.margin,
             }
-            for one in run.nearest(site)
+            for one in run.closest_bounds(site)
         ],
         "world": {name: {"value": value, "age": max(run.now - at, 0.0)} for name, (value, at) in single},
     }
@@ -176,21 +178,21 @@ def view_of(run: Following, site: Site | None, *, is_there: bool) -> dict[str, A
 # Text.
 
 
-def _say(view: dict[str, Any] | None, form: str) -> Exit:
+def _print(view: dict[str, Any] | None, form: str) -> Exit:
     if view is None:
         print("aeros: nothing was run from here yet", file=sys.stderr)
         return Exit.REJECTED
     print(json.dumps(view) if form == "json" else "\n".join(_lines(view)) + "\n", flush=True)
-    return Exit.PROVED
+    return Exit.SUCCESS
 
 
-_SIGNS: Final = {"under way": "▶", "done": "✓", "failed": "✗", "to come": "·"}
+_STATUS_SYMBOLS: Final = {"under way": "▶", "done": "✓", "failed": "✗", "to come": "·"}
 
 
 def _lines(view: Mapping[str, Any]) -> Iterator[str]:
     """The view as text, the most urgent first."""
     for line in _unsafe_lines(view):
-        yield safe(line)
+        yield escape_invisible(line)
 
 
 def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
@@ -203,9 +205,9 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     yield f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}"
     yield (
         f"decisions  {counts['ALLOW']} allowed, {counts['ATTENUATE']} attenuated, {counts['DENY']} denied"
-        + "".join(f"   quota {name} {_used(quota)}" for name, quota in view["quotas"].items())
+        + "".join(f"   quota {name} {_quota_text(quota)}" for name, quota in view["quotas"].items())
     )
-    yield from _section("plan", (f"{_SIGNS[part['how']]} {part['step']}" for part in view["plan"]))
+    yield from _section("plan", (f"{_STATUS_SYMBOLS[part['how']]} {part['step']}" for part in view["plan"]))
     yield from _section(
         "under way", (f"{one['skill']}  {view['time'] - one['since']:.2f} s" for one in view["under_way"])
     )
@@ -223,7 +225,7 @@ def _section(title: str, lines: Iterable[str]) -> Iterator[str]:
         yield from (f"  {line}" for line in found)
 
 
-def _used(quota: Mapping[str, Any]) -> str:
+def _quota_text(quota: Mapping[str, Any]) -> str:
     return str(quota["used"]) + ("" if quota["at_most"] is None else f"/{quota['at_most']}")
 
 
@@ -250,7 +252,7 @@ def _world(world: Mapping[str, Any]) -> Iterator[str]:
 
 
 @contextmanager
-def _whole_screen() -> Iterator[None]:
+def _alternate_screen() -> Iterator[None]:
     """The terminal for us alone; however the block ends it is as it was."""
 
     def leave(_number: int, _frame: object) -> None:

@@ -6,20 +6,20 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, cast
 
-from aeros.agent.agent import awake_once
-from aeros.agent.execution.journal import Event
-from aeros.agent.planning.task_graph import Step
-from aeros.experiments.architecture import Means, Model, Told
+from aeros.agent.agent import open_temporary_agent
+from aeros.agent.execution.journal import AgentEvent
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.experiments.architecture import ArchitectureReport, TrialContext, TrialModel
 from aeros.experiments.slow_planner import SlowPlanner
 from aeros.runtime.ports import Runtime
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
-from aeros.spec.closed_loop.transition_system import NotExploredError, TransitionSystem
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.model import Site
 
 
-class ShippedAgent:
+class AerosAgent:
     """A new agent, as `aeros run` has it but for memory of earlier tasks.
 
     retries: of each step at most; None as the rules say.
@@ -35,72 +35,80 @@ class ShippedAgent:
         *,
         recovery: bool = True,
         replans: int | None = None,
-        within: float | None = None,
-        first: float = 0.0,
-        again: float = 0.0,
+        planning_timeout: float | None = None,
+        first_plan_delay_s: float = 0.0,
+        replan_delay_s: float = 0.0,
     ) -> None:
         self._retries = retries
         self._recovery = recovery
         self._replans = replans
-        self._within = within
-        self._takes = (first, again)
+        self._within = planning_timeout
+        self._takes = (first_plan_delay_s, replan_delay_s)
 
-    def pursue(self, means: Means) -> Told:
+    def pursue(self, means: TrialContext) -> ArchitectureReport:
         """See `Architecture`."""
-        site = self._limited(means.runtime.site)
-        runtime = means.runtime if site is means.runtime.site else cast(Runtime, _Under(means.runtime, site))
-        planner = SlowPlanner(*self._takes, self.without)
-        late: list[Event] = []
+        site = self._with_limits(means.runtime.site)
+        runtime = (
+            means.runtime
+            if site is means.runtime.site
+            else cast(Runtime, _LimitedRuntime(means.runtime, site))
+        )
+        planner = SlowPlanner(*self._takes, self.ablate)
+        late: list[AgentEvent] = []
 
-        def told(event: Event) -> None:
+        def told(event: AgentEvent) -> None:
             if event.kind == "plan-late":
                 late.append(event)
 
-        with awake_once(site.id, runtime, planner, told, means.seed, self._within) as agent:
-            report = agent.run(means.routed.task.words[0])
-        return Told(report.retries, report.recoveries, report.replans, report.reason or "", len(late))
+        with open_temporary_agent(site.id, runtime, planner, told, means.seed, self._within) as agent:
+            report = agent.run(means.task.task.trigger_phrases[0])
+        return ArchitectureReport(
+            report.retries, report.recoveries, report.replans, report.reason or "", len(late)
+        )
 
-    def predict(self, model: Model) -> Prediction:
-        """See `Predicting`: the shipped prediction, of rules with the same parts left out.
+    def predict(self, model: TrialModel) -> Prediction:
+        """See `SelfPredicting`: the shipped prediction, of rules with the same parts left out.
 
         Where no first plan comes in time nothing is begun, however often it is asked for.
         """
         first, again = self._takes
-        replans = self._limited(model.site).limits.replans
+        replans = self._with_limits(model.site).limits.replans
         if self._within is not None and first >= self._within and again >= self._within:
             return Prediction(*map(Fraction, (0, 0, 0, 0, replans)))
         if self._within is not None and max(first, again) >= self._within:
-            raise NotExploredError("what is left of the plan before is followed in place of one that is late")
+            raise StateSpaceError("what is left of the plan before is followed in place of one that is late")
         rules = tuple(
             replace(
-                rule, retry=self._most(rule.retry), on_failure=rule.on_failure if self._recovery else None
+                rule,
+                retry=self._capped_retries(rule.retry),
+                on_failure=rule.on_failure if self._recovery else None,
             )
             for rule in model.task.rules
         )
         system = TransitionSystem(model.ecm, replace(model.task, rules=rules, invariants=()), model.site)
-        return predict(system, start_of(model, system.names), replans)
+        return predict(system, initial_state(model, system.names), replans)
 
-    def without(self, step: Step) -> Step:
+    def ablate(self, step: PlanStep) -> PlanStep:
         """`step` as this variant takes it."""
         helper = step.on_failure if self._recovery else None
-        return replace(step, retry=self._most(step.retry), on_failure=helper)
+        return replace(step, retry=self._capped_retries(step.retry), on_failure=helper)
 
-    def _most(self, retries: int) -> int:
+    def _capped_retries(self, retries: int) -> int:
         return retries if self._retries is None else min(retries, self._retries)
 
-    def _limited(self, site: Site) -> Site:
+    def _with_limits(self, site: Site) -> Site:
         if self._replans is None:
             return site
         return replace(site, limits=replace(site.limits, replans=self._replans))
 
 
-def start_of(model: Model, names: tuple[str, ...]) -> tuple[Any, ...]:
+def initial_state(model: TrialModel, names: tuple[str, ...]) -> tuple[Any, ...]:
     """Where a trial of the task begins: the values of `names`, as the symbolic plant has them."""
-    values = initial_values(model.site, as_doubles(model.task.initial))
+    values = initial_values(model.site, to_doubles(model.task.initial))
     return tuple(values[name] for name in names)
 
 
-class _Under:
+class _LimitedRuntime:
     """A runtime whose site has other limits, for the agent alone: whoever decides goes by the site itself."""
 
     def __init__(self, runtime: Runtime, site: Site) -> None:

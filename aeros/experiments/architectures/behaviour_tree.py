@@ -3,12 +3,12 @@
 The tree is the one that its user would write of the task's planning rules:
 
     → task
-        ? the rule's `unless` is measured
+        ? the rule's `satisfied_condition` is measured
           ↻ Retry, so many failures at most
               the rule's skill
         ? …                             the next rule
 
-The sequence remembers what has succeeded; a selector looks at its condition at each tick.  With `recovers`
+The sequence remembers what has succeeded; a selector looks at its condition at each tick.  With `recovery`
 a try is a sequence of its own: where the skill may not start, the skill that helps (`on_failure`) is run
 first; the paper's table of baseline faithfulness (`tab:faithfulness`) has none.
 Not modelled: a leaf that is under way over several ticks.  Nothing here runs beside anything, so nothing
@@ -22,8 +22,8 @@ from py_trees.common import Status
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 
-from aeros.agent.planning.task_graph import Step
-from aeros.experiments.architecture import Means, Told
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.experiments.architecture import ArchitectureReport, TrialContext
 from aeros.spec.expr import terms as t
 from aeros.spec.model.model import PlanningRule
 
@@ -34,41 +34,46 @@ class BehaviourTree:
     tries: of each skill, at most; what BehaviorTree.CPP and py_trees count as failures.
     """
 
-    def __init__(self, tries: int = 3, *, recovers: bool = False) -> None:
-        self._tries = tries
-        self._recovers = recovers
+    def __init__(self, max_tries: int = 3, *, recovery: bool = False) -> None:
+        self._tries = max_tries
+        self._recovers = recovery
 
-    def pursue(self, means: Means) -> Told:
+    def pursue(self, means: TrialContext) -> ArchitectureReport:
         """See `Architecture`."""
-        counted = _Counted()
+        counted = _Counters()
         root = Sequence("task", memory=True)
-        for number, rule in enumerate(means.routed.task.rules):
+        for number, rule in enumerate(means.task.task.rules):
             root.add_child(self._subtree(means, counted, f"{number} {rule.skill}", rule))
         while True:
             root.tick_once()
             if root.status is not Status.RUNNING:
                 break
-        return Told(counted.retries, counted.recoveries, 0, counted.reason)
+        return ArchitectureReport(counted.retries, counted.recoveries, 0, counted.reason)
 
-    def _subtree(self, means: Means, counted: _Counted, name: str, rule: PlanningRule) -> Behaviour:
-        step = Step(means.routed.module, rule.skill, rule.inputs)
-        attempt: Behaviour = _Skill(name, means, step, counted)
+    def _subtree(self, means: TrialContext, counted: _Counters, name: str, rule: PlanningRule) -> Behaviour:
+        step = PlanStep(means.task.module, rule.skill, rule.inputs)
+        attempt: Behaviour = _SkillNode(name, means, step, counted)
         if self._recovers and rule.on_failure is not None:
             attempt = Sequence(f"{name}, helped", memory=True)
             attempt.add_children(
                 [
-                    _Helped(f"{name}, {rule.on_failure}", means, Step(step.module, rule.on_failure), counted),
-                    _Skill(name, means, step, counted),
+                    _RecoveryNode(
+                        f"{name}, {rule.on_failure}", means, PlanStep(step.module, rule.on_failure), counted
+                    ),
+                    _SkillNode(name, means, step, counted),
                 ]
             )
         chosen = Selector(f"{name} or not needed", memory=False)
         chosen.add_children(
-            [_Measured(name, means, rule.unless), Retry(f"{name}, retried", attempt, self._tries)]
+            [
+                _ConditionNode(name, means, rule.satisfied_condition),
+                Retry(f"{name}, retried", attempt, self._tries),
+            ]
         )
         return chosen
 
 
-class _Counted:
+class _Counters:
     """What was done besides first tries, and what failed last."""
 
     def __init__(self) -> None:
@@ -77,10 +82,10 @@ class _Counted:
         self.reason = ""
 
 
-class _Measured(Behaviour):
+class _ConditionNode(Behaviour):
     """A condition: succeeds where `term` is measured as true."""
 
-    def __init__(self, name: str, means: Means, term: t.Term) -> None:
+    def __init__(self, name: str, means: TrialContext, term: t.Term) -> None:
         super().__init__(f"{name}: needless?")
         self._means, self._term = means, term
 
@@ -88,10 +93,10 @@ class _Measured(Behaviour):
         return Status.SUCCESS if self._means.world().evaluate(self._term) is True else Status.FAILURE
 
 
-class _Skill(Behaviour):
+class _SkillNode(Behaviour):
     """An action: runs a skill once, and succeeds iff that is the outcome that is measured."""
 
-    def __init__(self, name: str, means: Means, step: Step, counted: _Counted) -> None:
+    def __init__(self, name: str, means: TrialContext, step: PlanStep, counted: _Counters) -> None:
         super().__init__(name)
         self._means, self._step, self._counted = means, step, counted
         self._tried = False
@@ -104,10 +109,10 @@ class _Skill(Behaviour):
         return Status.FAILURE if judged.failed else Status.SUCCESS
 
 
-class _Helped(Behaviour):
+class _RecoveryNode(Behaviour):
     """Runs a skill that helps, but for the first time: there nothing has failed yet.  Always succeeds."""
 
-    def __init__(self, name: str, means: Means, step: Step, counted: _Counted) -> None:
+    def __init__(self, name: str, means: TrialContext, step: PlanStep, counted: _Counters) -> None:
         super().__init__(name)
         self._means, self._step, self._counted = means, step, counted
         self._is_first = True

@@ -7,29 +7,29 @@ language model, so that planners are alike over all architectures.
 
 from __future__ import annotations
 
-from aeros.experiments.architecture import Means, Told
+from aeros.experiments.architecture import ArchitectureReport, TrialContext
 
 
 class ProgPrompt:
-    """Makes at most `plans` plans, each from what is measured then, and follows each to its first failure.
+    """Makes at most `max_plans` plans, each from what is measured then, and follows each to its first failure.
 
     plans: the paper's k, taken as it is for the behaviour tree: so many attempts in all.
     """
 
-    def __init__(self, plans: int = 3) -> None:
-        self._plans = plans
+    def __init__(self, max_plans: int = 3) -> None:
+        self._plans = max_plans
 
-    def pursue(self, means: Means) -> Told:
+    def pursue(self, means: TrialContext) -> ArchitectureReport:
         """See `Architecture`."""
         reason = ""
         for made in range(self._plans):
-            reason = _follow(means)
-            if means.is_reached():
-                return Told(replans=made)
-        return Told(replans=self._plans - 1, reason=reason)
+            reason = _run_plan(means)
+            if means.is_goal_reached():
+                return ArchitectureReport(replans=made)
+        return ArchitectureReport(replans=self._plans - 1, reason=reason)
 
 
-def _follow(means: Means) -> str:
+def _run_plan(means: TrialContext) -> str:
     """Follow a new plan; why it went no further."""
     for step in means.plan():
         # The assertion before the step: what it is for may hold already.

@@ -14,37 +14,37 @@ from typing import Any, Final
 
 from aeros.experiments.catalogue import Experiment, Metric, Row, read_data
 from aeros.experiments.environment import environment
-from aeros.experiments.inputs import Premises
-from aeros.experiments.report.sampled_rate import exact_as_drawn
-from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
+from aeros.experiments.inputs import TrialInputs
+from aeros.experiments.report.sampled_rate import exact_at_sampled_rate
+from aeros.experiments.statistics import fisher_exact_test, mcnemar, median_interval, wilson
 from aeros.experiments.trial_kinds import (
-    ALIKE,
-    ATTEMPT,
-    INDEPENDENT,
-    TIMES,
-    Found,
-    Tracing,
-    digest_of,
-    family_of,
+    ATTEMPT_FIELD,
+    EQUIVALENT_INTERVAL,
+    INDEPENDENT_PREFIX,
+    TIMING_FIELDS,
+    Findings,
+    PredictsSeries,
+    comparison_group_of,
+    condition_digest,
     kind_of,
 )
 from aeros.spec.migrations.formats import RESULTS
 
 SCHEMA: Final = RESULTS.schema
 
-Trials = Mapping[tuple[str, int], Found]
+Trials = Mapping[tuple[str, int], Findings]
 """Finished trials by condition's digest and seed."""
 
-COMPUTED: Final = {"exact": "", "independent": INDEPENDENT}
+COMPUTED_FIELDS: Final = {"exact": "", "independent": INDEPENDENT_PREFIX}
 """What is computed of a cell, and what stands before its name among what is expected."""
 
 _NORMAL_95: Final = 1.959964
 
 
-def results_of(
+def compute_results(
     experiments: Iterable[Experiment],
     trials: Trials,
-    premises: Premises,
+    premises: TrialInputs,
     seeds: Sequence[int],
     plant: str,
     ran_with: str,
@@ -62,19 +62,25 @@ def results_of(
         "seeds": [seeds[0], seeds[-1]],
         "premises": premises.digest,
         "environment": environment(),
-        "work": _work((row for one in experiments for row in one.rows), trials, premises, seeds),
+        "work": _workload((row for one in experiments for row in one.rows), trials, premises, seeds),
         "experiments": shown,
     }
 
 
-def _work(rows: Iterable[Row], trials: Trials, premises: Premises, seeds: Sequence[int]) -> dict[str, Any]:
+def _workload(
+    rows: Iterable[Row], trials: Trials, premises: TrialInputs, seeds: Sequence[int]
+) -> dict[str, Any]:
     """How many trials there are, how many of those that share needed a plant of their own, and what all took.
 
     sharing: how many share.  A trial that stands for others of its family counts once.
     """
-    of = {row.condition: _found(row, trials, premises, seeds) for row in rows}
+    of = {row.condition: _row_findings(row, trials, premises, seeds) for row in rows}
     ran = {
-        (family_of(condition)[0] if ALIKE in one else condition.text, seed, tuple(one.get(ALIKE, ()))): one
+        (
+            comparison_group_of(condition)[0] if EQUIVALENT_INTERVAL in one else condition.canonical_json,
+            seed,
+            tuple(one.get(EQUIVALENT_INTERVAL, ())),
+        ): one
         for condition, found in of.items()
         for seed, one in zip(seeds, found, strict=True)
     }.values()
@@ -87,10 +93,10 @@ def _work(rows: Iterable[Row], trials: Trials, premises: Premises, seeds: Sequen
 
 
 def _experiment(
-    one: Experiment, trials: Trials, premises: Premises, seeds: Sequence[int], ran_with: str
+    one: Experiment, trials: Trials, premises: TrialInputs, seeds: Sequence[int], ran_with: str
 ) -> dict[str, Any]:
     paper = read_data("paper.toml")
-    of_rows = {row: _found(row, trials, premises, seeds) for row in one.rows}
+    of_rows = {row: _row_findings(row, trials, premises, seeds) for row in one.rows}
     rows = [_row(row, found, one.metrics, premises, ran_with) for row, found in of_rows.items()]
     timings = {row.id: _timings(found) for row, found in of_rows.items()}
     return {
@@ -101,18 +107,20 @@ def _experiment(
         "metrics": {metric.name: {"title": metric.title, "share": metric.is_share} for metric in one.metrics},
         "rows": rows,
         "means": _means(one, rows, of_rows, premises),
-        "tests": [_test(one, *pair, of_rows) for pair in one.compared],
+        "tests": [_test(one, *pair, of_rows) for pair in one.compared_pairs],
         "figure": one.figure,
-        "drawn": one.drawn,
+        "drawn": one.plotted_metrics,
         "timings": timings,
         "overhead": _overhead(one, timings) if one.overhead else [],
     }
 
 
-def _timings(found: Sequence[Found]) -> dict[str, float]:
+def _timings(found: Sequence[Findings]) -> dict[str, float]:
     """Means of what trials took; of those that share, what each would take by itself."""
     timings = {
-        name: fmean(trial[name] for trial in found) for name in TIMES if all(name in trial for trial in found)
+        name: fmean(trial[name] for trial in found)
+        for name in TIMING_FIELDS
+        if all(name in trial for trial in found)
     }
     if "alone_s" in timings:
         del timings["processor_s"]
@@ -132,37 +140,37 @@ def _overhead(one: Experiment, timings: Mapping[str, Mapping[str, float]]) -> li
     ]
 
 
-def _found(row: Row, trials: Trials, premises: Premises, seeds: Sequence[int]) -> list[Found]:
-    digest = digest_of(row.condition, premises.digest)
+def _row_findings(row: Row, trials: Trials, premises: TrialInputs, seeds: Sequence[int]) -> list[Findings]:
+    digest = condition_digest(row.condition, premises.digest)
     return [trials[digest, seed] for seed in seeds]
 
 
 def _row(
-    row: Row, found: Sequence[Found], metrics: Sequence[Metric], premises: Premises, ran_with: str
+    row: Row, found: Sequence[Findings], metrics: Sequence[Metric], premises: TrialInputs, ran_with: str
 ) -> dict[str, Any]:
-    expected = kind_of(row.condition.kind).expected(row.condition, premises)
+    expected = kind_of(row.condition.kind).expected_values(row.condition, premises)
     exact = {} if isinstance(expected, str) else expected
     paper = read_data("paper.toml")["value"].get(row.id, {})
     cells = {
         one.name: _cell(
-            measured(one, found),
-            {name: exact.get(f"{before}{one.exact}") for name, before in COMPUTED.items()},
+            measure_metric(one, found),
+            {name: exact.get(f"{before}{one.exact}") for name, before in COMPUTED_FIELDS.items()},
             paper.get(one.name),
         )
         for one in metrics
         if _is_measured(one, found)
     }
-    drawn = _drawn(row, found, metrics, cells, premises)
-    why, unexplained = _explained(row.id, row.condition.plant, cells, drawn)
+    drawn = _sampled_rate_cells(row, found, metrics, cells, premises)
+    why, unexplained = _explanation(row.id, row.condition.plant, cells, drawn)
     return {
         "id": row.id,
-        "digest": digest_of(row.condition, premises.digest),
+        "digest": condition_digest(row.condition, premises.digest),
         "labels": row.labels,
         "variant": row.variant,
         "task": row.task,
         "rate": row.rate,
-        "at": row.at,
-        "along": row.along,
+        "at": row.sweep_value,
+        "along": row.sweep_axis,
         "trials": len(found),
         "cells": cells,
         "drawn": drawn,
@@ -176,25 +184,25 @@ def _row(
     }
 
 
-def _drawn(
+def _sampled_rate_cells(
     row: Row,
-    found: Sequence[Found],
+    found: Sequence[Findings],
     metrics: Sequence[Metric],
     cells: Mapping[str, Mapping[str, Any]],
-    premises: Premises,
+    premises: TrialInputs,
 ) -> dict[str, Any] | None:
     """Of the cells that miss what is exact: what would be exact as was drawn, and which of them miss that.
 
     share: of attempts that failed.  That share itself is drawn, so it stands in neither.
     """
     missing = [one for one in metrics if one.name in cells and "exact" in cells[one.name]["misses"]]
-    drawn = exact_as_drawn(row.condition, found, premises) if missing else None
+    drawn = exact_at_sampled_rate(row.condition, found, premises) if missing else None
     if drawn is None:
         return None
     scaled = {
         one.name: _scale(cells[one.name]) * drawn["exact"][one.exact]
         for one in missing
-        if one.exact != ATTEMPT
+        if one.exact != ATTEMPT_FIELD
     }
     return {
         "share": 100 * drawn["share"],
@@ -203,12 +211,12 @@ def _drawn(
     }
 
 
-def _series(row: Row, found: Sequence[Found]) -> dict[str, dict[str, Any]]:
+def _series(row: Row, found: Sequence[Findings]) -> dict[str, dict[str, Any]]:
     """Of trials that have any: by name the mean at each place, and what is exact there."""
     if not all("series" in one for one in found):
         return {}
     kind = kind_of(row.condition.kind)
-    exact = kind.traced(row.condition) if isinstance(kind, Tracing) else {}
+    exact = kind.expected_series(row.condition) if isinstance(kind, PredictsSeries) else {}
     measured = {
         name: [fmean(values) for values in zip(*(one["series"][name] for one in found), strict=True)]
         for name in found[0]["series"]
@@ -219,31 +227,31 @@ def _series(row: Row, found: Sequence[Found]) -> dict[str, dict[str, Any]]:
     }
 
 
-def _is_measured(metric: Metric, found: Sequence[Found]) -> bool:
+def _is_measured(metric: Metric, found: Sequence[Findings]) -> bool:
     if metric.mean:
         return any(metric.mean in one for one in found)
-    names = [name for name in (metric.median, metric.most, metric.hits, metric.of) if name]
+    names = [name for name in (metric.median, metric.maximum, metric.numerator, metric.denominator) if name]
     if not all(name in one for one in found for name in names):
         return False
-    return not metric.hits or any(one[metric.of] for one in found)
+    return not metric.numerator or any(one[metric.denominator] for one in found)
 
 
-def measured(metric: Metric, found: Sequence[Found]) -> dict[str, Any]:
+def measure_metric(metric: Metric, found: Sequence[Findings]) -> dict[str, Any]:
     """The value and its interval: Wilson's of a share in percent, by the normal distribution of a mean.
 
     Where all values are alike a mean has an interval by the rule of three: what was met in none of n trials
     has a chance of less than 3/n.  One value has none.
     """
     if metric.is_share:
-        hits = sum(one[metric.hits or metric.of] for one in found)
-        of = sum(one[metric.of] for one in found) if metric.hits else len(found)
+        hits = sum(one[metric.numerator or metric.denominator] for one in found)
+        of = sum(one[metric.denominator] for one in found) if metric.numerator else len(found)
         return {"hits": hits, "of": of, **_share(hits, of)}
     if metric.median:
         values = [one[metric.median] for one in found]
-        low, high = of_median(values) or (None, None)
+        low, high = median_interval(values) or (None, None)
         return {"measured": median(values), "low": low, "high": high}
-    if metric.most:
-        return {"measured": max(one[metric.most] for one in found), "low": None, "high": None}
+    if metric.maximum:
+        return {"measured": max(one[metric.maximum] for one in found), "low": None, "high": None}
     # Of those trials that have it: how late a stop was says only one in which there was one.
     values = [one[metric.mean] for one in found if metric.mean in one]
     middle = fmean(values)
@@ -285,7 +293,7 @@ def _is_outside(measured: Mapping[str, Any], value: float | None) -> bool:
     return not measured["low"] - 1e-9 <= value <= measured["high"] + 1e-9
 
 
-def _explained(
+def _explanation(
     id_: str, plant: str, cells: Mapping[str, Mapping[str, Any]], drawn: Mapping[str, Any] | None
 ) -> tuple[list[str], list[str]]:
     """Why what is marked is off, as far as that is known, and what is marked and not explained.
@@ -306,14 +314,15 @@ def _explained(
         told = {
             mark
             for mark in marked.keys() & set(one["of"])
-            if "by" not in one or _is_near(cells[marked[mark]], drawn["exact"].get(marked[mark]), one["by"])
+            if "by" not in one
+            or _is_within_margin(cells[marked[mark]], drawn["exact"].get(marked[mark]), one["by"])
         }
         texts += [one["text"]] if told else []
         unexplained -= told
     return texts, sorted(unexplained)
 
 
-def _is_near(cell: Mapping[str, Any], drawn: float | None, by: float) -> bool:
+def _is_within_margin(cell: Mapping[str, Any], drawn: float | None, by: float) -> bool:
     """Whether what is exact, or would be as was drawn, is outside the interval by no more than that."""
     value = cell["exact"] if drawn is None else drawn
     return bool(cell["low"] - by <= value <= cell["high"] + by)
@@ -322,8 +331,8 @@ def _is_near(cell: Mapping[str, Any], drawn: float | None, by: float) -> bool:
 def _means(
     one: Experiment,
     rows: Sequence[Mapping[str, Any]],
-    of_rows: Mapping[Row, Sequence[Found]],
-    premises: Premises,
+    of_rows: Mapping[Row, Sequence[Findings]],
+    premises: TrialInputs,
 ) -> list[dict[str, Any]]:
     """Success over tasks, pooled: where each has as many trials that is the mean of the shares."""
     found = []
@@ -335,16 +344,16 @@ def _means(
             continue
         cells = [row["cells"]["success"] for row in of]
         hits, trials = sum(cell["hits"] for cell in cells), sum(cell["of"] for cell in cells)
-        computed = {name: _middle([cell[name] for cell in cells]) for name in COMPUTED}
+        computed = {name: _mean_share([cell[name] for cell in cells]) for name in COMPUTED_FIELDS}
         id_ = "/".join([str(one.number), variant, "*", *([at] if at else [])])
         paper = read_data("paper.toml")["value"].get(id_, {}).get("success")
         cell = _cell({"hits": hits, "of": trials, **_share(hits, trials)}, computed, paper)
         drawn = None
         if "exact" in cell["misses"]:
             named = {row["id"] for row in of}
-            drawn = _mean_as_drawn(cell, {r: f for r, f in of_rows.items() if r.id in named}, premises)
+            drawn = _mean_at_sampled_rate(cell, {r: f for r, f in of_rows.items() if r.id in named}, premises)
         plant = next(iter(of_rows)).condition.plant
-        why, unexplained = _explained(id_, plant, {"success": cell}, drawn)
+        why, unexplained = _explanation(id_, plant, {"success": cell}, drawn)
         found.append(
             {
                 "id": id_,
@@ -362,11 +371,11 @@ def _means(
     return found
 
 
-def _mean_as_drawn(
-    cell: Mapping[str, Any], of_rows: Mapping[Row, Sequence[Found]], premises: Premises
+def _mean_at_sampled_rate(
+    cell: Mapping[str, Any], of_rows: Mapping[Row, Sequence[Findings]], premises: TrialInputs
 ) -> dict[str, Any] | None:
-    """What the mean of exact successes would be, each at the share of attempts that failed; see `_drawn`."""
-    each = [exact_as_drawn(row.condition, found, premises) for row, found in of_rows.items()]
+    """What the mean of exact successes would be, each at the share of attempts that failed; see `_sampled_rate_cells`."""
+    each = [exact_at_sampled_rate(row.condition, found, premises) for row, found in of_rows.items()]
     known = [one["exact"]["success"] for one in each if one is not None]
     if len(known) < len(each):
         return None
@@ -374,13 +383,15 @@ def _mean_as_drawn(
     return {"exact": {"success": value}, "misses": ["success"] if _is_outside(cell, value) else []}
 
 
-def _middle(shares: Sequence[float | None]) -> float | None:
+def _mean_share(shares: Sequence[float | None]) -> float | None:
     """The mean of shares in percent, where each is known."""
     known = [one for one in shares if one is not None]
     return fmean(known) / 100 if len(known) == len(shares) else None
 
 
-def _test(one: Experiment, first: str, second: str, of_rows: Mapping[Row, Sequence[Found]]) -> dict[str, Any]:
+def _test(
+    one: Experiment, first: str, second: str, of_rows: Mapping[Row, Sequence[Findings]]
+) -> dict[str, Any]:
     """Whether two variants succeed as often, task by task: as the paper tests it, and in pairs of a seed."""
     paper = read_data("paper.toml")["fisher"] if (first, second) == ("aeros", "behaviour_tree") else {}
     by_place = {(row.variant, row.task): found for row, found in of_rows.items()}
@@ -396,8 +407,8 @@ def _test(one: Experiment, first: str, second: str, of_rows: Mapping[Row, Sequen
         compared.append(
             {
                 "task": task,
-                "fisher": fisher(*counts),
-                "one_sided": fisher(*counts, one_sided=True),
+                "fisher": fisher_exact_test(*counts),
+                "one_sided": fisher_exact_test(*counts, one_sided=True),
                 "mcnemar": mcnemar(sum(alone), sum(other)),
                 "paper": paper.get(task),
             }

@@ -11,18 +11,20 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises
-from aeros.experiments.trial_kinds import Found, kind_of
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import TrialInputs
+from aeros.experiments.trial_kinds import Findings, kind_of
 
 
-def exact_as_drawn(condition: Condition, found: Sequence[Found], premises: Premises) -> dict[str, Any] | None:
+def exact_at_sampled_rate(
+    condition: TrialCondition, found: Sequence[Findings], premises: TrialInputs
+) -> dict[str, Any] | None:
     """`share`, of attempts that failed, and what is `exact` at it, by name; None where there is no rate."""
     settings = condition.settings
     tries = sum(one.get("tries", 0) for one in found)
     if "rate" not in settings or "bursts" in settings or not tries:
         return None
     share = Fraction(sum(one["failed_tries"] for one in found), tries)
-    as_drawn = Condition.of(condition.kind, condition.plant, {**settings, "rate": str(share)})
-    exact: Mapping[str, float] | str = kind_of(condition.kind).expected(as_drawn, premises)
+    as_drawn = TrialCondition.create(condition.kind, condition.plant, {**settings, "rate": str(share)})
+    exact: Mapping[str, float] | str = kind_of(condition.kind).expected_values(as_drawn, premises)
     return None if isinstance(exact, str) else {"share": float(share), "exact": exact}

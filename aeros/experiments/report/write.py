@@ -11,20 +11,20 @@ from typing import Any, Final
 from aeros.experiments.report.document import document, title_of
 from aeros.experiments.report.html import as_html
 from aeros.experiments.report.markdown import as_markdown
-from aeros.files import replace_file
+from aeros.files import replace_durably
 
 RESULTS: Final = "results.json"
 FIGURES: Final = "figures"
 
 
-def page_of_kept(folders: Iterable[Path]) -> str:
+def index_page(folders: Iterable[Path]) -> str:
     """One page of Markdown of the reports in `folders`, which it stands beside; of their results alone.
 
     The reports of the lowest experiments come first, and what was run on physics.
     """
     kept = [(folder, json.loads((folder / RESULTS).read_text(encoding="utf-8"))) for folder in folders]
     kept.sort(key=lambda one: (min(of["number"] for of in one[1]["experiments"]), one[1]["plant"]))
-    told = [_listed(f"{folder.parent.name}/{folder.name}", results) for folder, results in kept]
+    told = [_index_line(f"{folder.parent.name}/{folder.name}", results) for folder, results in kept]
     parts = [
         "# Results\n\nGenerated of the results beside it, and held to them by a test; what all of it means, "
         "[experiments](experiments.md) says.\n\n" + "\n".join(told) + "\n"
@@ -35,7 +35,7 @@ def page_of_kept(folders: Iterable[Path]) -> str:
     return "\n".join(parts)
 
 
-def _listed(folder: str, results: Mapping[str, Any]) -> str:
+def _index_line(folder: str, results: Mapping[str, Any]) -> str:
     """A line of the page's contents: of a report, and the data that it is made of."""
     title = title_of(results)
     anchor = re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
@@ -47,9 +47,9 @@ def _listed(folder: str, results: Mapping[str, Any]) -> str:
 def write_report(results: Mapping[str, Any], folder: Path) -> None:
     """Write all of it into `folder`; raises `OSError`."""
     blocks = list(document(results, FIGURES))
-    replace_file(folder / RESULTS, (json.dumps(results, indent=1, ensure_ascii=False) + "\n").encode())
-    replace_file(folder / "report.html", as_html(blocks, "AEROS experiments").encode())
-    replace_file(folder / "report.md", as_markdown(blocks).encode())
+    replace_durably(folder / RESULTS, (json.dumps(results, indent=1, ensure_ascii=False) + "\n").encode())
+    replace_durably(folder / "report.html", as_html(blocks, "AEROS experiments").encode())
+    replace_durably(folder / "report.md", as_markdown(blocks).encode())
     (folder / FIGURES).mkdir(exist_ok=True)
     for figure in (block.figure for block in blocks if block.figure is not None):
-        replace_file(folder / FIGURES / f"{figure.name}.svg", figure.svg.encode())
+        replace_durably(folder / FIGURES / f"{figure.name}.svg", figure.svg.encode())

@@ -21,22 +21,22 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final, cast
 
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.open_gate import OpenGate, without_policy
-from aeros.experiments.trial_kinds import Found, Trial, scratch
-from aeros.experiments.trial_plants import no_physics
-from aeros.experiments.trials.inline_module import proved, written
-from aeros.experiments.trials.referee import Referee
+from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
+from aeros.experiments.trial_plants import missing_physics_error
+from aeros.experiments.trials.inline_module import prove_module, write_module_files
+from aeros.experiments.trials.referee import LimitReferee
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import (
-    Completion,
-    Ended,
-    Motion,
-    Plan,
+    EndedStep,
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
     Plant,
     StepHandle,
     StepRequest,
@@ -63,24 +63,24 @@ class _Defence:
     refused: tuple[str, ...] = ()
 
 
-class Adversaries:
+class AdversaryTrials:
     """See `kinds.Kind`."""
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """The module is installed, or not, once; each trial has a plant of its own."""
         settings = condition.settings
         site = premises.configuration.site
-        with scratch() as (folder, audit):
-            folder = written(settings["module"], folder / "module")
+        with scratch_folder() as (folder, audit):
+            folder = write_module_files(settings["module"], folder / "module")
             defence = _defence(settings["layer"], folder, premises)
 
-            def trial(seed: int) -> Found:
+            def trial(seed: int) -> Findings:
                 began = time.process_time()
-                referee, told = Referee(site, settings["limits"]), _Told()
+                referee, told = LimitReferee(site, settings["limits"]), _TrialEvents()
                 if defence.configuration is not None and defence.gate is not None:
                     plant = _plant(settings, seed, referee)
-                    here = defence.configuration, plant, audit, premises.runs
+                    here = defence.configuration, plant, audit, premises.skill_runs
                     try:
                         with build_executor(*here, gate=defence.gate) as executor:
                             _run(executor, settings, seed, told)
@@ -104,7 +104,7 @@ class Adversaries:
 
             yield trial
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """What AEROS claims: whoever asks, nothing is violated; without it, whoever can, violates."""
         settings = condition.settings
         is_open = settings["layer"] == "open"
@@ -114,22 +114,22 @@ class Adversaries:
         }
 
 
-def _defence(layer: str, folder: Path, premises: Premises) -> _Defence:
+def _defence(layer: str, folder: Path, premises: TrialInputs) -> _Defence:
     if layer == "both":
         try:
-            configuration = proved(folder, premises)
+            configuration = prove_module(folder, premises)
         except UserError as refusal:
             errors = {one.code for one in refusal.diagnostics if one.severity is Severity.ERROR}
             return _Defence(None, refused=tuple(sorted(errors)))
         return _Defence(configuration, CompiledGate(configuration))
-    configuration = _unproved(folder, premises.configuration.site)
+    configuration = _unproved_configuration(folder, premises.configuration.site)
     if layer == "gate":
         return _Defence(configuration, CompiledGate(configuration))
     configuration = without_policy(configuration)
     return _Defence(configuration, OpenGate(configuration))
 
 
-def _unproved(folder: Path, site: Site) -> Configuration:
+def _unproved_configuration(folder: Path, site: Site) -> Configuration:
     """A configuration that nobody proved anything of: the gate has nothing to rely on."""
     sink = Diagnostics()
     loaded = load_ecm(folder, site, sink)
@@ -138,33 +138,33 @@ def _unproved(folder: Path, site: Site) -> Configuration:
     return Configuration(site, {loaded.ecm.id: loaded.ecm}, {}, "unproved")
 
 
-def _plant(settings: Mapping[str, Any], seed: int, referee: Referee) -> Plant:
+def _plant(settings: Mapping[str, Any], seed: int, referee: LimitReferee) -> Plant:
     try:
         from aeros.sim.bullet.people import Person, Waypoint
         from aeros.sim.physics import make_plant
     except ImportError as error:
-        raise no_physics(error) from error
+        raise missing_physics_error(error) from error
     people = [
         Person(
             one["name"],
             tuple(Waypoint(tuple(at["at"]), at.get("speed")) for at in one["path"]),
             floor=one["floor"],
-            spread=one["spread"],
+            position_spread=one["spread"],
         )
         for one in settings.get("people", ())
     ]
     plant = make_plant(settings["scene"], seed, people=people, referee=referee)
-    return cast(Plant, _Clamping(plant, settings["clamps"]) if "clamps" in settings else plant)
+    return cast(Plant, _ClampingPlant(plant, settings["clamps"]) if "clamps" in settings else plant)
 
 
-class _Told:
+class _TrialEvents:
     """What runtime and gate said of a trial; none of it says what happened."""
 
     def __init__(self) -> None:
         self.actions = self.attenuated = self.denied = self.stopped = 0
         self.why: set[str] = set()
 
-    def hear(self, result: StepResult) -> None:
+    def add(self, result: StepResult) -> None:
         """Of a step that has ended."""
         self.actions += result.allowed + result.attenuated
         self.attenuated += result.attenuated
@@ -179,7 +179,7 @@ class _Told:
         self.why |= {f"{one.code} {one.rule}" for one in result.causes if one.code}
 
 
-def _run(executor: Executor, settings: Mapping[str, Any], seed: int, told: _Told) -> None:
+def _run(executor: Executor, settings: Mapping[str, Any], seed: int, told: _TrialEvents) -> None:
     """Every group of skills in turn, whatever became of the one before."""
     (module,) = executor.active_modules()
     for number, group in enumerate(settings["steps"]):
@@ -187,8 +187,8 @@ def _run(executor: Executor, settings: Mapping[str, Any], seed: int, told: _Told
             executor.start(StepRequest(module, skill, _inputs(settings, seed, f"{number} {skill}")))
             for skill in group
         ]
-        for result in _ended(executor, started):
-            told.hear(result)
+        for result in _wait_for_end(executor, started):
+            told.add(result)
 
 
 def _inputs(settings: Mapping[str, Any], seed: int, step: str) -> dict[str, float]:
@@ -196,29 +196,29 @@ def _inputs(settings: Mapping[str, Any], seed: int, step: str) -> dict[str, floa
     return {name: random.uniform(*between) for name, between in settings.get("inputs", {}).items()}
 
 
-def _ended(executor: Executor, started: Sequence[StepHandle | StepResult]) -> Iterable[StepResult]:
+def _wait_for_end(executor: Executor, started: Sequence[StepHandle | StepResult]) -> Iterable[StepResult]:
     yield from (one for one in started if isinstance(one, StepResult))
     for _ in [one for one in started if not isinstance(one, StepResult)]:
         ended = executor.wait()
-        if not isinstance(ended, Ended):
+        if not isinstance(ended, EndedStep):
             raise InternalError("nothing ended, without a time to wait until")
         yield ended.result
 
 
-class _Clamping:
+class _ClampingPlant:
     """A plant behind a driver that bounds parameters instead of refusing those beyond."""
 
-    def __init__(self, plant: Any, greatest: Mapping[str, float]) -> None:
+    def __init__(self, plant: Any, limits: Mapping[str, float]) -> None:
         self._plant = plant
-        self._greatest = greatest
+        self._greatest = limits
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """See `Plant`."""
-        return cast(Plan, self._plant.plan(self._bounded(action)))
+        return cast(PlannedMotion, self._plant.plan(self._bounded(action)))
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """See `Plant`."""
-        return cast(Motion | Completion, self._plant.begin(self._bounded(action), decided))
+        return cast(MotionHandle | MotionCompletion, self._plant.begin(self._bounded(action), decided))
 
     def _bounded(self, action: Action) -> Action:
         """Not a number is smaller than nothing, so that it is replaced as what is greater is."""
@@ -234,4 +234,4 @@ class _Clamping:
         return getattr(self._plant, name)
 
 
-KIND: Final = Adversaries()
+KIND: Final = AdversaryTrials()

@@ -14,59 +14,62 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, cast
 
-from aeros.agent.agent import Agent, awake_once
-from aeros.agent.errors import RefusedError
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises
+from aeros.agent.agent import Agent, open_temporary_agent
+from aeros.agent.errors import AgentError
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.trial_context import CountingRuntime
-from aeros.experiments.trial_kinds import Found, Trial, scratch
+from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
 from aeros.experiments.trials.task import KIND as TASKS
-from aeros.experiments.trials.task import plants_of
+from aeros.experiments.trials.task import plant_factory
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Runtime
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import Governing
+from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.session.assembly import build_executor
 from aeros.spec.verification.reports import Report
 
 
-class HotSwaps:
+class HotSwapTrials:
     """See `kinds.Kind`."""
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """One registry for all trials, in which each finds what the one before found."""
         tasks = [
-            Condition.of("task", condition.plant, condition.settings[one]) for one in ("first", "second")
+            TrialCondition.create("task", condition.plant, condition.settings[one])
+            for one in ("first", "second")
         ]
         routed = [premises.routed(task.settings["task"]) for task in tasks]
-        plants = [plants_of(task, premises) for task in tasks]
-        with scratch() as (folder, audit):
-            registry = Registry(folder / "state", _ProvedOnce())
-            if premises.where.site is not None:
-                registry.policy(Path(premises.where.site))
+        plants = [plant_factory(task, premises) for task in tasks]
+        with scratch_folder() as (folder, audit):
+            registry = Registry(folder / "state", _CachedProver())
+            if premises.paths.site is not None:
+                registry.set_policy(Path(premises.paths.site))
             first, second = (premises.configuration.modules[one.module] for one in routed)
             _load(registry, Path(first.folder), first.id)
-            gate = _KeptGate(premises.configuration)
+            gate = _CachedGate(premises.configuration)
 
-            def trial(seed: int) -> Found:
+            def trial(seed: int) -> Findings:
                 began = time.process_time()
-                with Governing(registry) as governing, plants[0](seed) as bench:
+                with RegistryGovernor(registry) as governing, plants[0](seed) as bench:
                     configuration = governing.configuration()[1]
-                    rest = audit, premises.runs
+                    rest = audit, premises.skill_runs
                     with build_executor(
                         configuration,
                         bench.plant,
                         *rest,
-                        gate=gate.under(configuration),
+                        gate=gate.with_configuration(configuration),
                         governor=governing,
                     ) as executor:
-                        runtime = _Moving(executor)
-                        with awake_once(configuration.site.id, cast(Runtime, runtime), seed=seed) as agent:
-                            found = {"first": _does(agent, routed[0].task.words[0])}
-                            found["refused_before"] = _refuses(agent, routed[1].task.words[0])
+                        runtime = _SwitchableRuntime(executor)
+                        with open_temporary_agent(
+                            configuration.site.id, cast(Runtime, runtime), seed=seed
+                        ) as agent:
+                            found = {"first": _succeeds(agent, routed[0].task.trigger_phrases[0])}
+                            found["refused_before"] = _is_rejected(agent, routed[1].task.trigger_phrases[0])
                             swap_began = time.perf_counter()
                             _load(registry, Path(second.folder), second.id)
                             found["swapped"] = second.id in runtime.active_modules()
@@ -78,12 +81,12 @@ class HotSwaps:
                                     configuration,
                                     other.plant,
                                     *rest,
-                                    gate=gate.under(configuration),
+                                    gate=gate.with_configuration(configuration),
                                     governor=governing,
                                 ) as moved,
                             ):
                                 runtime.move(moved)
-                                found["second"] = _does(agent, routed[1].task.words[0])
+                                found["second"] = _succeeds(agent, routed[1].task.trigger_phrases[0])
                 registry.deactivate(second.id)
                 registry.remove(second.id)
                 return {
@@ -96,12 +99,12 @@ class HotSwaps:
 
             yield trial
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """The tasks are independent of each other; the swap is by definition."""
         product, steps, second = 1.0, 0.0, 0.0
         for name in ("first", "second"):
-            task = Condition.of("task", condition.plant, condition.settings[name])
-            found = TASKS.expected(task, premises)
+            task = TrialCondition.create("task", condition.plant, condition.settings[name])
+            found = TASKS.expected_values(task, premises)
             if isinstance(found, str):
                 return found
             second = found["success"]
@@ -116,22 +119,22 @@ def _load(registry: Registry, folder: Path, name: str) -> None:
     registry.activate(name)
 
 
-def _does(agent: Agent, instruction: str) -> bool:
+def _succeeds(agent: Agent, instruction: str) -> bool:
     try:
         return agent.run(instruction).reached
-    except RefusedError:
+    except AgentError:
         return False
 
 
-def _refuses(agent: Agent, instruction: str) -> bool:
+def _is_rejected(agent: Agent, instruction: str) -> bool:
     try:
         agent.run(instruction)
-    except RefusedError:
+    except AgentError:
         return True
     return False
 
 
-class _Moving(CountingRuntime):
+class _SwitchableRuntime(CountingRuntime):
     """The runtime of an agent that is brought from one bench to the next, each with a plant of its own."""
 
     def move(self, runtime: Runtime) -> None:
@@ -139,7 +142,7 @@ class _Moving(CountingRuntime):
         self._runtime = runtime
 
 
-class _ProvedOnce:
+class _CachedProver:
     """Proves the modules of a registry; what was proved of the same files, the same ones active, is found."""
 
     def __init__(self) -> None:
@@ -153,28 +156,28 @@ class _ProvedOnce:
         active: Callable[[str], bool] = lambda _: True,
         **options: Any,
     ) -> tuple[Configuration, Report]:
-        """See `proving.prove`; `options` are its others."""
+        """See `proving.prove_configuration`; `options` are its others."""
         folders = tuple(paths)
         # Below a registry a module's folder has its digest as its parent, and nobody here changes what it is
         # installed from.
         key = folders, site, *sorted(options.items()), tuple(active(one.name) for one in folders)
         if key not in self._proved:
-            self._proved[key] = prove(folders, site, **options, active=active)
+            self._proved[key] = prove_configuration(folders, site, **options, active=active)
         return self._proved[key]
 
 
-class _KeptGate(CompiledGate):
+class _CachedGate(CompiledGate):
     """A gate that is compiled once for each configuration, and so are those that executors follow it to."""
 
-    def __init__(self, configuration: Configuration, kept: dict[str, _KeptGate] | None = None) -> None:
+    def __init__(self, configuration: Configuration, kept: dict[str, _CachedGate] | None = None) -> None:
         super().__init__(configuration)
         self._kept = {} if kept is None else kept
 
-    def under(self, configuration: Configuration) -> _KeptGate:
+    def with_configuration(self, configuration: Configuration) -> _CachedGate:
         """See `Gate`."""
         if configuration.digest not in self._kept:
-            self._kept[configuration.digest] = _KeptGate(configuration, self._kept)
+            self._kept[configuration.digest] = _CachedGate(configuration, self._kept)
         return self._kept[configuration.digest]
 
 
-KIND: Final = HotSwaps()
+KIND: Final = HotSwapTrials()

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from aeros.experiments.inputs import Premises
+from aeros.experiments.inputs import TrialInputs
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.proving import prove
-from aeros.spec.text.discovery import reference_site
+from aeros.runtime.proving import prove_configuration
+from aeros.spec.text.discovery import reference_site_path
 
 
-def written(files: Mapping[str, str], folder: Path) -> Path:
+def write_module_files(files: Mapping[str, str], folder: Path) -> Path:
     """The new `folder`, with these files in it."""
     folder.mkdir()
     for name, text in files.items():
@@ -19,7 +19,9 @@ def written(files: Mapping[str, str], folder: Path) -> Path:
     return folder
 
 
-def proved(folder: Path, premises: Premises) -> Configuration:
+def prove_module(folder: Path, premises: TrialInputs) -> Configuration:
     """The module alone, proved under the site of `premises`; raises `UserError` where it is refused."""
-    site = premises.where.site
-    return prove([folder], reference_site() if site is None else Path(site), certified=False)[0]
+    site = premises.paths.site
+    return prove_configuration(
+        [folder], reference_site_path() if site is None else Path(site), certified=False
+    )[0]

@@ -10,16 +10,16 @@ from typing import Any, Final
 
 from aeros.spec.model.model import Ecm
 
-_AT_REST: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
+_REST_SPEEDS: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
 """Joint speed, rad/s, below which an arm is at rest: physics holds it with motors against gravity."""
 
-PLANTS: Final = tuple(_AT_REST)
+PLANTS: Final = tuple(_REST_SPEEDS)
 
-_STILL: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 1e-9}
+_REST_TOLERANCES: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 1e-9}
 """How far a joint may have moved while nobody was there, rad."""
 
 
-def repeated(told: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> list[str]:
+def repeated_skills(told: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> list[str]:
     """Skills that began while what they had brought about before was measured still."""
     broken: list[str] = []
     achieved: dict[str, list[Mapping[str, Any]]] = {}
@@ -48,26 +48,26 @@ def _holds(effects: Mapping[str, Any], measured: Mapping[str, Any]) -> bool:
     return bool(effects) and all(measured.get(name) == value for name, value in effects.items())
 
 
-def moved(told: Sequence[Mapping[str, Any]], plant: str) -> list[str]:
+def motion_without_agent(told: Sequence[Mapping[str, Any]], plant: str) -> list[str]:
     """Where the plant was not at rest once its agent was gone, or moved before the next came."""
     broken: list[str] = []
     for one, then in zip(told, [*told[1:], None], strict=False):
         if one["event"] != "let-go":
             continue
         speed = max(map(abs, one["measured"]["joint_velocity"]))
-        if speed > _AT_REST[plant]:
+        if speed > _REST_SPEEDS[plant]:
             broken.append(f"stopped: at {one['time']:.2f} s a joint moved at {speed:.4f} rad/s")
         if then is None:
             continue
         if then["event"] != "connected" or then["time"] != one["time"]:
             broken.append(f"stopped: after {one['time']:.2f} s time went on without an agent")
         way = dist(one["measured"]["joint_position"], then["measured"]["joint_position"])
-        if way > _STILL[plant]:
+        if way > _REST_TOLERANCES[plant]:
             broken.append(f"stopped: a joint moved by {way:g} rad without an agent")
     return broken
 
 
-def lines_of(path: Path) -> list[dict[str, Any]]:
+def read_whole_lines(path: Path) -> list[dict[str, Any]]:
     """The whole lines of a log, if it is there."""
     if not path.exists():
         return []

@@ -35,11 +35,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import aeros
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises, Where
-from aeros.experiments.trial_kinds import RAM, Found
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import InputPaths, TrialInputs
+from aeros.experiments.trial_kinds import SCRATCH_ROOT, Findings
 from aeros.experiments.trial_kinds import Trial as Tried
-from aeros.experiments.trials.kill_logs import lines_of, moved, repeated
+from aeros.experiments.trials.kill_logs import motion_without_agent, read_whole_lines, repeated_skills
 from aeros.runtime.audit.log import verify_log
 from aeros.spec.model.model import Ecm
 
@@ -48,15 +48,15 @@ LONGEST_TASK: Final = 600.0
 
 VICTIMS: Final = ("agent", "worker", "watchdog")
 
-_LOOK_EVERY: Final = 0.005
+_POLL_INTERVAL_S: Final = 0.005
 """Seconds between two looks at the plant's log."""
 
-INSTRUCTION: Final = "make dumplings"
+DEFAULT_INSTRUCTION: Final = "make dumplings"
 """What is asked for where nothing else is said."""
 
 
 @dataclass
-class Trial:
+class KillTrial:
     """What came of one task.
 
     kills: who was killed, in order.
@@ -72,25 +72,25 @@ class Trial:
     seed: int
     kills: list[str] = field(default_factory=list)
     reached: bool = False
-    missed: str = ""
+    failure_reason: str = ""
     recovered: int = 0
     resumed: int = 0
-    amid_motion: int = 0
+    kills_in_motion: int = 0
     seconds: float = 0.0
-    to_stop: list[float] = field(default_factory=list)
-    to_resume: list[float] = field(default_factory=list)
-    broken: list[str] = field(default_factory=list)
+    stop_times_s: list[float] = field(default_factory=list)
+    resume_times_s: list[float] = field(default_factory=list)
+    violations: list[str] = field(default_factory=list)
 
 
-class _Life:
+class _SupervisedTask:
     """A task under way, and what harms it."""
 
     def __init__(
         self,
-        trial: Trial,
+        trial: KillTrial,
         plant: str,
         folder: Path,
-        where: Where,
+        where: InputPaths,
         instruction: str,
         longest: float = LONGEST_TASK,
     ) -> None:
@@ -101,10 +101,10 @@ class _Life:
         self.log = self.out / "audit.jsonl"
         site = () if where.site is None else ("--site", str(Path(where.site).resolve()))
         options = ("--plant", plant, "--seed", str(trial.seed), "--no-record", "--out", str(self.out), *site)
-        self._asked = (instruction, *options, "--ecms", str(Path(where.ecms).resolve()))
+        self._asked = (instruction, *options, "--ecms", str(Path(where.modules_folder).resolve()))
         self._watchdog = self._start(*self._asked)
         self._seen: list[bytes] = []
-        self.stamps = Stamps(self.out / "plant.jsonl")
+        self.stamps = PlantLogTimes(self.out / "plant.jsonl")
         self._killed: list[float] = []
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
@@ -121,12 +121,12 @@ class _Life:
 
     def kill(self, victim: str) -> bool:
         """Kill it, if it is there to be killed."""
-        agent = self._agent()
-        pids = {"agent": [agent], "watchdog": [self._watchdog.pid], "worker": _below(agent)}[victim]
+        agent = self._agent_pid()
+        pids = {"agent": [agent], "watchdog": [self._watchdog.pid], "worker": _descendants(agent)}[victim]
         pids = [pid for pid in pids if pid > 0]
         if not pids or self._watchdog.poll() is not None:
             return False
-        self._keep()
+        self._snapshot_log()
         with suppress(ProcessLookupError):
             os.kill(random.choice(pids), signal.SIGKILL)  # noqa: S311
         self._trial.kills.append(victim)
@@ -139,7 +139,7 @@ class _Life:
         return True
 
     def is_awake(self) -> bool:
-        return self._agent() > 0
+        return self._agent_pid() > 0
 
     def has_ended(self) -> bool:
         return self._watchdog.poll() is not None
@@ -149,8 +149,8 @@ class _Life:
         with suppress(subprocess.TimeoutExpired):
             self._watchdog.wait(self._longest)
         if self._watchdog.poll() is None:
-            self._trial.broken.append(f"ended: not after {self._longest:g} s")
-            for pid in (self._watchdog.pid, self._agent(), _holder_of(self.state / "plant")):
+            self._trial.violations.append(f"ended: not after {self._longest:g} s")
+            for pid in (self._watchdog.pid, self._agent_pid(), _holder_of(self.state / "plant")):
                 # 0 where there is none, which would be all processes of our group.
                 if pid > 0:
                     with suppress(ProcessLookupError):
@@ -158,9 +158,9 @@ class _Life:
             self._watchdog.wait()
         self._said.close()
         self.stamps.end()
-        self._trial.to_stop, self._trial.to_resume = self.stamps.since(self._killed)
+        self._trial.stop_times_s, self._trial.resume_times_s = self.stamps.stop_and_resume_times(self._killed)
 
-    def unkept(self) -> list[str]:
+    def lost_records(self) -> list[str]:
         """Where the log has lost what it held at a kill."""
         held = self.log.read_bytes() if self.log.exists() else b""
         return [
@@ -169,11 +169,11 @@ class _Life:
             if not held.startswith(one)
         ]
 
-    def _keep(self) -> None:
+    def _snapshot_log(self) -> None:
         held = self.log.read_bytes() if self.log.exists() else b""
         self._seen.append(held[: held.rfind(b"\n") + 1])
 
-    def _agent(self) -> int:
+    def _agent_pid(self) -> int:
         """The process that holds the agent's folder, 0 where there is none."""
         pid = _holder_of(self.state)
         # The watchdog holds it for a moment itself.
@@ -189,7 +189,7 @@ def _holder_of(folder: Path) -> int:
     return pid if Path(f"/proc/{pid}").exists() else 0
 
 
-class Stamps:
+class PlantLogTimes:
     """When each line of the plant's log was there, by this machine's clock."""
 
     def __init__(self, path: Path) -> None:
@@ -204,7 +204,7 @@ class Stamps:
         self._is_over.set()
         self._thread.join()
 
-    def since(self, killed: Sequence[float]) -> tuple[list[float], list[float]]:
+    def stop_and_resume_times(self, killed: Sequence[float]) -> tuple[list[float], list[float]]:
         """From each kill to when the plant was let go of, and from there to the next skill.
 
         As far as that came before another kill.  Where nobody let go, the skill is counted from the kill.
@@ -220,7 +220,7 @@ class Stamps:
 
     def _follow(self) -> None:
         read = 0
-        while not self._is_over.wait(_LOOK_EVERY):
+        while not self._is_over.wait(_POLL_INTERVAL_S):
             with suppress(OSError), self._path.open("rb") as log:
                 log.seek(read)
                 new = log.read()
@@ -230,7 +230,7 @@ class Stamps:
                 self._lines += [(now, str(json.loads(line)["event"])) for line in whole.splitlines()]
 
 
-def _below(pid: int) -> list[int]:
+def _descendants(pid: int) -> list[int]:
     """The processes that it started, and that those did."""
     found: list[int] = []
     pending = [pid] if pid > 0 else []
@@ -249,12 +249,12 @@ def trial_of(
     seed: int,
     plant: str,
     modules: Mapping[str, Ecm],
-    lasting: float,
-    where: Where,
+    duration_s: float,
+    where: InputPaths,
     victims: Sequence[str] = VICTIMS,
-    instruction: str = INSTRUCTION,
+    instruction: str = DEFAULT_INSTRUCTION,
     longest: float = LONGEST_TASK,
-) -> Trial:
+) -> KillTrial:
     """Run one task, killed at up to three instants within `lasting` seconds of its agent's awakening.
 
     Args:
@@ -267,32 +267,32 @@ def trial_of(
         instruction: the task.
         longest: real seconds after the last kill by which the task must have ended.
     """
-    trial = Trial(seed)
+    trial = KillTrial(seed)
     chance = random.Random(seed)  # noqa: S311
     began = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="survival-", dir=RAM) as name:
-        life = _Life(trial, plant, Path(name), where, instruction, longest)
+    with tempfile.TemporaryDirectory(prefix="survival-", dir=SCRATCH_ROOT) as name:
+        life = _SupervisedTask(trial, plant, Path(name), where, instruction, longest)
         for _ in range(chance.randint(1, 3)):
             # One in four while processes are still starting, the others while the task is under way.
             if chance.random() < 0.25:
                 time.sleep(chance.uniform(0.0, 2.0))
             else:
                 _wait_for(life)
-                time.sleep(chance.uniform(0.0, lasting))
+                time.sleep(chance.uniform(0.0, duration_s))
             life.kill(chance.choice(victims))
         life.end()
         trial.seconds = time.monotonic() - began
         _judge(trial, life, plant, modules)
-        if trial.broken:
-            trial.broken.append((Path(name) / "said").read_text(errors="replace")[-3000:])
+        if trial.violations:
+            trial.violations.append((Path(name) / "said").read_text(errors="replace")[-3000:])
     return trial
 
 
 @cache
-def lasts(plant: str, where: Where, instruction: str = INSTRUCTION) -> float:
+def measure_duration(plant: str, where: InputPaths, instruction: str = DEFAULT_INSTRUCTION) -> float:
     """Seconds from when an undisturbed agent is awake to when it is not: kills that come later hit nobody."""
-    with tempfile.TemporaryDirectory(prefix="survival-", dir=RAM) as name:
-        life = _Life(Trial(0), plant, Path(name), where, instruction)
+    with tempfile.TemporaryDirectory(prefix="survival-", dir=SCRATCH_ROOT) as name:
+        life = _SupervisedTask(KillTrial(0), plant, Path(name), where, instruction)
         _wait_for(life)
         began = time.monotonic()
         while life.is_awake():
@@ -302,62 +302,62 @@ def lasts(plant: str, where: Where, instruction: str = INSTRUCTION) -> float:
         return ended - began
 
 
-def _wait_for(life: _Life) -> None:
+def _wait_for(life: _SupervisedTask) -> None:
     latest = time.monotonic() + 60.0
     while not life.is_awake() and not life.has_ended() and time.monotonic() < latest:
         time.sleep(0.01)
 
 
-def _judge(trial: Trial, life: _Life, plant: str, modules: Mapping[str, Ecm]) -> None:
-    notes = [one["details"] for one in lines_of(life.log) if one["event"] == "note"]
+def _judge(trial: KillTrial, life: _SupervisedTask, plant: str, modules: Mapping[str, Ecm]) -> None:
+    notes = [one["details"] for one in read_whole_lines(life.log) if one["event"] == "note"]
     ended = [one["details"] for one in notes if one["event"] == "run-ended"]
     trial.reached = any(one["reached"] for one in ended)
-    trial.missed = "" if trial.reached or not ended else ended[-1]["reason"]
+    trial.failure_reason = "" if trial.reached or not ended else ended[-1]["reason"]
     changes = [one["details"]["change"] for one in notes if one["event"] == "lifecycle"]
     trial.recovered = changes.count("crash")
     trial.resumed = sum(one["event"] == "resumed" for one in notes)
     if not ended:
-        trial.broken.append("ended: no record says so")
+        trial.violations.append("ended: no record says so")
     if (life.state / "run.json").exists():
-        trial.broken.append("ended: the state folder says that there is something to resume")
+        trial.violations.append("ended: the state folder says that there is something to resume")
     chain = verify_log(life.log)
-    if not chain.sound:
-        trial.broken.append(f"kept: record {chain.bad_record}: {chain.why}")
-    trial.broken += life.unkept()
-    told = lines_of(life.out / "plant.jsonl")
-    trial.amid_motion = sum(one["event"] == "let-go" and one["amid_motion"] for one in told)
-    trial.broken += [*repeated(told, modules), *moved(told, plant)]
+    if not chain.is_sound:
+        trial.violations.append(f"kept: record {chain.bad_record}: {chain.reason}")
+    trial.violations += life.lost_records()
+    told = read_whole_lines(life.out / "plant.jsonl")
+    trial.kills_in_motion = sum(one["event"] == "let-go" and one["amid_motion"] for one in told)
+    trial.violations += [*repeated_skills(told, modules), *motion_without_agent(told, plant)]
 
 
-class Kills:
+class KillTrials:
     """See `kinds.Kind`."""
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Tried]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Tried]:
         """How long the task lasts is found out once for a process, by a run that nobody disturbs."""
         settings = condition.settings
         plant, instruction = settings["on"], settings["instruction"]
         modules = premises.configuration.modules
-        lasting = lasts(plant, premises.where, instruction)
+        lasting = measure_duration(plant, premises.paths, instruction)
 
-        def trial(seed: int) -> Found:
+        def trial(seed: int) -> Findings:
             began = time.process_time()
-            one = trial_of(seed, plant, modules, lasting, premises.where, settings["victims"], instruction)
-            return {**found_in(one), "processor_s": time.process_time() - began}
+            one = trial_of(seed, plant, modules, lasting, premises.paths, settings["victims"], instruction)
+            return {**findings_of(one), "processor_s": time.process_time() - began}
 
         yield trial
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """What docs/survival.md promises of every kill; that the goal is reached it does not."""
         return {"ended": 1.0, "repeated": 0.0, "lost": 0.0, "moved": 0.0}
 
 
-def found_in(one: Trial) -> dict[str, Any]:
+def findings_of(one: KillTrial) -> dict[str, Any]:
     """What is looked at; times are means over the kills of the trial."""
-    broken = [text.partition(":")[0] for text in one.broken]
+    broken = [text.partition(":")[0] for text in one.violations]
     found = {
         "reached": one.reached,
-        "reason": one.missed,
+        "reason": one.failure_reason,
         "kills": len(one.kills),
         "killed": one.kills,
         "ended": "ended" not in broken,
@@ -366,14 +366,14 @@ def found_in(one: Trial) -> dict[str, Any]:
         "moved": "stopped" in broken,
         "recovered": one.recovered,
         "resumed": one.resumed,
-        "amid_motion": one.amid_motion,
-        "broken": one.broken,
+        "amid_motion": one.kills_in_motion,
+        "broken": one.violations,
         "seconds": one.seconds,
     }
-    for name, times in (("to_stop_s", one.to_stop), ("to_resume_s", one.to_resume)):
+    for name, times in (("to_stop_s", one.stop_times_s), ("to_resume_s", one.resume_times_s)):
         if times:
             found[name] = sum(times) / len(times)
     return found
 
 
-KIND: Final = Kills()
+KIND: Final = KillTrials()

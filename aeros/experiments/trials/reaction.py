@@ -17,37 +17,37 @@ from contextlib import closing, contextmanager
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from aeros.agent.planning.planner_client import Proposals
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.time_limited import LateError
-from aeros.agent.world.world import measured_world
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises
+from aeros.agent.planning.planner_client import PlannerClient
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.time_limited import PlanningTimeoutError
+from aeros.agent.world.world import world_from_readings
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.slow_planner import SlowPlanner
-from aeros.experiments.trial_kinds import Found, Trial, scratch
-from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.ports import Ended, Plant, Runtime, StepRequest
+from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
+from aeros.experiments.trials.truth import REST_SPEED, InvariantReferee, RefereedPlant, site_constant
+from aeros.runtime.ports import EndedStep, Plant, Runtime, StepRequest
 from aeros.session.assembly import build_executor
 from aeros.sim.clock import TICK
 
 if TYPE_CHECKING:
-    from aeros.sim.sensors import Truth
+    from aeros.sim.sensors import GroundTruth
 
-_MOST: Final = 15.0
+_TRIAL_TIMEOUT_S: Final = 15.0
 """Plant seconds after which a trial is over: whoever comes has come."""
 
-_BETWEEN: Final = 0.1
+_PLAN_INTERVAL_S: Final = 0.1
 """Plant seconds between a plan and the next question."""
 
-_ALLOWED: Final = 60.0
+_PLANNING_TIMEOUT_S: Final = 60.0
 """Seconds that a plan may take, so that none is late."""
 
 
-class Reactions:
+class ReactionTrials:
     """See `kinds.Kind`."""
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """On physics, each trial with a plant of its own."""
         from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
@@ -56,57 +56,59 @@ class Reactions:
         routed = premises.routed(settings["task"])
         people = read_people(settings["person"])
         site = premises.configuration.site
-        braking = constant(site, "reaction_time") + constant(site, "arm_stopping_time")
-        with scratch() as (_, audit):
+        braking = site_constant(site, "reaction_time") + site_constant(site, "arm_stopping_time")
+        with scratch_folder() as (_, audit):
 
-            def trial(seed: int) -> Found:
+            def trial(seed: int) -> Findings:
                 began = time.process_time()
-                seen = _Seen()
-                referee = Referee(site, "human_distance", seen.tick)
+                seen = _ReactionTimes()
+                referee = InvariantReferee(site, "human_distance", seen.tick)
                 seen.referee = referee
                 scene = routed.task.scene or ""
                 with closing(make_plant(scene, seed, people=people, referee=referee)) as plant:
-                    refereed = cast(Plant, Refereed(plant, referee, seen.named))
+                    refereed = cast(Plant, RefereedPlant(plant, referee, seen.rule_broken))
                     with build_executor(
-                        premises.configuration, refereed, audit, premises.runs, gate=premises.gate
+                        premises.configuration, refereed, audit, premises.skill_runs, gate=premises.gate
                     ) as executor:
-                        _think_beside(executor, routed, settings, seen)
-                return {**seen.found(braking), "processor_s": time.process_time() - began}
+                        _plan_until_stop(executor, routed, settings, seen)
+                return {**seen.findings(braking), "processor_s": time.process_time() - began}
 
             yield trial
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """The monitor is asked after every tick, whoever thinks, and the plant stops in the same one."""
         return {"success": 1.0, "stopped": 1.0, "reaction_ticks": 0.0}
 
 
-def _think_beside(runtime: Runtime, routed: Routed, settings: Mapping[str, Any], seen: _Seen) -> None:
+def _plan_until_stop(
+    runtime: Runtime, routed: RoutedTask, settings: Mapping[str, Any], seen: _ReactionTimes
+) -> None:
     """Have plans made until the skill that is under way has ended, or nobody comes any more."""
-    noting = _Noting(runtime)
+    noting = _StepEndRecorder(runtime)
     latency = float(Fraction(settings["latency"]))
-    proposals = Proposals(cast(Runtime, noting), SlowPlanner(latency, latency), _ALLOWED)
+    proposals = PlannerClient(cast(Runtime, noting), SlowPlanner(latency, latency), _PLANNING_TIMEOUT_S)
     runtime.start(StepRequest(routed.module, settings["skill"], {}))
-    while not noting.has_ended and runtime.now() < _MOST:
+    while not noting.has_ended and runtime.now() < _TRIAL_TIMEOUT_S:
         seen.plans += 1
         seen.is_thinking = True
-        world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
+        world = world_from_readings(runtime.site.state, runtime.observe(), runtime.now())
         try:
             proposals.plan(routed, world)
-        except LateError:
+        except PlanningTimeoutError:
             seen.late += 1
         seen.is_thinking = False
         if not noting.has_ended:
-            noting.wait(runtime.now() + _BETWEEN)
+            noting.wait(runtime.now() + _PLAN_INTERVAL_S)
 
 
-class _Noting:
+class _StepEndRecorder:
     """A runtime of which it is noted that a step has ended, whoever waits."""
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
         self.has_ended = False
 
-    def wait(self, until: float) -> Ended | None:
+    def wait(self, until: float) -> EndedStep | None:
         ended = self._runtime.wait(until)
         self.has_ended = self.has_ended or ended is not None
         return ended
@@ -115,11 +117,11 @@ class _Noting:
         return getattr(self._runtime, name)
 
 
-class _Seen:
+class _ReactionTimes:
     """When the hazard was there, when the monitor named a rule, and when the robot rested: ticks."""
 
     def __init__(self) -> None:
-        self.referee: Referee | None = None
+        self.referee: InvariantReferee | None = None
         self.is_thinking = False
         self.plans = self.late = 0
         self._now = 0
@@ -130,22 +132,22 @@ class _Seen:
         self._rule = ""
         self._hazard_s = self._named_s = 0.0
 
-    def tick(self, truth: Truth) -> None:
+    def tick(self, truth: GroundTruth) -> None:
         """What is true after a tick."""
         self._now = truth.tick
         if self._hazard is None and self.referee is not None and self.referee.broken:
             self._hazard, self._while_thinking = truth.tick, self.is_thinking
             self._hazard_s = time.perf_counter()
-        if self._hazard is not None and self._rested is None and truth.values["link_speed"] < REST:
+        if self._hazard is not None and self._rested is None and truth.values["link_speed"] < REST_SPEED:
             self._rested = truth.tick
 
-    def named(self, rule: str) -> None:
+    def rule_broken(self, rule: str) -> None:
         """The monitor names a rule at the tick that was last."""
         if self._named is None and self._hazard is not None:
             self._named, self._rule = self._now, rule
             self._named_s = time.perf_counter()
 
-    def found(self, braking: float) -> dict[str, Any]:
+    def findings(self, braking: float) -> dict[str, Any]:
         """What came of it; without a hazard there was nothing to stop for."""
         told: dict[str, Any] = {
             "plans": self.plans,
@@ -166,4 +168,4 @@ class _Seen:
         return told
 
 
-KIND: Final = Reactions()
+KIND: Final = ReactionTrials()

@@ -19,25 +19,25 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.model import Site
 
 if TYPE_CHECKING:
-    from aeros.sim.sensors import Truth
+    from aeros.sim.sensors import GroundTruth
 
 TOLERANCE: Final = 1.01
 """A link is faster than its set points by this much at most, so a limit is broken beyond that."""
 
-_REST: Final = 0.01
+_REST_SPEED: Final = 0.01
 """Speed up to which something rests, m/s: what is left of an arm that settles."""
 
 _FINGERS_REST: Final = 0.002
 """Speed of the gap between fingers that rest, m/s."""
 
-_STILL: Final = 6
+_STROKE_GAP_TICKS: Final = 6
 """Ticks without motion after which fingers that move begin a new stroke."""
 
 Values = Mapping[str, Any]
 
 
 @dataclass
-class _Measure:
+class _WorstCase:
     """The worst of a quantity that lasted for `ticks`, beside its limit."""
 
     limit: float
@@ -47,15 +47,15 @@ class _Measure:
     def __post_init__(self) -> None:
         self._last: deque[float] = deque(maxlen=self.ticks)
 
-    def look(self, value: float) -> None:
+    def update(self, value: float) -> None:
         """Its value after one more tick."""
         self._last.append(value)
         if len(self._last) == self.ticks and value > self.worst:
             self.worst = max(self.worst, min(self._last))
 
 
-class Referee:
-    """Is told the truth of every tick (`physics.Referee`).
+class LimitReferee:
+    """Is told the truth of every tick (`physics.LimitReferee`).
 
     What protective stops may still let happen is no violation: near a person a limit is broken where that
     lasts longer than reacting and stopping, as ISO/TS 15066 has it; a force, where it lasts longer than
@@ -72,31 +72,31 @@ class Referee:
             raise MisuseError(
                 f"the site `{site.id}` has no quota of `grip`, or no volume `floor`, to judge by"
             )
-        self._window = float(rate.within)
+        self._window = float(rate.window_s)
         self._floor = tuple(
             (float(low), float(high)) for low, high in zip(floor.lower, floor.upper, strict=True)
         )
         self._measures = {
-            "tool speed": _Measure(limits["tool_speed"], 1),
-            "link speed near a person": _Measure(self._constant("reduced_speed"), ceil(braking / TICK)),
-            "needed separation": _Measure(1.0, ceil(braking / TICK)),
-            "contact force": _Measure(limits["contact_force"], ceil(self._reaction / TICK)),
-            "strokes of the fingers": _Measure(float(rate.at_most), 1),
-            "distance off the floor": _Measure(0.0, 1),
+            "tool speed": _WorstCase(limits["tool_speed"], 1),
+            "link speed near a person": _WorstCase(self._constant("reduced_speed"), ceil(braking / TICK)),
+            "needed separation": _WorstCase(1.0, ceil(braking / TICK)),
+            "contact force": _WorstCase(limits["contact_force"], ceil(self._reaction / TICK)),
+            "strokes of the fingers": _WorstCase(float(rate.max_count), 1),
+            "distance off the floor": _WorstCase(0.0, 1),
         }
         self._before: tuple[int, Values] | None = None
         self._strokes: deque[float] = deque()
-        self._still = _STILL
+        self._still = _STROKE_GAP_TICKS
 
-    def __call__(self, truth: Truth) -> None:
+    def __call__(self, truth: GroundTruth) -> None:
         """Look at what is true now."""
         values, before = truth.values, self._before
         self._before = truth.tick, values
         if before is None:
             return
         seconds = (truth.tick - before[0]) * TICK
-        for name, value in self._of(truth.time, values, before[1], seconds):
-            self._measures[name].look(value)
+        for name, value in self._quantities(truth.time, values, before[1], seconds):
+            self._measures[name].update(value)
 
     def worst(self, name: str) -> float:
         """The worst that was true of a quantity, in its unit."""
@@ -106,21 +106,26 @@ class Referee:
         """The quantities that were beyond their limits."""
         return [name for name, one in self._measures.items() if one.worst > one.limit * TOLERANCE]
 
-    def _of(self, now: float, values: Values, before: Values, seconds: float) -> Iterator[tuple[str, float]]:
+    def _quantities(
+        self, now: float, values: Values, before: Values, seconds: float
+    ) -> Iterator[tuple[str, float]]:
         base = dist(values["base_position"], before["base_position"]) / seconds
         person, fastest = values["human_distance"], values["link_speed"]
         yield "tool speed", dist(values["tool_position"], before["tool_position"]) / seconds
         yield "link speed near a person", fastest if person < self._constant("warning_distance") else 0.0
-        yield "needed separation", self._needed(fastest, base) / max(person, 1e-3) if fastest > _REST else 0.0
+        yield (
+            "needed separation",
+            self._separation_distance(fastest, base) / max(person, 1e-3) if fastest > _REST_SPEED else 0.0,
+        )
         yield "contact force", values["contact_force"]
         pace = abs(values["finger_gap"] - before["finger_gap"]) / seconds
-        yield "strokes of the fingers", self._stroke(now, is_moving=pace > _FINGERS_REST)
-        yield "distance off the floor", self._off_floor(values["base_position"])
+        yield "strokes of the fingers", self._strokes_in_window(now, is_moving=pace > _FINGERS_REST)
+        yield "distance off the floor", self._distance_off_floor(values["base_position"])
 
-    def _needed(self, fastest: float, base: float) -> float:
+    def _separation_distance(self, fastest: float, base: float) -> float:
         """S = v_h·(T_r + T_s) + v_r·T_r + v_r·T_s/2 + C + Z_d + Z_r, m, at the speeds there are."""
         stopping = base / self._constant("drive_deceleration")
-        if fastest > base + _REST:
+        if fastest > base + _REST_SPEED:
             stopping = max(stopping, self._constant("arm_stopping_time"))
         return (
             self._constant("walking_speed") * (self._reaction + stopping)
@@ -130,16 +135,16 @@ class Referee:
             + self._constant("robot_uncertainty")
         )
 
-    def _stroke(self, now: float, *, is_moving: bool) -> float:
+    def _strokes_in_window(self, now: float, *, is_moving: bool) -> float:
         """How many strokes began within the window that ends now."""
-        if is_moving and self._still >= _STILL:
+        if is_moving and self._still >= _STROKE_GAP_TICKS:
             self._strokes.append(now)
         self._still = 0 if is_moving else self._still + 1
         while self._strokes and now - self._strokes[0] > self._window:
             self._strokes.popleft()
         return float(len(self._strokes))
 
-    def _off_floor(self, place: tuple[float, float, float]) -> float:
+    def _distance_off_floor(self, place: tuple[float, float, float]) -> float:
         outside = [max(low - at, 0.0, at - high) for at, (low, high) in zip(place, self._floor, strict=True)]
         return hypot(*outside[:2])
 

@@ -18,36 +18,36 @@ from dataclasses import replace
 from random import Random
 from typing import Any, Final
 
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.open_gate import OpenGate
-from aeros.experiments.trial_kinds import Found, Trial
+from aeros.experiments.trial_kinds import Findings, Trial
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Readings
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action
-from aeros.spec.expr.doubles import as_doubles
-from aeros.spec.model.model import Block, Risk
+from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.model.model import OperatorOverride, Risk
 
 Request = Mapping[str, Any]
 
 
-class Requests:
+class RequestTrials:
     """See `kinds.Kind`."""
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """All requests of a trial in turn, by the gate itself."""
         settings = condition.settings
         requests: list[Request] = settings["requests"]
-        configuration = _with_what_is_said(premises.configuration, requests)
+        configuration = _with_risk_and_blocks(premises.configuration, requests)
         gate: Gate = CompiledGate(configuration) if settings["policy"] else OpenGate(configuration)
         measured = {one["module"]: _measured(configuration, one["module"]) for one in requests}
 
-        def trial(seed: int) -> Found:
+        def trial(seed: int) -> Findings:
             began = time.process_time()
             allowed = {
                 one["name"]: _is_allowed(gate, configuration, one, measured[one["module"]], seed)
@@ -69,13 +69,13 @@ class Requests:
 
         yield trial
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """By what the requests are: a policy that is enforced blocks each that it does not allow."""
         is_on = float(condition.settings["policy"])
         return {"blocked": is_on, "accepted": 1.0 - is_on, "rejected": 0.0}
 
 
-def _with_what_is_said(configuration: Configuration, requests: list[Request]) -> Configuration:
+def _with_risk_and_blocks(configuration: Configuration, requests: list[Request]) -> Configuration:
     """The configuration in which some skills carry the risk, and some are blocked, that requests say."""
     modules = dict(configuration.modules)
     blocks = []
@@ -85,34 +85,34 @@ def _with_what_is_said(configuration: Configuration, requests: list[Request]) ->
             riskier = replace(ecm.skills[one["skill"]], risk=Risk[one["risk"].upper()])
             modules[ecm.id] = replace(ecm, skills={**ecm.skills, riskier.id: riskier})
         if one.get("blocked", False):
-            blocks.append(Block(one["name"], "an experiment", one["module"], one["skill"], None))
-    return replace(configuration, site=configuration.site.with_blocks(blocks), modules=modules)
+            blocks.append(OperatorOverride(one["name"], "an experiment", one["module"], one["skill"], None))
+    return replace(configuration, site=configuration.site.with_overrides(blocks), modules=modules)
 
 
 def _measured(configuration: Configuration, module: str) -> Readings:
     """What is measured where the tasks of `module` begin; of a module that is not there, where none does."""
     ecm = configuration.modules.get(module)
     initial = {} if ecm is None else {k: v for one in ecm.tasks.values() for k, v in one.initial.items()}
-    return SymbolicPlant(configuration.site, configuration.modules, 0, as_doubles(initial)).observe()
+    return SymbolicPlant(configuration.site, configuration.modules, 0, to_doubles(initial)).observe()
 
 
 def _is_allowed(
     gate: Gate, configuration: Configuration, one: Request, measured: Readings, seed: int
 ) -> bool:
     random = Random(f"{seed} {one['name']}")  # noqa: S311  no secret
-    parameters = {name: _drawn(value, random) for name, value in one["parameters"].items()}
+    parameters = {name: _sample_value(value, random) for name, value in one["parameters"].items()}
     unused = {quota.id: 0 for quota in configuration.site.quotas if one["kind"] in quota.kinds}
     caller = Caller(one["module"], one["skill"], {})
     decision = gate.decide(caller, measured, Action(one["kind"], parameters), 0.0, unused)
-    return decision.verdict is not Verdict.DENY
+    return decision.kind is not DecisionKind.DENY
 
 
-def _drawn(value: Any, random: Random) -> Any:
+def _sample_value(value: Any, random: Random) -> Any:
     match value:
         case [low, high]:
             return random.uniform(low, high)
         case [x, y, z]:
-            return (_drawn(x, random), _drawn(y, random), _drawn(z, random))
+            return (_sample_value(x, random), _sample_value(y, random), _sample_value(z, random))
         case "nan":
             return float("nan")
         case int():
@@ -121,4 +121,4 @@ def _drawn(value: Any, random: Random) -> Any:
             return value
 
 
-KIND: Final = Requests()
+KIND: Final = RequestTrials()

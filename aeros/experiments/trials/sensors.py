@@ -19,29 +19,29 @@ from fractions import Fraction
 from math import dist
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from aeros.experiments.architecture import made
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises
-from aeros.experiments.trial_context import CountingRuntime, TrialMeans
-from aeros.experiments.trial_kinds import Found, Trial, scratch
-from aeros.experiments.trials.truth import REST, Referee, Refereed, constant
-from aeros.runtime.ports import Ended, Plant, Runtime, StepStatus
+from aeros.experiments.architecture import build_architecture
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import TrialInputs
+from aeros.experiments.trial_context import CountingRuntime, TrialContextImpl
+from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
+from aeros.experiments.trials.truth import REST_SPEED, InvariantReferee, RefereedPlant, site_constant
+from aeros.runtime.ports import EndedStep, Plant, Runtime, StepStatus
 from aeros.session.assembly import build_executor
 from aeros.sim.clock import TICK
 from aeros.sim.sensors import SensorModel
 from aeros.spec.model.model import Site
 
 if TYPE_CHECKING:
-    from aeros.sim.sensors import Truth
+    from aeros.sim.sensors import GroundTruth
 
-_BAD: Final = ("noise", "latency", "dropout")
+_SENSOR_KEYS: Final = ("noise", "latency", "dropout")
 
 
-class BadSensors:
+class BadSensorTrials:
     """See `kinds.Kind`."""
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """On physics, each trial with a plant of its own."""
         from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
@@ -49,50 +49,50 @@ class BadSensors:
         settings = condition.settings
         routed = premises.routed(settings["task"])
         people = read_people(settings["person"])
-        sensors = {settings["of"]: sensor_of(settings)}
+        sensors = {settings["of"]: sensor_model(settings)}
         site = premises.configuration.site
-        with scratch() as (_, audit):
+        with scratch_folder() as (_, audit):
 
-            def trial(seed: int) -> Found:
+            def trial(seed: int) -> Findings:
                 began = time.process_time()
-                longest = _Longest(site)
-                referee = Referee(site, "human_distance", longest.tick)
+                longest = _LongestViolation(site)
+                referee = InvariantReferee(site, "human_distance", longest.tick)
                 longest.referee = referee
                 scene = routed.task.scene or ""
                 with closing(
                     make_plant(scene, seed, people=people, sensors=sensors, referee=referee)
                 ) as plant:
-                    refereed = cast(Plant, Refereed(plant, referee, lambda _: None))
+                    refereed = cast(Plant, RefereedPlant(plant, referee, lambda _: None))
                     with build_executor(
-                        premises.configuration, refereed, audit, premises.runs, gate=premises.gate
+                        premises.configuration, refereed, audit, premises.skill_runs, gate=premises.gate
                     ) as executor:
-                        counting = _Counting(executor)
-                        means = TrialMeans(counting, routed, seed)
-                        told = made("aeros", {}).pursue(means)
-                        found = {"reached": means.measures_the_goal(), **asdict(told)}
-                        found |= {"simulated_s": plant.now(), **counting.found(), **longest.found()}
+                        counting = _SensorCounters(executor)
+                        means = TrialContextImpl(counting, routed, seed)
+                        told = build_architecture("aeros", {}).pursue(means)
+                        found = {"reached": means.is_goal_measured(), **asdict(told)}
+                        found |= {"simulated_s": plant.now(), **counting.findings(), **longest.findings()}
                 return {**found, "processor_s": time.process_time() - began}
 
             yield trial
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """What is late or missing stops the robot, so nothing is violated; of noise nothing is promised."""
         return {} if "noise" in condition.settings else {"violated": 0.0}
 
 
-def sensor_of(settings: Mapping[str, Any]) -> SensorModel:
+def sensor_model(settings: Mapping[str, Any]) -> SensorModel:
     """How the quantity is measured."""
-    return SensorModel(**{name: float(Fraction(settings[name])) for name in _BAD if name in settings})
+    return SensorModel(**{name: float(Fraction(settings[name])) for name in _SENSOR_KEYS if name in settings})
 
 
-class _Counting(CountingRuntime):
+class _SensorCounters(CountingRuntime):
     """Also counts what was denied and stopped, and how often that was for want of a reading."""
 
     def __init__(self, runtime: Runtime) -> None:
         super().__init__(runtime)
         self._unread = self._stops = self._blind_stops = 0
 
-    def wait(self, until: float = float("inf")) -> Ended | None:
+    def wait(self, until: float = float("inf")) -> EndedStep | None:
         """See `ports.Runtime`."""
         ended = super().wait(until)
         if ended is not None:
@@ -103,7 +103,7 @@ class _Counting(CountingRuntime):
             self._blind_stops += is_stop and result.reason.startswith("monitor:input:")
         return ended
 
-    def found(self) -> dict[str, Any]:
+    def findings(self) -> dict[str, Any]:
         """Counts."""
         return {
             "steps": self.steps,
@@ -114,31 +114,31 @@ class _Counting(CountingRuntime):
         }
 
 
-class _Longest:
+class _LongestViolation:
     """For how long something moved on though a rule did not hold of what was true."""
 
     def __init__(self, site: Site) -> None:
-        self.referee: Referee | None = None
-        self._reaction = constant(site, "reaction_time")
-        self._arm = constant(site, "arm_stopping_time")
-        self._deceleration = constant(site, "drive_deceleration")
+        self.referee: InvariantReferee | None = None
+        self._reaction = site_constant(site, "reaction_time")
+        self._arm = site_constant(site, "arm_stopping_time")
+        self._deceleration = site_constant(site, "drive_deceleration")
         self._base: tuple[float, ...] | None = None
         self._since: int | None = None
         self._allowed = 0.0
         self._longest = 0.0
         self._violated: set[str] = set()
 
-    def tick(self, truth: Truth) -> None:
+    def tick(self, truth: GroundTruth) -> None:
         """What is true after a tick."""
         values, before = truth.values, self._base
         self._base = values["base_position"]
         drives = 0.0 if before is None else dist(self._base, before) / TICK
         broken = () if self.referee is None else self.referee.broken
-        if not broken or values["link_speed"] < REST:
+        if not broken or values["link_speed"] < REST_SPEED:
             self._since = None
             return
         if self._since is None:
-            arm = self._arm if values["link_speed"] > drives + REST else 0.0
+            arm = self._arm if values["link_speed"] > drives + REST_SPEED else 0.0
             self._since = truth.tick
             self._allowed = self._reaction + max(arm, drives / self._deceleration)
         lasted = (truth.tick - self._since) * TICK
@@ -146,7 +146,7 @@ class _Longest:
         if lasted > self._allowed:
             self._violated |= set(broken)
 
-    def found(self) -> dict[str, Any]:
+    def findings(self) -> dict[str, Any]:
         """What it came to; s."""
         return {
             "violated": bool(self._violated),
@@ -155,4 +155,4 @@ class _Longest:
         }
 
 
-KIND: Final = BadSensors()
+KIND: Final = BadSensorTrials()

@@ -2,7 +2,8 @@
 
 Settings of a condition: `module`, the text of each of its files; `task`; `sessions`, how many; `first` and
 `second`, the skills that provide what the task needs, each with the outcome that is its failure and its
-`rates`, pairs of a session and the rate then, on straight lines between; `remembers`, whether memory is kept
+`rates`, pairs of a session and the rate then, on straight lines between; `with_memory`, whether memory is
+kept
 from one session to the next; `replans`, of each session at most: with none there is one try; `faults`, on
 physics the file in which each fault is named like the skill that it lets fail.
 
@@ -23,46 +24,52 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.agent.agent import Agent, awake, awake_once
-from aeros.agent.planning.routing import Routed
-from aeros.experiments.condition import Condition
-from aeros.experiments.failure_models import independent
-from aeros.experiments.inputs import Premises
-from aeros.experiments.trial_kinds import Found, Trial, scratch
-from aeros.experiments.trial_plants import Plants, physics_plants, symbolic_plants
-from aeros.experiments.trials.inline_module import proved, written
-from aeros.experiments.trials.thompson import Chances, Session, best, forgetting, remembering
+from aeros.agent.agent import Agent, open_temporary_agent, start_agent
+from aeros.agent.planning.routing import RoutedTask
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.failure_models import independent_process
+from aeros.experiments.inputs import TrialInputs
+from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
+from aeros.experiments.trial_plants import PlantFactory, physics_plants, symbolic_plants
+from aeros.experiments.trials.inline_module import prove_module, write_module_files
+from aeros.experiments.trials.thompson import (
+    ExpectedSession,
+    SuccessProbabilities,
+    oracle,
+    with_memory,
+    without_memory,
+)
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.session.assembly import build_executor
 from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 
-LATE: Final = 10
+LAST_SESSIONS: Final = 10
 """The sessions at the end that are looked at by themselves."""
 
 
-class Sessions:
-    """See `kinds.Kind` and `kinds.Tracing`."""
+class SessionTrials:
+    """See `kinds.Kind` and `kinds.PredictsSeries`."""
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """Plants for each session are made ready once; each trial has an agent of its own."""
         settings = condition.settings
-        with scratch() as (folder, audit):
-            configuration = proved(written(settings["module"], folder / "module"), premises)
+        with scratch_folder() as (folder, audit):
+            configuration = prove_module(write_module_files(settings["module"], folder / "module"), premises)
             site = configuration.site
             limits = replace(site.limits, replans=min(settings["replans"], site.limits.replans))
             configuration = replace(configuration, site=replace(site, limits=limits))
             gate = CompiledGate(configuration)
             ((module, ecm),) = configuration.modules.items()
-            routed = Routed(module, ecm.tasks[settings["task"]])
+            routed = RoutedTask(module, ecm.tasks[settings["task"]])
             plants = [
                 _plants(condition.plant, settings, configuration, routed, number)
                 for number in range(settings["sessions"])
             ]
 
-            def trial(seed: int) -> Found:
+            def trial(seed: int) -> Findings:
                 began = time.process_time()
                 reached, tries, first = [], [], []
                 with tempfile.TemporaryDirectory(dir=folder) as state:
@@ -71,19 +78,19 @@ class Sessions:
                         with (
                             opened(own) as bench,
                             build_executor(
-                                configuration, bench.plant, audit, premises.runs, gate=gate
+                                configuration, bench.plant, audit, premises.skill_runs, gate=gate
                             ) as executor,
                             _agent(Path(state), site.id, executor, own, settings["remembers"]) as agent,
                         ):
-                            report = agent.run(routed.task.words[0])
+                            report = agent.run(routed.task.trigger_phrases[0])
                         reached.append(report.reached)
                         tries.append(len(report.steps))
                         first.append([one.skill == settings["first"]["skill"] for one in report.steps])
-                chances = _chances(settings)
+                chances = _success_probabilities(settings)
                 return {
                     "reached": all(reached),
                     "successes": sum(reached),
-                    "late": sum(reached[-LATE:]),
+                    "late": sum(reached[-LAST_SESSIONS:]),
                     "tries": sum(tries) / len(tries),
                     "regret": _regret(chances, first),
                     "series": {"success": list(map(float, reached)), "tries": tries},
@@ -92,41 +99,41 @@ class Sessions:
 
             yield trial
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """Of sessions with one try, by all that memory can hold."""
         settings = condition.settings
         if settings["replans"]:
             return "its sessions have several tries each, and how many follows from chance"
-        sessions, known = _expected(settings), best(_chances(settings))
+        sessions, known = _expected(settings), oracle(_success_probabilities(settings))
         return {
             "successes": sum(one.success for one in sessions),
-            "late": sum(one.success for one in sessions[-LATE:]),
+            "late": sum(one.success for one in sessions[-LAST_SESSIONS:]),
             "tries": 1.0,
             "regret": sum(one.success for one in known) - sum(one.success for one in sessions),
         }
 
-    def traced(self, condition: Condition) -> Mapping[str, Sequence[float]]:
-        """See `kinds.Tracing`; and with `best`, what one comes to who knows the chances."""
+    def expected_series(self, condition: TrialCondition) -> Mapping[str, Sequence[float]]:
+        """See `kinds.PredictsSeries`; and with `oracle`, what one comes to who knows the chances."""
         settings = condition.settings
         if settings["replans"]:
             return {}
         return {
             "success": [one.success for one in _expected(settings)],
-            "best": [one.success for one in best(_chances(settings))],
+            "best": [one.success for one in oracle(_success_probabilities(settings))],
         }
 
 
 def _agent(
-    folder: Path, site: str, runtime: Runtime, seed: int, remembers: bool
+    folder: Path, site: str, runtime: Runtime, seed: int, with_memory: bool
 ) -> AbstractContextManager[Agent]:
-    if remembers:
-        return awake(folder, site, runtime, seed=seed)
-    return awake_once(site, runtime, seed=seed)
+    if with_memory:
+        return start_agent(folder, site, runtime, seed=seed)
+    return open_temporary_agent(site, runtime, seed=seed)
 
 
 def _plants(
-    plant: str, settings: Mapping[str, Any], configuration: Configuration, routed: Routed, number: int
-) -> Plants:
+    plant: str, settings: Mapping[str, Any], configuration: Configuration, routed: RoutedTask, number: int
+) -> PlantFactory:
     """Those of session `number`, in which each skill fails at the rate of that session."""
     skills = [settings[one] for one in ("first", "second")]
     rates = {one["skill"]: _rate(one["rates"], number) for one in skills}
@@ -135,7 +142,7 @@ def _plants(
             configuration,
             routed,
             settings["faults"],
-            {name: independent(rate) for name, rate in rates.items()},
+            {name: independent_process(rate) for name, rate in rates.items()},
         )
     failures = {one["skill"]: {one["outcome"]: Fraction(rates[one["skill"]])} for one in skills}
     ecm = with_skill_probabilities(configuration.modules[routed.module], failures)
@@ -150,22 +157,22 @@ def _rate(points: Sequence[tuple[float, float]], number: int) -> float:
     return points[0][1] if number < points[0][0] else points[-1][1]
 
 
-def _chances(settings: Mapping[str, Any]) -> Chances:
+def _success_probabilities(settings: Mapping[str, Any]) -> SuccessProbabilities:
     def success(which: str, number: int) -> float:
         return 1.0 - _rate(settings[which]["rates"], number)
 
     return [(success("first", number), success("second", number)) for number in range(settings["sessions"])]
 
 
-def _expected(settings: Mapping[str, Any]) -> list[Session]:
-    chances = tuple(_chances(settings))
-    return _remembering(chances) if settings["remembers"] else forgetting(chances)
+def _expected(settings: Mapping[str, Any]) -> list[ExpectedSession]:
+    chances = tuple(_success_probabilities(settings))
+    return _remembering(chances) if settings["remembers"] else without_memory(chances)
 
 
-_remembering = lru_cache(maxsize=4)(remembering)
+_remembering = lru_cache(maxsize=4)(with_memory)
 
 
-def _regret(chances: Chances, first: Sequence[Sequence[bool]]) -> float:
+def _regret(chances: SuccessProbabilities, first: Sequence[Sequence[bool]]) -> float:
     """By how much every try together was less likely to succeed than the better skill's."""
     return sum(
         max(pair) - pair[0 if taken else 1]
@@ -174,4 +181,4 @@ def _regret(chances: Chances, first: Sequence[Sequence[bool]]) -> float:
     )
 
 
-KIND: Final = Sessions()
+KIND: Final = SessionTrials()

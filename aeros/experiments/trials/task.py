@@ -19,37 +19,50 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, Final
 
-from aeros.agent.planning.routing import Routed
-from aeros.experiments.architecture import Model, Told, made
-from aeros.experiments.condition import Condition
-from aeros.experiments.exact_prediction import predicted
-from aeros.experiments.failure_models import bursts_of, drawing_of, failing, process_of, with_channel
-from aeros.experiments.inputs import Premises
+from aeros.agent.planning.routing import RoutedTask
+from aeros.experiments.architecture import ArchitectureReport, TrialModel, build_architecture
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.exact_prediction import predict
+from aeros.experiments.failure_models import (
+    add_channel_state,
+    burst_outcomes,
+    draw_equivalence,
+    fault_process,
+    module_with_failure_rate,
+)
+from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.open_gate import OpenGate, without_policy
-from aeros.experiments.plant_cache import FollowingRuntime, Live, Take, Takes
-from aeros.experiments.random_stream import Luck, LuckOfASeed, LuckOfDraws
-from aeros.experiments.trial_context import CountingRuntime, TrialMeans
-from aeros.experiments.trial_kinds import ALIKE, INDEPENDENT, PREDICTED, Found, Trial, scratch
-from aeros.experiments.trial_plants import Plants, physics_plants, symbolic_plants
+from aeros.experiments.plant_cache import LivePlant, PlantTrace, PlantTraceCache, ReplayingRuntime
+from aeros.experiments.random_stream import OutcomeRandomStream, RandomStream, SeedRandomStream
+from aeros.experiments.trial_context import CountingRuntime, TrialContextImpl
+from aeros.experiments.trial_kinds import (
+    EQUIVALENT_INTERVAL,
+    INDEPENDENT_PREFIX,
+    PREDICTED_FIELDS,
+    Findings,
+    Trial,
+    scratch_folder,
+)
+from aeros.experiments.trial_plants import PlantFactory, physics_plants, symbolic_plants
 from aeros.runtime.audit.log import AuditError, AuditLog
 from aeros.session.assembly import build_executor
-from aeros.sim.symbolic.outcomes import Draws, shares_by_skill
-from aeros.spec.closed_loop.transition_system import NotExploredError
+from aeros.sim.symbolic.outcomes import OutcomeSampler, outcome_probabilities_by_skill
+from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.model import Ecm
 
-_PURSUIT: Final = {"architecture", "options"}
+_ARCHITECTURE_SETTINGS: Final = {"architecture", "options"}
 """Settings that decide what is asked of a plant, and not what comes of it."""
 
 
-class Tasks:
-    """See `kinds.Kind` and `kinds.Sharing`."""
+class TaskTrials:
+    """See `kinds.Kind` and `kinds.SharesTrials`."""
 
     def __init__(self) -> None:
-        self._takes = Takes()
+        self._takes = PlantTraceCache()
 
     @contextmanager
-    def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
+    def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """One trial after the other, those at plants of their own all in one audit log that nobody keeps."""
         settings = condition.settings
         routed = premises.routed(settings["task"])
@@ -57,42 +70,44 @@ class Tasks:
         if not settings["policy"]:
             configuration = without_policy(configuration)
             gate = OpenGate(configuration)
-        watched, judged = (routed.module, settings["skill"]), _is_judged(condition)
-        plants_alike = f"{premises.digest} {condition.plant} {self.company(condition)}"
-        luck_of = self._lucks(condition, premises)
+        watched, judged = (routed.module, settings["skill"]), _is_judged_by_measurement(condition)
+        plants_alike = f"{premises.digest} {condition.plant} {self.scheduling_group(condition)}"
+        luck_of = self._random_streams(condition, premises)
         with ExitStack() as stack:
 
             @cache
-            def bench() -> tuple[Plants, AuditLog]:
-                return plants_of(condition, premises), stack.enter_context(scratch())[1]
+            def bench() -> tuple[PlantFactory, AuditLog]:
+                return plant_factory(condition, premises), stack.enter_context(scratch_folder())[1]
 
             @contextmanager
-            def live(seed: int, plants: Plants, audit: AuditLog) -> Iterator[Live]:
+            def live(seed: int, plants: PlantFactory, audit: AuditLog) -> Iterator[LivePlant]:
                 with (
                     plants(seed) as opened,
-                    build_executor(configuration, opened.plant, audit, premises.runs, gate=gate) as executor,
+                    build_executor(
+                        configuration, opened.plant, audit, premises.skill_runs, gate=gate
+                    ) as executor,
                 ):
-                    yield Live(executor, opened)
+                    yield LivePlant(executor, opened)
 
-            def tried(seed: int, luck: Luck, takes: list[Take]) -> Found:
+            def tried(seed: int, luck: RandomStream, takes: list[PlantTrace]) -> Findings:
                 began = time.process_time()
-                with FollowingRuntime(configuration, takes, luck, lambda: live(seed, *bench())) as runtime:
-                    counting = CountingRuntime(runtime, watched, judged=judged)
-                    found = _pursued(counting, routed, settings, seed)
+                with ReplayingRuntime(configuration, takes, luck, lambda: live(seed, *bench())) as runtime:
+                    counting = CountingRuntime(runtime, watched, judge_by_measurement=judged)
+                    found = _run_architecture(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
                 return {
                     **found,
                     **state.counts,
                     "simulated_s": state.now,
-                    ALIKE: list(luck.alike(state.chance)),
+                    EQUIVALENT_INTERVAL: list(luck.equivalent_interval(state.draws)),
                     "live": runtime.is_live,
                     "processor_s": took,
-                    "alone_s": took - runtime.spent_s + runtime.alone_s,
+                    "alone_s": took - runtime.cpu_time_s + runtime.unshared_cpu_time_s,
                 }
 
-            def trial(seed: int) -> Found:
+            def trial(seed: int) -> Findings:
                 luck = luck_of(seed)
-                takes = self._takes.of(f"{plants_alike} {luck.shared}")
+                takes = self._takes.traces(f"{plants_alike} {luck.plant_group}")
                 if condition.plant == "physics":
                     return tried(seed, luck, takes)
                 # Rehearsed where it needs a plant: a take is followed by many, and whatever is compiled when
@@ -105,88 +120,104 @@ class Tasks:
 
             yield trial
 
-    def family(self, condition: Condition) -> tuple[str, float]:
+    def comparison_group(self, condition: TrialCondition) -> tuple[str, float]:
         """Conditions that differ in the rate alone: seeds draw the same numbers to compare it with.
 
         Or in the mean length of bursts, at the same rate.
         """
         settings = condition.settings
         number = settings["bursts"].pop("mean_length") if "bursts" in settings else settings.pop("rate")
-        return Condition.of(condition.kind, condition.plant, settings).text, float(Fraction(number))
+        return TrialCondition.create(condition.kind, condition.plant, settings).canonical_json, float(
+            Fraction(number)
+        )
 
-    def company(self, condition: Condition) -> str:
+    def scheduling_group(self, condition: TrialCondition) -> str:
         """All that are at plants of the same failures, whatever pursues the task at which rate."""
-        settings = json.loads(self.family(condition)[0])
-        return json.dumps({name: settings[name] for name in settings.keys() - _PURSUIT}, sort_keys=True)
+        settings = json.loads(self.comparison_group(condition)[0])
+        return json.dumps(
+            {name: settings[name] for name in settings.keys() - _ARCHITECTURE_SETTINGS}, sort_keys=True
+        )
 
-    def _lucks(self, condition: Condition, premises: Premises) -> Callable[[int], Luck]:
+    def _random_streams(
+        self, condition: TrialCondition, premises: TrialInputs
+    ) -> Callable[[int], RandomStream]:
         """The luck of each seed."""
         settings = condition.settings
         if condition.plant == "physics":
-            number = self.family(condition)[1]
-            return lambda seed: LuckOfASeed(seed, number)
+            number = self.comparison_group(condition)[1]
+            return lambda seed: SeedRandomStream(seed, number)
         modules, declared = _failing_modules(settings, premises)
-        shares, bursts = shares_by_skill(modules.values()), bursts_of(declared, settings)
-        drawing = drawing_of(declared, settings)
-        return lambda seed: LuckOfDraws(seed, Draws(shares, bursts, seed), drawing)
+        shares, bursts = outcome_probabilities_by_skill(modules.values()), burst_outcomes(declared, settings)
+        drawing = draw_equivalence(declared, settings)
+        return lambda seed: OutcomeRandomStream(seed, OutcomeSampler(shares, bursts, seed), drawing)
 
-    def expected(self, condition: Condition, premises: Premises) -> Mapping[str, float] | str:
+    def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """From the manifest as it ran, by the architecture's own code or by what it says of itself."""
         settings = condition.settings
         routed = premises.routed(settings["task"])
         ecm = premises.configuration.modules[routed.module]
-        model = Model(
-            failing(ecm, settings), replace(routed.task, invariants=()), premises.configuration.site
+        model = TrialModel(
+            module_with_failure_rate(ecm, settings),
+            replace(routed.task, invariants=()),
+            premises.configuration.site,
         )
         rate = float(Fraction(settings["rate"]))
         try:
             found = _predicted(settings, [(Fraction(1), model)])
             if "bursts" in settings:
-                independent = {f"{INDEPENDENT}{name}": value for name, value in found.items()}
-                return {**_predicted(settings, with_channel(model, settings)), **independent, "first": rate}
-        except NotExploredError as why:
+                independent = {f"{INDEPENDENT_PREFIX}{name}": value for name, value in found.items()}
+                return {
+                    **_predicted(settings, add_channel_state(model, settings)),
+                    **independent,
+                    "first": rate,
+                }
+        except StateSpaceError as why:
             return str(why)
         return {**found, "attempt": rate}
 
 
-def _predicted(settings: Mapping[str, Any], models: Iterable[tuple[Fraction, Model]]) -> dict[str, float]:
+def _predicted(
+    settings: Mapping[str, Any], models: Iterable[tuple[Fraction, TrialModel]]
+) -> dict[str, float]:
     """What is exactly to be expected of the condition's architecture, where each model has so much weight."""
-    total = dict.fromkeys(PREDICTED, Fraction(0))
+    total = dict.fromkeys(PREDICTED_FIELDS, Fraction(0))
     for weight, model in models:
-        found = predicted(lambda: made(settings["architecture"], settings["options"]), model)
+        found = predict(lambda: build_architecture(settings["architecture"], settings["options"]), model)
         total = {name: value + weight * getattr(found, name) for name, value in total.items()}
     return {name: float(value) for name, value in total.items()}
 
 
-def _is_judged(condition: Condition) -> bool:
+def _is_judged_by_measurement(condition: TrialCondition) -> bool:
     """Whether it is measured which tries have failed: elsewhere the plant says so."""
     return condition.plant == "physics" or "bursts" in condition.settings
 
 
-def plants_of(condition: Condition, premises: Premises) -> Plants:
+def plant_factory(condition: TrialCondition, premises: TrialInputs) -> PlantFactory:
     """What opens the plants of a condition's trials."""
     settings = condition.settings
     routed = premises.routed(settings["task"])
     if condition.plant == "physics":
-        return physics_plants(premises.configuration, routed, settings["faults"], process_of(settings))
+        return physics_plants(premises.configuration, routed, settings["faults"], fault_process(settings))
     modules, declared = _failing_modules(settings, premises)
-    return symbolic_plants(premises.configuration.site, modules, routed.task, bursts_of(declared, settings))
+    return symbolic_plants(
+        premises.configuration.site, modules, routed.task, burst_outcomes(declared, settings)
+    )
 
 
-def _failing_modules(settings: Mapping[str, Any], premises: Premises) -> tuple[dict[str, Ecm], Ecm]:
+def _failing_modules(settings: Mapping[str, Any], premises: TrialInputs) -> tuple[dict[str, Ecm], Ecm]:
     """All modules, that of the task as it fails in the condition; and that one as it is declared."""
     modules = dict(premises.configuration.modules)
     declared = modules[premises.routed(settings["task"]).module]
-    modules[declared.id] = failing(declared, settings)
+    modules[declared.id] = module_with_failure_rate(declared, settings)
     return modules, declared
 
 
-def _pursued(
-    counting: CountingRuntime, routed: Routed, settings: Mapping[str, Any], seed: int
+def _run_architecture(
+    counting: CountingRuntime, routed: RoutedTask, settings: Mapping[str, Any], seed: int
 ) -> dict[str, Any]:
     """What came of it, counted here; an architecture that raises has failed."""
-    means = TrialMeans(counting, routed, seed)
-    architecture = made(settings["architecture"], settings["options"])
+    means = TrialContextImpl(counting, routed, seed)
+    architecture = build_architecture(settings["architecture"], settings["options"])
     raised = ""
     try:
         told = architecture.pursue(means)
@@ -194,9 +225,9 @@ def _pursued(
         raise
     except Exception as error:
         raised = f"{type(error).__name__}: {error}"
-        told = Told(reason=raised)
+        told = ArchitectureReport(reason=raised)
     found = {
-        "reached": means.measures_the_goal(),
+        "reached": means.is_goal_measured(),
         **asdict(told),
         "raised": raised,
         "steps": counting.steps,
@@ -209,4 +240,4 @@ def _pursued(
     return found
 
 
-KIND: Final = Tasks()
+KIND: Final = TaskTrials()

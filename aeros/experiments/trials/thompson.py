@@ -11,22 +11,22 @@ from collections.abc import Sequence
 from math import exp, lgamma
 from typing import NamedTuple
 
-Chances = Sequence[tuple[float, float]]
+SuccessProbabilities = Sequence[tuple[float, float]]
 """Of success of either skill in each session."""
 
 _Record = tuple[int, int, int, int]
 
 
-class Session(NamedTuple):
+class ExpectedSession(NamedTuple):
     """What is to be expected of one session: that it succeeds, and that the first skill is taken."""
 
     success: float
     first: float
 
 
-def remembering(chances: Chances) -> list[Session]:
+def with_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
     """Each session of an agent that remembers those before."""
-    above = _Above()
+    above = _ProbabilityAbove()
     records: dict[_Record, float] = {(0, 0, 0, 0): 1.0}
     sessions = []
     for one, other in chances:
@@ -43,22 +43,22 @@ def remembering(chances: Chances) -> list[Session]:
                 ((s, f, u, g + 1), left * (1.0 - other)),
             ):
                 after[record] = after.get(record, 0.0) + share
-        sessions.append(Session(first * one + (1.0 - first) * other, first))
+        sessions.append(ExpectedSession(first * one + (1.0 - first) * other, first))
         records = after
     return sessions
 
 
-def forgetting(chances: Chances) -> list[Session]:
+def without_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
     """Each session of an agent that begins each as its first: it takes either as often."""
-    return [Session((one + other) / 2.0, 0.5) for one, other in chances]
+    return [ExpectedSession((one + other) / 2.0, 0.5) for one, other in chances]
 
 
-def best(chances: Chances) -> list[Session]:
+def oracle(chances: SuccessProbabilities) -> list[ExpectedSession]:
     """Each session of one who knows the chances."""
-    return [Session(max(one, other), float(one >= other)) for one, other in chances]
+    return [ExpectedSession(max(one, other), float(one >= other)) for one, other in chances]
 
 
-class _Above:
+class _ProbabilityAbove:
     """P(X > Y) of X ~ Beta(a, b) and Y ~ Beta(c, d), whole and at least 1; what was asked is kept.
 
     For a = 1 it is E[(1 − Y)^b] = B(c, b + d) / B(c, d), and one more of a adds

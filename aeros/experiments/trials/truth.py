@@ -10,69 +10,69 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Plant
+from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, PlannedMotion, Plant
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.model import Site
 
 if TYPE_CHECKING:
-    from aeros.sim.sensors import Truth
+    from aeros.sim.sensors import GroundTruth
 
 
-REST: Final = 0.01
+REST_SPEED: Final = 0.01
 """Speed up to which a link rests, m/s: what is left of an arm that settles."""
 
 
-class Referee:
-    """Is told the truth of every tick (`physics.Referee`), and by `Refereed` what moves.
+class InvariantReferee:
+    """Is told the truth of every tick (`physics.InvariantReferee`), and by `RefereedPlant` what moves.
 
     about: a state variable; rules that read it are looked at.
     broken: those that do not hold at the tick that was told last.
     """
 
-    def __init__(self, site: Site, about: str, told: Callable[[Truth], None]) -> None:
+    def __init__(self, site: Site, variable: str, on_truth: Callable[[GroundTruth], None]) -> None:
         self._terms: dict[str, dict[str, t.Term]] = {}
         for rule in site.rules:
             for kind, term in rule.terms.items():
-                if about in t.variables_of(term):
+                if variable in t.variables_of(term):
                     self._terms.setdefault(kind, {})[rule.id] = term
-        self._told = told
-        self.moving: dict[Motion, Action] = {}
+        self._told = on_truth
+        self.moving: dict[MotionHandle, Action] = {}
         self.broken: tuple[str, ...] = ()
 
-    def __call__(self, truth: Truth) -> None:
+    def __call__(self, truth: GroundTruth) -> None:
         """Look at what is true now."""
         values = truth.values
         self.broken = tuple(
             rule
             for action in self.moving.values()
             for rule, term in self._terms.get(action.kind, {}).items()
-            if not holds(term, _read(term, {**values, **action.parameters}))
+            if not is_true(term, _read(term, {**values, **action.parameters}))
         )
         self._told(truth)
 
 
-class Refereed:
+class RefereedPlant:
     """A plant whose referee hears what moves and what has ended; in all else the one that it is given.
 
     asked: hears of each rule that the monitor names.
     """
 
-    def __init__(self, plant: Plant, referee: Referee, asked: Callable[[str], None]) -> None:
+    def __init__(self, plant: Plant, referee: InvariantReferee, on_violation: Callable[[str], None]) -> None:
         self._plant = plant
         self._referee = referee
-        self._asked = asked
+        self._asked = on_violation
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """See `Plant`."""
         begun = self._plant.begin(action, decided)
-        if not isinstance(begun, Completion):
+        if not isinstance(begun, MotionCompletion):
             self._referee.moving[begun] = action
         return begun
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """See `Plant`."""
 
         def watched(now: float, measured: Mapping[str, Any]) -> str | None:
@@ -95,7 +95,7 @@ class Refereed:
         return getattr(self._plant, name)
 
 
-def constant(site: Site, name: str) -> float:
+def site_constant(site: Site, name: str) -> float:
     """A number of the site's; raises `MisuseError` where there is none."""
     found = site.constants.get(name)
     if not isinstance(found, t.Literal) or not isinstance(found.value, Fraction):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
-from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.gate.decision import DecisionKind
 
 GENESIS: Final = hashlib.sha256(b"aeros/audit/1").hexdigest()
 """`previous` of the first record; names the format."""
@@ -21,7 +21,7 @@ GENESIS: Final = hashlib.sha256(b"aeros/audit/1").hexdigest()
 Record = dict[str, Any]
 """A record as it was read, without its own hash."""
 
-Watcher = Callable[[Record, str], str | None]
+RecordCheck = Callable[[Record, str], str | None]
 """Looks at each sound record and its hash, in order; says what is wrong with it beyond the chain, or None."""
 
 _HASH_FIELD: Final = b',"hash":"'
@@ -33,7 +33,7 @@ _TYPES: Final = {
     "event": (str,),
     "details": (dict,),
 }
-_ENDING: Final = len(_HASH_FIELD) + 64 + len(_HASH_END)
+_HASH_SUFFIX_LENGTH: Final = len(_HASH_FIELD) + 64 + len(_HASH_END)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,14 +44,14 @@ class DecisionCounts:
     attenuated: int = 0
     denied: int = 0
 
-    def plus(self, verdict: Verdict) -> DecisionCounts:
+    def with_decision(self, verdict: DecisionKind) -> DecisionCounts:
         """These and one decision more."""
         match verdict:
-            case Verdict.ALLOW:
+            case DecisionKind.ALLOW:
                 return DecisionCounts(self.allowed + 1, self.attenuated, self.denied)
-            case Verdict.ATTENUATE:
+            case DecisionKind.ATTENUATE:
                 return DecisionCounts(self.allowed, self.attenuated + 1, self.denied)
-            case Verdict.DENY:
+            case DecisionKind.DENY:
                 return DecisionCounts(self.allowed, self.attenuated, self.denied + 1)
 
 
@@ -69,17 +69,17 @@ class AuditReport:
     records: int
     head: str
     bad_record: int | None
-    why: str
+    reason: str
     decisions: DecisionCounts
 
     @property
-    def sound(self) -> bool:
+    def is_sound(self) -> bool:
         """Whether the whole file is one unbroken chain."""
         return self.bad_record is None
 
 
 @dataclass(frozen=True, slots=True)
-class Scan:
+class LogPrefix:
     """The sound beginning of a log, its length in bytes, and what follows it.
 
     first: hash of the first record, of none `GENESIS`.
@@ -92,10 +92,10 @@ class Scan:
     end: int
     decisions: DecisionCounts
     problem: str | None = None
-    torn: bytes | None = None
+    torn_tail: bytes | None = None
 
 
-def verify_log(path: Path, watch: Watcher | None = None) -> AuditReport:
+def verify_log(path: Path, watch: RecordCheck | None = None) -> AuditReport:
     """Whether the log is one unbroken chain, and if not, which record is the first bad one and why.
 
     watch: is shown the sound records, and may find one bad.
@@ -103,30 +103,30 @@ def verify_log(path: Path, watch: Watcher | None = None) -> AuditReport:
     """
     try:
         with path.open("rb") as file:
-            found = scan(file, watch)
+            found = read_prefix(file, watch)
     except OSError as failure:
         return AuditReport(0, GENESIS, 0, f"the log cannot be read: {failure}", DecisionCounts())
     bad = None if found.problem is None else found.records
     return AuditReport(found.records, found.head, bad, found.problem or "", found.decisions)
 
 
-def end_record(body: bytes) -> tuple[bytes, str]:
+def seal_record(body: bytes) -> tuple[bytes, str]:
     """The line of a record, given its canonical JSON without hash, and the hash."""
     own = hashlib.sha256(body).hexdigest()
     return body[:-1] + _HASH_FIELD + own.encode("ascii") + _HASH_END, own
 
 
-def scan(file: BinaryIO, watch: Watcher | None = None) -> Scan:
+def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
     """Read a log from its start up to its end or its first bad record."""
     file.seek(0)
     size = os.fstat(file.fileno()).st_size
-    sound = Scan(0, GENESIS, GENESIS, 0, DecisionCounts())
+    sound = LogPrefix(0, GENESIS, GENESIS, 0, DecisionCounts())
     for line in file:
         if not line.endswith(b"\n"):
-            return replace(sound, problem=f"record {sound.records} is cut short", torn=line)
+            return replace(sound, problem=f"record {sound.records} is cut short", torn_tail=line)
         if b"\0" in line and sound.end + len(line) == size:
             # A crash can persist a later block of a record and not an earlier one.
-            return replace(sound, problem=f"record {sound.records} is half written", torn=line)
+            return replace(sound, problem=f"record {sound.records} is half written", torn_tail=line)
         checked = _check(line, sound, watch)
         if checked.problem is not None:
             return checked
@@ -134,11 +134,11 @@ def scan(file: BinaryIO, watch: Watcher | None = None) -> Scan:
     return sound
 
 
-def _check(line: bytes, before: Scan, watch: Watcher | None) -> Scan:
+def _check(line: bytes, before: LogPrefix, watch: RecordCheck | None) -> LogPrefix:
     """`before` and the record `line`, or `before` and why `line` cannot follow it."""
     place = before.records
-    body = line[:-_ENDING] + b"}"
-    expected, own = end_record(body)
+    body = line[:-_HASH_SUFFIX_LENGTH] + b"}"
+    expected, own = seal_record(body)
     if line != expected:
         return replace(before, problem=f"record {place} was edited: its hash is not that of its content")
     record = _parse(body)
@@ -154,9 +154,9 @@ def _check(line: bytes, before: Scan, watch: Watcher | None) -> Scan:
         return replace(before, problem=objection)
     decisions = before.decisions
     if record["event"] == "decision":
-        decisions = decisions.plus(Verdict(record["details"]["verdict"]))
+        decisions = decisions.with_decision(DecisionKind(record["details"]["verdict"]))
     first = own if place == 0 else before.first
-    return Scan(place + 1, first, own, before.end + len(line), decisions)
+    return LogPrefix(place + 1, first, own, before.end + len(line), decisions)
 
 
 def _parse(body: bytes) -> Record | None:
@@ -169,7 +169,7 @@ def _parse(body: bytes) -> Record | None:
         record = json.loads(body)
         spelt = json.dumps(record, sort_keys=True, separators=(",", ":"), allow_nan=False)
         if record["event"] == "decision":
-            Verdict(record["details"]["verdict"])
+            DecisionKind(record["details"]["verdict"])
         formed = record.keys() == _TYPES.keys() and all(
             type(record[name]) in types for name, types in _TYPES.items()
         )

@@ -6,7 +6,7 @@ where whoever can write the log cannot write: it says how long the log was at le
 tail can be cut off up to there.
 
 A checkpoint is durable before it is anchored, so an anchor is never ahead of the log it belongs to.
-What neither shows: the records after the newest checkpoint, at most `EVERY`, and with a key but
+What neither shows: the records after the newest checkpoint, at most `CHECKPOINT_INTERVAL`, and with a key but
 without an anchor, a log cut off right after an earlier checkpoint or exchanged for another one that the key
 signed.
 """
@@ -19,22 +19,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.files import replace_file
+from aeros.files import replace_durably
 from aeros.runtime.audit.check import AuditReport, Record, verify_log
 from aeros.runtime.audit.keys import PublicKey, SigningKey
-from aeros.runtime.canonical_json import canonical
+from aeros.runtime.canonical_json import to_canonical_json
 
 CHECKPOINT: Final = "checkpoint"
 """The event of a record that is a checkpoint."""
 
-TAIL_MENDED: Final = "tail-mended"
+TAIL_REPAIRED: Final = "tail-mended"
 """The event of the note that a torn last line was replaced."""
 
-EVERY: Final = 64
+CHECKPOINT_INTERVAL: Final = 64
 """Records after which the next is a checkpoint, at the latest."""
 
 _FORMAT: Final = "aeros/audit-checkpoint/1"
-_LARGEST_ANCHOR: Final = 10_000
+_MAX_ANCHOR_BYTES: Final = 10_000
 
 
 class AnchorError(Exception):
@@ -42,7 +42,7 @@ class AnchorError(Exception):
 
 
 @dataclass(frozen=True)
-class Signing:
+class SigningConfiguration:
     """What a writer signs with, and where it keeps the newest checkpoint besides the log."""
 
     key: SigningKey
@@ -50,7 +50,7 @@ class Signing:
 
 
 @dataclass(frozen=True, slots=True)
-class Checkpoint:
+class AuditCheckpoint:
     """That the log `log` held `sequence` records, the last of which has the hash `head`, at `time`.
 
     log: the hash of its first record.
@@ -66,17 +66,17 @@ class Checkpoint:
     key: str
     signature: str = ""
 
-    def message(self) -> bytes:
+    def signed_bytes(self) -> bytes:
         """What is signed."""
-        return canonical({**self.details(), "signature": "", "format": _FORMAT})
+        return to_canonical_json({**self.details(), "signature": "", "format": _FORMAT})
 
-    def signed(self, key: SigningKey) -> Checkpoint:
+    def sign(self, key: SigningKey) -> AuditCheckpoint:
         """The same with `key`'s signature."""
-        return replace(self, signature=key.sign(self.message()))
+        return replace(self, signature=key.sign(self.signed_bytes()))
 
     def is_signed_by(self, key: PublicKey) -> bool:
         """Whether the signature is `key`'s over this very statement."""
-        return self.key == key.id and key.has_signed(self.signature, self.message())
+        return self.key == key.id and key.verify(self.signature, self.signed_bytes())
 
     def details(self) -> dict[str, Any]:
         """As the record and the anchor hold it."""
@@ -94,23 +94,23 @@ _TYPES: Final = {
 }
 
 
-def checkpoint_of(details: Mapping[str, Any]) -> Checkpoint | None:
+def parse_checkpoint(details: Mapping[str, Any]) -> AuditCheckpoint | None:
     """The checkpoint that a record or an anchor holds, or None for what is none."""
     if details.keys() != _TYPES.keys():
         return None
     if not all(type(details[name]) in types for name, types in _TYPES.items()):
         return None
-    return Checkpoint(**details)
+    return AuditCheckpoint(**details)
 
 
-class CheckpointWatch:
+class CheckpointVerifier:
     """Watches a log being read for what its checkpoints and its anchor say of it.
 
     signed: how many records the checkpoints met so far vouch for, themselves included.
     closed: whether the last record is one that closes the log.
     """
 
-    def __init__(self, key: PublicKey, anchor: Checkpoint | None = None) -> None:
+    def __init__(self, key: PublicKey, anchor: AuditCheckpoint | None = None) -> None:
         self.log: str | None = None
         self.signed = 0
         self.closed = False
@@ -119,20 +119,20 @@ class CheckpointWatch:
         self._bare = 0  # records since the last checkpoint, without notes of crashes in between
 
     def __call__(self, record: Record, own: str) -> str | None:
-        """What is wrong with this record, or None; see `audit_check.Watcher`."""
+        """What is wrong with this record, or None; see `audit_check.RecordCheck`."""
         place = record["sequence"]
         if place == 0:
             self.log = own
             if self._anchor is not None and self._anchor.log != own:
                 return "the anchor is of another log, or this one was rewritten from its first record"
-        found = checkpoint_of(record["details"]) if record["event"] == CHECKPOINT else None
+        found = parse_checkpoint(record["details"]) if record["event"] == CHECKPOINT else None
         if self._anchor is not None and self._anchor.sequence == place and found != self._anchor:
             return f"record {place} is not the checkpoint that the anchor holds: the log was rewritten"
         self.closed = False
         if record["event"] != CHECKPOINT:
-            self._bare += record["event"] != TAIL_MENDED
-            if self.signed and self._bare > EVERY:
-                return f"record {place} should be a checkpoint: {EVERY} records before it are not signed"
+            self._bare += record["event"] != TAIL_REPAIRED
+            if self.signed and self._bare > CHECKPOINT_INTERVAL:
+                return f"record {place} should be a checkpoint: {CHECKPOINT_INTERVAL} records before it are not signed"
             return None
         if found is None or not found.is_signed_by(self._key):
             return f"the checkpoint in record {place} is not signed with this key"
@@ -143,7 +143,7 @@ class CheckpointWatch:
         self.signed, self.closed, self._bare = place + 1, found.closing, 0
         return None
 
-    def missing(self, records: int) -> str | None:
+    def missing_tail(self, records: int) -> str | None:
         """What a log of that many records lacks at its end, or None."""
         if self._anchor is None or self._anchor.sequence < records:
             return None
@@ -155,7 +155,7 @@ class CheckpointWatch:
 
 
 @dataclass(frozen=True, slots=True)
-class SignedReport:
+class SignatureReport:
     """What chain, signatures and anchor together say of a log.
 
     signed: how many records, from the first on, the key vouches for.
@@ -169,7 +169,7 @@ class SignedReport:
     closed: bool
 
 
-def verify_signed(path: Path, key: PublicKey, anchor: Path | None = None) -> SignedReport:
+def verify_signed(path: Path, key: PublicKey, anchor: Path | None = None) -> SignatureReport:
     """Whether the log is an unbroken chain that `key` signed, and reaches to where its anchor says.
 
     Raises `AnchorError` where `anchor` is given and is none, or not signed with `key`.
@@ -177,22 +177,22 @@ def verify_signed(path: Path, key: PublicKey, anchor: Path | None = None) -> Sig
     anchored = None if anchor is None else read_anchor(anchor, key)
     if anchor is not None and anchored is None:
         raise AnchorError(f"there is no anchor at `{anchor}`")
-    watch = CheckpointWatch(key, anchored)
+    watch = CheckpointVerifier(key, anchored)
     chain = verify_log(path, watch)
-    if chain.sound:
+    if chain.is_sound:
         unsigned = None if watch.signed else "no checkpoint of this key is in the log"
-        why = watch.missing(chain.records) or unsigned
-        chain = chain if why is None else replace(chain, bad_record=chain.records, why=why)
-    reached = anchored.sequence + 1 if anchored is not None and chain.sound else 0
-    return SignedReport(chain, watch.signed, reached, watch.closed)
+        why = watch.missing_tail(chain.records) or unsigned
+        chain = chain if why is None else replace(chain, bad_record=chain.records, reason=why)
+    reached = anchored.sequence + 1 if anchored is not None and chain.is_sound else 0
+    return SignatureReport(chain, watch.signed, reached, watch.closed)
 
 
-def read_anchor(path: Path, key: PublicKey) -> Checkpoint | None:
+def read_anchor(path: Path, key: PublicKey) -> AuditCheckpoint | None:
     """The checkpoint at `path`, signed with `key`; None where there is no file."""
     try:
         with path.open("rb") as file:
-            content = file.read(_LARGEST_ANCHOR)
-        found = checkpoint_of(dict(json.loads(content)))
+            content = file.read(_MAX_ANCHOR_BYTES)
+        found = parse_checkpoint(dict(json.loads(content)))
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -206,6 +206,6 @@ def read_anchor(path: Path, key: PublicKey) -> Checkpoint | None:
     return found
 
 
-def write_anchor(path: Path, checkpoint: Checkpoint) -> None:
+def write_anchor(path: Path, checkpoint: AuditCheckpoint) -> None:
     """Put `checkpoint` at `path`, whole or not at all, and durable; raises `OSError`."""
-    replace_file(path, canonical(checkpoint.details()) + b"\n")
+    replace_durably(path, to_canonical_json(checkpoint.details()) + b"\n")

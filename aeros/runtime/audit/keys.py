@@ -20,7 +20,7 @@ _OWNER_ONLY: Final = 0o600
 _MISSING: Final = "signing needs the package `cryptography`: pip install 'aeros[audit]'"
 
 
-class KeyRefusedError(Exception):
+class InvalidKeyError(Exception):
     """A key that is not there, is none, or is open to others; the message says which."""
 
 
@@ -31,7 +31,7 @@ class PublicKey:
         self._key = key
         self.id = hashlib.sha256(key.public_bytes_raw()).hexdigest()
 
-    def has_signed(self, signature: str, message: bytes) -> bool:
+    def verify(self, signature: str, message: bytes) -> bool:
         """Whether `signature`, in hexadecimal, is this key's over `message`."""
         from cryptography.exceptions import InvalidSignature
 
@@ -58,19 +58,19 @@ class SigningKey:
 def make_key(path: Path) -> Path:
     """Write a new private key to `path`, readable by its owner alone; the path of its public key.
 
-    Raises `KeyRefusedError` where either is there already: a key that is gone can never sign again.
+    Raises `InvalidKeyError` where either is there already: a key that is gone can never sign again.
     """
     try:
         from cryptography.hazmat.primitives import serialization as form
         from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
     except ImportError as missing:
-        raise KeyRefusedError(_MISSING) from missing
+        raise InvalidKeyError(_MISSING) from missing
     key = Ed25519PrivateKey.generate()
     private = key.private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, form.NoEncryption())
     public = key.public_key().public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
     public_path = path.with_name(path.name + PUBLIC_SUFFIX)
     if public_path.exists():
-        raise KeyRefusedError(f"`{public_path}` is there already")
+        raise InvalidKeyError(f"`{public_path}` is there already")
     _write_new(path, private, _OWNER_ONLY)
     _write_new(public_path, public, 0o644)
     return public_path
@@ -82,16 +82,16 @@ def read_signing_key(path: Path) -> SigningKey:
         from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
         from cryptography.hazmat.primitives.serialization import load_pem_private_key
     except ImportError as missing:
-        raise KeyRefusedError(_MISSING) from missing
+        raise InvalidKeyError(_MISSING) from missing
     content = _read(path)
     if stat.S_IMODE(path.stat().st_mode) & 0o077:
-        raise KeyRefusedError(f"`{path}` is open to others than its owner: chmod 600 it")
+        raise InvalidKeyError(f"`{path}` is open to others than its owner: chmod 600 it")
     try:
         key = load_pem_private_key(content, password=None)
     except (ValueError, TypeError) as error:
-        raise KeyRefusedError(f"`{path}` is not a private key without a password, as PEM") from error
+        raise InvalidKeyError(f"`{path}` is not a private key without a password, as PEM") from error
     if not isinstance(key, Ed25519PrivateKey):
-        raise KeyRefusedError(f"`{path}` is a key, but not an Ed25519 one")
+        raise InvalidKeyError(f"`{path}` is a key, but not an Ed25519 one")
     return SigningKey(key)
 
 
@@ -101,13 +101,13 @@ def read_public_key(path: Path) -> PublicKey:
         from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
         from cryptography.hazmat.primitives.serialization import load_pem_public_key
     except ImportError as missing:
-        raise KeyRefusedError(_MISSING) from missing
+        raise InvalidKeyError(_MISSING) from missing
     try:
         key = load_pem_public_key(_read(path))
     except ValueError as error:
-        raise KeyRefusedError(f"`{path}` is not a public key, as PEM") from error
+        raise InvalidKeyError(f"`{path}` is not a public key, as PEM") from error
     if not isinstance(key, Ed25519PublicKey):
-        raise KeyRefusedError(f"`{path}` is a public key, but not an Ed25519 one")
+        raise InvalidKeyError(f"`{path}` is a public key, but not an Ed25519 one")
     return PublicKey(key)
 
 
@@ -115,7 +115,7 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise KeyRefusedError(f"the key `{path}` cannot be read: {error.strerror}") from error
+        raise InvalidKeyError(f"the key `{path}` cannot be read: {error.strerror}") from error
 
 
 def _write_new(path: Path, content: bytes, mode: int) -> None:
@@ -126,4 +126,4 @@ def _write_new(path: Path, content: bytes, mode: int) -> None:
             opened.flush()
             os.fsync(opened.fileno())
     except OSError as error:
-        raise KeyRefusedError(f"`{path}` cannot be written: {error.strerror}") from error
+        raise InvalidKeyError(f"`{path}` cannot be written: {error.strerror}") from error

@@ -37,35 +37,35 @@ from aeros.runtime.audit.check import (
     AuditReport,
     DecisionCounts,
     Record,
-    end_record,
-    scan,
+    read_prefix,
+    seal_record,
     verify_log,
 )
 from aeros.runtime.audit.checkpoints import (
     CHECKPOINT,
-    EVERY,
-    TAIL_MENDED,
+    CHECKPOINT_INTERVAL,
+    TAIL_REPAIRED,
     AnchorError,
-    Checkpoint,
-    CheckpointWatch,
-    Signing,
+    AuditCheckpoint,
+    CheckpointVerifier,
+    SigningConfiguration,
     read_anchor,
     write_anchor,
 )
 from aeros.runtime.audit.format import explain_problem
-from aeros.runtime.canonical_json import Encoded, canonical
-from aeros.runtime.gate.decision import Verdict
-from aeros.runtime.ports import Head
+from aeros.runtime.canonical_json import Encoded, to_canonical_json
+from aeros.runtime.gate.decision import DecisionKind
+from aeros.runtime.ports import LogHead
 from aeros.spec.model.model import Durability
 
 __all__ = ["AuditError", "AuditLog", "AuditReport", "DecisionCounts", "verify_log"]
 
-BATCH: Final = 64
+SYNC_BATCH: Final = 64
 """Records that one sync makes durable where the site batches them."""
 
 _OWNER_ONLY: Final = 0o600
 
-_ENCODED: Final = ("state", "motion")
+_ENCODED_EVENTS: Final = ("state", "motion")
 """Details of a decision that come with their canonical text, as its digests are of that; ours alone."""
 
 
@@ -79,7 +79,8 @@ class AuditLog:
     Opening verifies the whole chain and refuses to continue one that is not sound.  A last line torn
     by a crash was never acknowledged: it is replaced by a `tail-mended` record that says so.
     clock: seconds since 1970, for people; nothing is decided by it.
-    signing: sign a checkpoint now, every `EVERY` records and at the end, and keep the newest at the anchor.
+    signing: sign a checkpoint now, every `CHECKPOINT_INTERVAL` records and at the end, and keep the newest
+        at the anchor.
     listener: is given the line of each record once that is safe, in order; must be quick and not raise.
     Assumes: `fdatasync` reaches the medium, and the process does not fork while it writes.
     """
@@ -90,7 +91,7 @@ class AuditLog:
         clock: Callable[[], float] = time.time,
         *,
         durability: Durability = Durability.EVERY_RECORD,
-        signing: Signing | None = None,
+        signing: SigningConfiguration | None = None,
         listener: Callable[[bytes], None] | None = None,
     ) -> None:
         self.path = path
@@ -112,7 +113,7 @@ class AuditLog:
         # Why nothing can be appended; None while all is well.
         self._broken: str | None = "it is not open yet"
         try:
-            self._continue()
+            self._open_existing()
         except BaseException:
             self.close()
             raise
@@ -126,16 +127,16 @@ class AuditLog:
         """
         with self._lock:
             sequence = self._append(event, details)
-            if self._signing is not None and self._unsigned >= EVERY:
+            if self._signing is not None and self._unsigned >= CHECKPOINT_INTERVAL:
                 self._sign(self._signing, closing=False)
             return sequence
 
     @property
-    def head(self) -> Head:
+    def head(self) -> LogHead:
         """Where the log ends."""
-        return Head(self._sequence, self._head)
+        return LogHead(self._sequence, self._head)
 
-    def since(self, head: Head) -> list[Record] | None:
+    def records_since(self, head: LogHead) -> list[Record] | None:
         """The records after `head`; None where the log never ended so.  Raises `AuditError`."""
         found: list[Record] = []
         hashes = {0: head.hash}
@@ -147,8 +148,8 @@ class AuditLog:
                 hashes[head.records] = own
 
         report = verify_log(self.path, look)
-        if not report.sound:
-            why = explain_problem(self.path, report.why)
+        if not report.is_sound:
+            why = explain_problem(self.path, report.reason)
             raise AuditError(f"the audit log `{self.path}` is not sound: {why}")
         return found if hashes.get(head.records) == head.hash else None
 
@@ -178,44 +179,44 @@ class AuditLog:
 
     # Inside.
 
-    def _continue(self) -> None:
+    def _open_existing(self) -> None:
         """Take the lock, check what is there, mend a torn tail, and sign what is there now."""
-        watch = self._watch()
+        watch = self._check_signatures()
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(self._file), "rb") as file:
-                found = scan(file, watch)
+                found = read_prefix(file, watch)
             sync_folder(self.path.parent)
         except BlockingIOError as failure:
             raise AuditError(f"another process writes the audit log `{self.path}`") from failure
         except OSError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be read: {failure}") from failure
-        problem = found.problem if found.torn is None else None
+        problem = found.problem if found.torn_tail is None else None
         if problem is None and watch is not None:
-            problem = watch.missing(found.records)
+            problem = watch.missing_tail(found.records)
         if problem is not None:
             why = explain_problem(self.path, problem)
             raise AuditError(f"the audit log `{self.path}` is not sound: {why}")
         self._sequence, self._head, self._end = found.records, found.head, found.end
         self._id = found.first
         self._broken = None
-        if found.torn is not None:
+        if found.torn_tail is not None:
             # Written over the torn bytes, so no crash in between can lose the note.
-            details = {"bytes": len(found.torn), "sha256": hashlib.sha256(found.torn).hexdigest()}
-            self._append(TAIL_MENDED, details, cut=True)
+            details = {"bytes": len(found.torn_tail), "sha256": hashlib.sha256(found.torn_tail).hexdigest()}
+            self._append(TAIL_REPAIRED, details, cut=True)
         if self._signing is not None:
             if self._sequence == 0:
                 # Random, so that no other log has the same first record.
                 self._append("log-began", {"nonce": secrets.token_hex(16)})
             self._sign(self._signing, closing=False)
 
-    def _watch(self) -> CheckpointWatch | None:
+    def _check_signatures(self) -> CheckpointVerifier | None:
         """Holds what is there against key and anchor, which the next checkpoint would otherwise hide."""
         if self._signing is None:
             return None
         key, anchor = self._signing.key.public, self._signing.anchor
         try:
-            return CheckpointWatch(key, None if anchor is None else read_anchor(anchor, key))
+            return CheckpointVerifier(key, None if anchor is None else read_anchor(anchor, key))
         except AnchorError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be continued: {failure}") from failure
 
@@ -229,9 +230,9 @@ class AuditLog:
     ) -> int:
         if self._broken is not None:
             raise AuditError(f"the audit log `{self.path}` cannot be written: {self._broken}")
-        body = self._body(event, details, self._clock() if written is None else written)
-        line, head = end_record(body)
-        self._write(line, cut=cut, sync=self._syncs(event, details))
+        body = self._encode_record(event, details, self._clock() if written is None else written)
+        line, head = seal_record(body)
+        self._write(line, cut=cut, sync=self._must_sync(event, details))
         sequence = self._sequence
         self._sequence, self._head, self._end = sequence + 1, head, self._end + len(line)
         self._unsigned += 1
@@ -241,22 +242,24 @@ class AuditLog:
             self._listener(line)
         return sequence
 
-    def _body(self, event: str, details: Mapping[str, Any] | Encoded, written: float) -> bytes:
+    def _encode_record(self, event: str, details: Mapping[str, Any] | Encoded, written: float) -> bytes:
         """The canonical JSON of a record without its hash."""
         sequence, previous = self._sequence, self._head
         if isinstance(details, Encoded):
             text = (
                 f'{{"details":{details.text},"event":{encode_basestring_ascii(event)}'
-                f',"previous":"{previous}","sequence":{sequence},"written":{canonical(written).decode()}}}'
+                f',"previous":"{previous}","sequence":{sequence},"written":{to_canonical_json(written).decode()}}}'
             )
             return text.encode("ascii")
         head = {"sequence": sequence, "previous": previous, "written": written, "event": event}
-        return canonical({**head, "details": dict(details)}, _ENCODED)
+        return to_canonical_json({**head, "details": dict(details)}, _ENCODED_EVENTS)
 
-    def _sign(self, signing: Signing, *, closing: bool) -> None:
+    def _sign(self, signing: SigningConfiguration, *, closing: bool) -> None:
         """Append a checkpoint, and then keep it at the anchor too."""
         key, now = signing.key, self._clock()
-        checkpoint = Checkpoint(self._id, self._sequence, self._head, now, closing, key.public.id).signed(key)
+        checkpoint = AuditCheckpoint(self._id, self._sequence, self._head, now, closing, key.public.id).sign(
+            key
+        )
         self._append(CHECKPOINT, checkpoint.details(), written=now)
         self._unsigned = 0
         if signing.anchor is not None:
@@ -268,15 +271,15 @@ class AuditLog:
                     f"the audit log `{self.path}` cannot be written: {self._broken}"
                 ) from failure
 
-    def _syncs(self, event: str, details: Mapping[str, Any] | Encoded) -> bool:
+    def _must_sync(self, event: str, details: Mapping[str, Any] | Encoded) -> bool:
         """Whether this record, with all before it, must be durable before anything else happens."""
         if self._durability is Durability.EVERY_RECORD or event == CHECKPOINT:
             return True
         if self._durability is Durability.BEFORE_MOTION:
             # Of what is told as text it is not read whether it allows anything.
-            is_denial = isinstance(details, Mapping) and details.get("verdict") == Verdict.DENY.value
+            is_denial = isinstance(details, Mapping) and details.get("verdict") == DecisionKind.DENY.value
             return event == "decision" and not is_denial
-        return self._unsynced + 1 >= BATCH
+        return self._unsynced + 1 >= SYNC_BATCH
 
     def _write(self, line: bytes, *, sync: bool, cut: bool = False) -> None:
         # Holds if anything, a signal for instance, ends the write half-way.

@@ -20,7 +20,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from aeros.runtime.bus.messages import Message, Time
 from aeros.runtime.bus.port import M
 
-_OWN: Final = Path(__file__).parent / "aeros_msgs" / "msg"
+_AEROS_MESSAGES: Final = Path(__file__).parent / "aeros_msgs" / "msg"
 _VERSION: Final = 9  # of a bag's metadata, that of ROS 2 Jazzy
 
 
@@ -29,14 +29,14 @@ class BagError(Exception):
 
 
 class Bag:
-    """Implements `port.Publishing`: what is published is kept in `folder`, which must not exist yet.
+    """Implements `port.PublisherFactory`: what is published is kept in `folder`, which must not exist yet.
 
     A message is kept under its own time stamp, on the plant's clock.  One thread at a time publishes.
     """
 
     def __init__(self, folder: Path) -> None:
         self._store = get_typestore(Stores.ROS2_HUMBLE)
-        for path in sorted(_OWN.glob("*.msg")):
+        for path in sorted(_AEROS_MESSAGES.glob("*.msg")):
             text = path.read_text(encoding="utf-8")
             self._store.register(get_types_from_msg(text, f"aeros_msgs/msg/{path.stem}"))
         self._topics: dict[str, Connection] = {}
@@ -47,14 +47,14 @@ class Bag:
             raise BagError(f"no bag can be made in `{folder}`: {failure}") from failure
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _Recorder[M]:
-        """See `Publishing`; a bag has no use for latching."""
+        """See `PublisherFactory`; a bag has no use for latching."""
         if topic not in self._topics:
             self._topics[topic] = self._writer.add_connection(topic, kind.ros, typestore=self._store)
         return _Recorder(self, topic)
 
-    def keep(self, topic: str, message: Message) -> None:
+    def write_message(self, topic: str, message: Message) -> None:
         """Put it into the bag."""
-        data = self._store.serialize_cdr(_with_arrays(message), message.ros)
+        data = self._store.serialize_cdr(_to_numpy_fields(message), message.ros)
         self._writer.write(self._topics[topic], _nanoseconds(message), data)
 
     def close(self) -> None:
@@ -101,17 +101,19 @@ class _Recorder(Generic[M]):
 
     def publish(self, message: M) -> None:
         """See `port.Publisher`."""
-        self._bag.keep(self._topic, message)
+        self._bag.write_message(self._topic, message)
 
 
-def _with_arrays(message: Message) -> Message:
+def _to_numpy_fields(message: Message) -> Message:
     """`message` for `rosbags`, which reads any object's fields: with NumPy's arrays where numbers follow."""
-    numbers = {name: np.array(getattr(message, name), np.float64) for name in _numbers_of(type(message))}
+    numbers = {
+        name: np.array(getattr(message, name), np.float64) for name in _number_sequence_fields(type(message))
+    }
     return replace(message, **numbers) if numbers else message
 
 
 @cache
-def _numbers_of(kind: type[Message]) -> frozenset[str]:
+def _number_sequence_fields(kind: type[Message]) -> frozenset[str]:
     """The fields that are sequences of numbers."""
     hints = get_type_hints(kind)
     return frozenset(name for name in kind.__struct_fields__ if hints[name] == tuple[float, ...])
@@ -119,16 +121,16 @@ def _numbers_of(kind: type[Message]) -> frozenset[str]:
 
 def _nanoseconds(message: Message) -> int:
     """When it says it is, on the plant's clock; the beginning where it names no time."""
-    when = next(_times(message), Time())
+    when = next(_stamps(message), Time())
     return when.sec * 10**9 + when.nanosec
 
 
-def _times(value: Any) -> Iterator[Time]:
+def _stamps(value: Any) -> Iterator[Time]:
     if isinstance(value, Time):
         yield value
     elif isinstance(value, Message):
         for name in value.__struct_fields__:
-            yield from _times(getattr(value, name))
+            yield from _stamps(getattr(value, name))
     elif isinstance(value, tuple):
         for one in value:
-            yield from _times(one)
+            yield from _stamps(one)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from aeros.runtime.bus.message_publisher import Chain
+from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import (
-    Completion,
     Monitor,
-    Motion,
-    Motionless,
-    Plan,
+    MotionCompletion,
+    MotionHandle,
+    NoMotion,
+    PlannedMotion,
     Plant,
     Readings,
     Trajectory,
@@ -19,17 +19,17 @@ from aeros.runtime.ports import (
 from aeros.skill import Action
 
 
-class Listener(Protocol):
+class MeasurementListener(Protocol):
     """Who hears what is measured; it may not raise, and should not take long."""
 
-    def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
+    def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
         """What was measured at the control tick at `now`, by vocabulary name, SI."""
 
-    def observed(self, readings: Readings, chain: Chain) -> None:
+    def on_observed(self, readings: Readings, chain: RobotChain) -> None:
         """What was measured, each value at its own time."""
 
 
-class WatchedPlant:
+class ListenedPlant:
     """Implements `ports.Plant` by `plant`, and tells `listeners` what is observed and each control tick.
 
     A plant is wrapped once, with as many listeners as there are.
@@ -37,11 +37,11 @@ class WatchedPlant:
     begun since that may move the base.
     """
 
-    def __init__(self, plant: Plant, *listeners: Listener) -> None:
+    def __init__(self, plant: Plant, *listeners: MeasurementListener) -> None:
         self._plant = plant
         self._listeners = listeners
-        self._chain = Chain()
-        self._travelling: set[Motion] = set()
+        self._chain = RobotChain()
+        self._travelling: set[MotionHandle] = set()
 
     def now(self) -> float:
         """See `Plant`."""
@@ -51,38 +51,38 @@ class WatchedPlant:
         """See `Plant`."""
         readings = self._plant.observe()
         for listener in self._listeners:
-            listener.observed(readings, self._chain)
+            listener.on_observed(readings, self._chain)
         return readings
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """See `Plant`."""
         plan = self._plant.plan(action)
         if isinstance(plan, Trajectory):
-            self._chain = Chain(plan.body, None if self._travelling else plan.base)
+            self._chain = RobotChain(plan.body, None if self._travelling else plan.base)
         return plan
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """See `Plant`."""
         begun = self._plant.begin(action, decided)
-        if not isinstance(begun, Completion) and not _stays(decided):
+        if not isinstance(begun, MotionCompletion) and not _base_is_fixed(decided):
             self._travelling.add(begun)
             self._chain = self._chain._replace(base=None)
         return begun
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """See `Plant`; what the monitor says is passed on before anything is told."""
 
         def watching(now: float, values: Mapping[str, Any]) -> str | None:
             rule = monitor(now, values)
             for listener in self._listeners:
-                listener.tick(now, values, self._chain)
+                listener.on_tick(now, values, self._chain)
             return rule
 
         ended = self._plant.advance(watching, until)
         self._travelling.difference_update(ended)
         return ended
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         """See `Plant`."""
         self._plant.halt(motion)
 
@@ -104,6 +104,6 @@ class WatchedPlant:
         self._plant.close()
 
 
-def _stays(plan: Plan | None) -> bool:
+def _base_is_fixed(plan: PlannedMotion | None) -> bool:
     """Whether the plant has said that the base does not move."""
-    return isinstance(plan, Motionless) or (isinstance(plan, Trajectory) and not any(plan.way))
+    return isinstance(plan, NoMotion) or (isinstance(plan, Trajectory) and not any(plan.base_path))

@@ -36,14 +36,14 @@ _QUANTITIES: Final = {
 }
 
 
-class Joints:
+class JointFamily:
     """The families over one index set: `names` are the joints', `families` by what they measure."""
 
     def __init__(self, names: tuple[str, ...], families: dict[str, str]) -> None:
         self.names = names
         self._families = families
 
-    def states(self, readings: Readings) -> Iterator[JointState]:
+    def joint_state_messages(self, readings: Readings) -> Iterator[JointState]:
         """A message for each time at which something of it was measured, from the oldest on."""
         found: defaultdict[float, dict[str, Any]] = defaultdict(dict)
         for quantity, name in self._families.items():
@@ -53,7 +53,7 @@ class Joints:
             yield JointState(Header(stamp(time)), self.names, **values)
 
 
-def joints_of(site: Site) -> list[Joints]:
+def joint_families(site: Site) -> list[JointFamily]:
     """Everything of the vocabulary that measures joints."""
     by_index: dict[tuple[str, ...], defaultdict[str, list[str]]] = {}
     for name, one in site.state.items():
@@ -61,7 +61,7 @@ def joints_of(site: Site) -> list[Joints]:
             case FamilyType(index, RealType(dimension)) if dimension in _QUANTITIES:
                 quantities = by_index.setdefault(index.members, defaultdict(list))
                 quantities[_QUANTITIES[dimension]].append(name)
-    known = site.motion.starts_at if site.motion else None
+    known = site.motion.start_variable if site.motion else None
     found = []
     for members, quantities in by_index.items():
         told = {
@@ -70,26 +70,26 @@ def joints_of(site: Site) -> list[Joints]:
             if known in names or len(names) == 1
         }
         if "position" in quantities:
-            found.append(Joints(members, told))
+            found.append(JointFamily(members, told))
     return found
 
 
-def places_of(site: Site) -> list[str]:
+def position_variables(site: Site) -> list[str]:
     """The names of the vocabulary that are places in the world."""
     return [name for name, one in site.state.items() if one.variable.type == VectorType(LENGTH)]
 
 
-def place(reading: Reading) -> PointStamped:
+def point_message(reading: Reading) -> PointStamped:
     """Where something was measured to be."""
     return PointStamped(Header(stamp(reading.time), WORLD), Point(*reading.value))
 
 
-Single = BoolStamped | Float64Stamped | StringStamped
+ScalarMessage = BoolStamped | Float64Stamped | StringStamped
 
 
-def singles_of(site: Site) -> dict[str, type[Single]]:
+def scalar_variables(site: Site) -> dict[str, type[ScalarMessage]]:
     """The names of the vocabulary that are one value each, predicates among them, and what tells each."""
-    found: dict[str, type[Single]] = {}
+    found: dict[str, type[ScalarMessage]] = {}
     for name, one in site.state.items():
         match one.variable.type:
             case BoolType():
@@ -101,7 +101,7 @@ def singles_of(site: Site) -> dict[str, type[Single]]:
     return found
 
 
-def single(reading: Reading, kind: type[Single]) -> Single:
+def scalar_message(reading: Reading, kind: type[ScalarMessage]) -> ScalarMessage:
     """What was measured, as `kind`."""
     header = Header(stamp(reading.time))
     return (
@@ -111,9 +111,9 @@ def single(reading: Reading, kind: type[Single]) -> Single:
     )
 
 
-def chain_joints_of(site: Site) -> tuple[str, tuple[str, ...]] | None:
+def motion_joints(site: Site) -> tuple[str, tuple[str, ...]] | None:
     """What measures the joints that the site's whole motions are about, and their names."""
     if site.motion is None:
         return None
-    type_ = site.state[site.motion.starts_at].variable.type
-    return (site.motion.starts_at, type_.index.members) if isinstance(type_, FamilyType) else None
+    type_ = site.state[site.motion.start_variable].variable.type
+    return (site.motion.start_variable, type_.index.members) if isinstance(type_, FamilyType) else None

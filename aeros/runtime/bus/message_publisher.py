@@ -7,94 +7,97 @@ from contextlib import contextmanager
 from typing import Generic, NamedTuple
 
 from aeros.runtime.bus.measurement_messages import (
-    chain_joints_of,
-    joints_of,
-    place,
-    places_of,
-    single,
-    singles_of,
+    joint_families,
+    motion_joints,
+    point_message,
+    position_variables,
+    scalar_message,
+    scalar_variables,
 )
 from aeros.runtime.bus.messages import Decision, Event, JointState, PointStamped, TFMessage, Time, stamp
-from aeros.runtime.bus.names import checked_name
-from aeros.runtime.bus.port import M, Publisher, Publishing
-from aeros.runtime.bus.record_messages import event_of
-from aeros.runtime.bus.transforms import transforms
-from aeros.runtime.ports import Body, Readings, Triple
+from aeros.runtime.bus.names import check_ros_name
+from aeros.runtime.bus.port import M, Publisher, PublisherFactory
+from aeros.runtime.bus.record_messages import parse_record
+from aeros.runtime.bus.transforms import chain_transforms
+from aeros.runtime.ports import Readings, RobotBody, Vec3
 from aeros.spec.model.model import Site
 
 
-class Chain(NamedTuple):
+class RobotChain(NamedTuple):
     """What a plant has said of its robot: the body, and where its base is in W, m; None: not known."""
 
-    body: Body | None = None
-    base: Triple | None = None
+    body: RobotBody | None = None
+    base: Vec3 | None = None
 
 
-class Telling:
+class MessagePublisher:
     """Publishes records and states on `bus`.
 
     site: whose vocabulary is spoken; a name of it that ROS 2 does not allow in a topic is not told.
     missed: called, with the reason, for each message that cannot be made or published.
     """
 
-    def __init__(self, bus: Publishing, site: Site, missed: Callable[[str], None]) -> None:
+    def __init__(self, bus: PublisherFactory, site: Site, missed: Callable[[str], None]) -> None:
         self._missed = missed
         self._last = Time()  # on the plant's clock
-        self._joints = [(one, _News(bus.publisher("/joint_states", JointState))) for one in joints_of(site)]
+        self._joints = [
+            (one, _ChangePublisher(bus.publisher("/joint_states", JointState)))
+            for one in joint_families(site)
+        ]
         self._places = {
-            name: _News(bus.publisher(f"/aeros/state/{name}", PointStamped))
-            for name in places_of(site)
+            name: _ChangePublisher(bus.publisher(f"/aeros/state/{name}", PointStamped))
+            for name in position_variables(site)
             if _is_token(name)
         }
         self._singles = {
-            name: (kind, _News(bus.publisher(f"/aeros/state/{name}", kind)))
-            for name, kind in singles_of(site).items()
+            name: (kind, _ChangePublisher(bus.publisher(f"/aeros/state/{name}", kind)))
+            for name, kind in scalar_variables(site).items()
             if _is_token(name)
         }
-        self._chain_joints = chain_joints_of(site)
-        self._transforms = _News(bus.publisher("/tf", TFMessage))
+        self._chain_joints = motion_joints(site)
+        self._transforms = _ChangePublisher(bus.publisher("/tf", TFMessage))
         self._events = bus.publisher("/aeros/events", Event)
         self._decisions = bus.publisher("/aeros/decisions", Decision)
 
-    def record(self, line: bytes) -> None:
+    def publish_record(self, line: bytes) -> None:
         """A record of the audit log."""
-        with self._missing():
-            event, decision = event_of(line, self._last)
+        with self._count_failures():
+            event, decision = parse_record(line, self._last)
             self._events.publish(event)
             if decision is not None:
                 self._decisions.publish(decision)
 
-    def state(self, readings: Readings, chain: Chain) -> None:
+    def publish_state(self, readings: Readings, chain: RobotChain) -> None:
         """What was measured, of a robot of which `chain` is known."""
         if not readings:
             return
-        with self._missing():
+        with self._count_failures():
             self._last = stamp(max(reading.time for reading in readings.values()))
         for joints, states in self._joints:
-            with self._missing():
-                for message in joints.states(readings):
+            with self._count_failures():
+                for message in joints.joint_state_messages(readings):
                     states.publish(message)
         for name, places in self._places.items():
             if name in readings:
-                with self._missing():
-                    places.publish(place(readings[name]))
+                with self._count_failures():
+                    places.publish(point_message(readings[name]))
         for name, (kind, singles) in self._singles.items():
             if name in readings:
-                with self._missing():
-                    singles.publish(single(readings[name], kind))
-        with self._missing():
-            self._tell_chain(readings, chain)
+                with self._count_failures():
+                    singles.publish(scalar_message(readings[name], kind))
+        with self._count_failures():
+            self._publish_chain(readings, chain)
 
-    def _tell_chain(self, readings: Readings, chain: Chain) -> None:
+    def _publish_chain(self, readings: Readings, chain: RobotChain) -> None:
         if self._chain_joints is None or chain.body is None:
             return
         name, joints = self._chain_joints
         if name in readings:
             q, time = readings[name].value, readings[name].time
-            self._transforms.publish(transforms(chain.body, chain.base, joints, q, stamp(time)))
+            self._transforms.publish(chain_transforms(chain.body, chain.base, joints, q, stamp(time)))
 
     @contextmanager
-    def _missing(self) -> Iterator[None]:
+    def _count_failures(self) -> Iterator[None]:
         try:
             yield
         # Whatever is wrong with a value or a bus, the run goes on, and so does what else there is to say.
@@ -102,7 +105,7 @@ class Telling:
             self._missed(str(wrong) or type(wrong).__name__)
 
 
-class _News(Generic[M]):
+class _ChangePublisher(Generic[M]):
     """Publishes what is not the same as what it published last: one instant is looked at more than once."""
 
     def __init__(self, publisher: Publisher[M]) -> None:
@@ -117,7 +120,7 @@ class _News(Generic[M]):
 
 def _is_token(name: str) -> bool:
     try:
-        checked_name(f"/{name}")
+        check_ros_name(f"/{name}")
     except ValueError:
         return False
     return True

@@ -8,11 +8,11 @@ from __future__ import annotations
 import re
 from typing import Final
 
-_PART: Final = r"(?!\d)[A-Za-z0-9]+(?:_[A-Za-z0-9]+)*_?|_(?:[A-Za-z0-9]+(?:_[A-Za-z0-9]+)*_?)?"
-_ABSOLUTE: Final = re.compile(rf"(?:/(?:{_PART}))+")
+_NAME_PART: Final = r"(?!\d)[A-Za-z0-9]+(?:_[A-Za-z0-9]+)*_?|_(?:[A-Za-z0-9]+(?:_[A-Za-z0-9]+)*_?)?"
+_ABSOLUTE: Final = re.compile(rf"(?:/(?:{_NAME_PART}))+")
 
 
-def checked_name(name: str) -> str:
+def check_ros_name(name: str) -> str:
     """`name`, if it is the absolute name of a topic, service or action; else raises `ValueError`."""
     if not _ABSOLUTE.fullmatch(name):
         raise ValueError(

@@ -9,20 +9,20 @@ from typing import Final
 
 from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
 from aeros.runtime.bus.port import Bus
-from aeros.runtime.execution.governor import Command
-from aeros.runtime.registry.control_page import StillMovingError, ask
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
 
 TRIGGER: Final = (TriggerRequest, TriggerResponse)
 
 _SERVICES: Final = {
-    "/aeros/pause": (Command.PAUSE, "paused: nothing begins until `/aeros/resume`"),
-    "/aeros/resume": (Command.RUN, "resumed"),
-    "/aeros/stop": (Command.STOP, "stopped"),
+    "/aeros/pause": (OperatorCommand.PAUSE, "paused: nothing begins until `/aeros/resume`"),
+    "/aeros/resume": (OperatorCommand.RUN, "resumed"),
+    "/aeros/stop": (OperatorCommand.STOP, "stopped"),
 }
 
 
 @contextmanager
-def steered(bus: Bus, folder: Path) -> Iterator[None]:
+def serve_operator_commands(bus: Bus, folder: Path) -> Iterator[None]:
     """Offer them for whoever executes from the registry in `folder`, while the block runs.
 
     Each does what the command of its name does, and answers when it is so: pause and stop when nothing
@@ -31,15 +31,17 @@ def steered(bus: Bus, folder: Path) -> Iterator[None]:
     """
     with ExitStack() as offered:
         for name, (command, done) in _SERVICES.items():
-            offered.callback(bus.serve(name, TRIGGER, _answering(folder, command, done)))
+            offered.callback(bus.serve(name, TRIGGER, _command_handler(folder, command, done)))
         yield
 
 
-def _answering(folder: Path, command: Command, done: str) -> Callable[[TriggerRequest], TriggerResponse]:
+def _command_handler(
+    folder: Path, command: OperatorCommand, done: str
+) -> Callable[[TriggerRequest], TriggerResponse]:
     def answer(request: TriggerRequest) -> TriggerResponse:
         try:
-            ask(folder, command)
-        except StillMovingError as late:
+            request_command(folder, command)
+        except MotionTimeoutError as late:
             return TriggerResponse(False, f"something still moves {late}; use the robot's own stop")
         except OSError as failure:
             return TriggerResponse(False, f"the run cannot be reached: {failure}")

@@ -33,7 +33,7 @@ class BusError(Exception):
     """What was asked of the bus cannot be; the message says why."""
 
 
-class NobodyAnswersError(BusError):
+class NoServerError(BusError):
     """No service or action of that name is offered, or none answered in time."""
 
 
@@ -63,16 +63,16 @@ class Publisher(Protocol[M_contra]):
 class Subscription(Protocol[M_co]):
     """One who listens on a topic, with a queue of his own."""
 
-    lost: int  # the oldest messages that gave way to newer ones
+    dropped_count: int  # the oldest messages that gave way to newer ones
 
-    def take(self, timeout: float = 0.0) -> M_co | None:
+    def receive(self, timeout: float = 0.0) -> M_co | None:
         """The oldest message that was not taken; None where there is none within `timeout` seconds."""
 
     def close(self) -> None:
         """Listen no more; safe to call twice."""
 
 
-class GoalAtServer(Protocol[G_co, F_contra, R_contra]):
+class ServerGoal(Protocol[G_co, F_contra, R_contra]):
     """A goal as whoever pursues it sees it."""
 
     @property
@@ -83,14 +83,14 @@ class GoalAtServer(Protocol[G_co, F_contra, R_contra]):
     def status(self) -> GoalStatus:
         """How it stands; CANCELING once somebody has asked for that."""
 
-    def tell(self, feedback: F_contra) -> None:
+    def send_feedback(self, feedback: F_contra) -> None:
         """Tell how it goes; of what is told and not yet heard, the newest stays."""
 
-    def end(self, status: GoalStatus, result: R_contra) -> None:
+    def set_result(self, status: GoalStatus, result: R_contra) -> None:
         """Give the result; raises `BusError` where there is one already."""
 
 
-class GoalAtClient(Protocol[F_co, R_co]):
+class ClientGoal(Protocol[F_co, R_co]):
     """A goal as whoever wants it sees it."""
 
     @property
@@ -104,27 +104,27 @@ class GoalAtClient(Protocol[F_co, R_co]):
         """Ask that it be given up; the result says whether it was."""
 
     def result(self, timeout: float) -> R_co:
-        """The result; raises `NobodyAnswersError` where there is none within `timeout` seconds."""
+        """The result; raises `NoServerError` where there is none within `timeout` seconds."""
 
 
 class ActionServer(Protocol[G_co, F_contra, R_contra]):
     """One who pursues the goals of an action, one call after the other, in his own thread."""
 
-    def take(self, timeout: float = 0.0) -> GoalAtServer[G_co, F_contra, R_contra] | None:
+    def next_goal(self, timeout: float = 0.0) -> ServerGoal[G_co, F_contra, R_contra] | None:
         """The next goal; None where there is none within `timeout` seconds."""
 
     def close(self) -> None:
         """Take no more goals, and abort those that are not over; safe to call twice."""
 
 
-class Publishing(Protocol):
+class PublisherFactory(Protocol):
     """Where messages can be published: a bus, or what keeps them."""
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> Publisher[M]:
         """A publisher on `topic`; latched: who comes later still gets the last message."""
 
 
-class Bus(Publishing, Protocol):
+class Bus(PublisherFactory, Protocol):
     """Where topics, services and actions meet by name; a name has one type."""
 
     def subscribe(self, topic: str, kind: type[M], *, depth: int = 10) -> Subscription[M]:
@@ -136,15 +136,15 @@ class Bus(Publishing, Protocol):
         """Answer `service`, in the thread of whoever asks, until what is returned is called."""
 
     def call(self, service: str, kinds: tuple[type[Q], type[R]], request: Q) -> R:
-        """Ask `service`; raises `NobodyAnswersError` where nobody serves it."""
+        """Ask `service`; raises `NoServerError` where nobody serves it."""
 
     def serve_action(
         self, action: str, kinds: tuple[type[G], type[F], type[R]], *, waiting: int = 10
     ) -> ActionServer[G, F, R]:
         """Pursue the goals of `action`; beyond `waiting` that were not taken, goals are refused."""
 
-    def send_goal(self, action: str, kinds: tuple[type[G], type[F], type[R]], goal: G) -> GoalAtClient[F, R]:
-        """Want something of `action`; raises `NobodyAnswersError` where nobody pursues it."""
+    def send_goal(self, action: str, kinds: tuple[type[G], type[F], type[R]], goal: G) -> ClientGoal[F, R]:
+        """Want something of `action`; raises `NoServerError` where nobody pursues it."""
 
     def names(self) -> Mapping[str, str]:
         """Every name in use, with its type in ROS 2."""

@@ -13,7 +13,7 @@ from os import SEEK_END
 from pathlib import Path
 from typing import Any, Final, Self
 
-from aeros.runtime.bus.message_publisher import Chain
+from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, VectorType
@@ -28,7 +28,7 @@ PERIOD: Final = 0.1
 _DIGITS: Final = 6
 
 
-class Samples:
+class SampleWriter:
     """Writes what it hears of to `path`, as `{"time": T, "state": {NAME: [VALUE, MEASURED_AT]}}`; SI.
 
     Kept is each single value of the vocabulary, and whatever else the site's rules read.
@@ -37,7 +37,7 @@ class Samples:
 
     def __init__(self, path: Path, site: Site) -> None:
         self.lost = 0
-        self._kept = _kept(site)
+        self._kept = _recorded_variables(site)
         self._last: dict[str, float] = {}
         self._truths: dict[str, Any] = {}
         # A run that goes on after a crash goes on with its file, on a line of its own.
@@ -47,13 +47,13 @@ class Samples:
             if self._file.read(1) != b"\n":
                 self._file.write(b"\n")
 
-    def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
+    def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
         """What was measured at a control tick."""
         if now - self._last.get("tick", -inf) >= PERIOD:
             self._last["tick"] = now
             self._write(now, {name: _read(value, now) for name, value in values.items()})
 
-    def observed(self, readings: Readings, chain: Chain) -> None:
+    def on_observed(self, readings: Readings, chain: RobotChain) -> None:
         """What was measured, each value at its own time."""
         state = {name: _read(reading, inf) for name, reading in readings.items()}
         now = max((reading.time for reading in state.values() if isfinite(reading.time)), default=inf)
@@ -75,7 +75,7 @@ class Samples:
 
     def _write(self, now: float, state: Mapping[str, Reading]) -> None:
         told = {
-            name: [_plain(one.value), one.time if isfinite(one.time) else None]
+            name: [_to_json(one.value), one.time if isfinite(one.time) else None]
             for name, one in state.items()
             if name in self._kept
         }
@@ -86,7 +86,7 @@ class Samples:
             self.lost += 1
 
 
-def _kept(site: Site) -> frozenset[str]:
+def _recorded_variables(site: Site) -> frozenset[str]:
     single = {
         name for name, one in site.state.items() if not isinstance(one.variable.type, FamilyType | VectorType)
     }
@@ -101,10 +101,10 @@ def _read(value: Any, now: float) -> Reading:
     return value if type(value.time) in (float, int) else Reading(value.value, inf)
 
 
-def _plain(value: Any) -> Any:
+def _to_json(value: Any) -> Any:
     """A value as JSON, to six digits; None of what has no form of the vocabulary's."""
     if type(value) in (tuple, list):
-        return [_plain(part) for part in value]
+        return [_to_json(part) for part in value]
     if type(value) in (bool, str):
         return value
     if type(value) in (float, int) and isfinite(value):

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import Final
 
-from aeros.kinematic_chain import ORIGIN, Frame, mounting_of, next_frame
+from aeros.kinematic_chain import ORIGIN, JointFrame, child_frame, mounting_of
 from aeros.runtime.bus.measurement_messages import WORLD
 from aeros.runtime.bus.messages import (
     Header,
@@ -20,34 +20,36 @@ from aeros.runtime.bus.messages import (
     TransformStamped,
     Vector3,
 )
-from aeros.runtime.ports import Body, Joints, Triple
+from aeros.runtime.ports import JointVector, RobotBody, Vec3
 
 BASE: Final = "base"
 TOOL: Final = "tool"
 
 
-def transforms(body: Body, base: Triple | None, names: Sequence[str], q: Joints, when: Time) -> TFMessage:
+def chain_transforms(
+    body: RobotBody, base: Vec3 | None, names: Sequence[str], q: JointVector, when: Time
+) -> TFMessage:
     """Where each frame is in the one before it.
 
     base: where the base is in the world; None where that is not known, and then it is not told.
     names: of the joints, one for each of `q`, rad; the link that joint NAME moves is `NAME_link`.
     """
-    found = [] if base is None else [_moved(WORLD, BASE, base, when)]
+    found = [] if base is None else [_transform_message(WORLD, BASE, base, when)]
     parent = BASE
-    for row, angle, name in zip(body.rows, q, names, strict=True):
-        frame, child = next_frame(ORIGIN, mounting_of(row), angle), f"{name}_link"
-        turned = Transform(Vector3(*frame.origin), rotation_of(frame))
+    for row, angle, name in zip(body.dh_rows, q, names, strict=True):
+        frame, child = child_frame(ORIGIN, mounting_of(row), angle), f"{name}_link"
+        turned = Transform(Vector3(*frame.origin), frame_quaternion(frame))
         found.append(TransformStamped(Header(when, parent), child, turned))
         parent = child
-    found.append(_moved(parent, TOOL, body.tool, when))
+    found.append(_transform_message(parent, TOOL, body.tool_offset, when))
     return TFMessage(tuple(found))
 
 
-def _moved(parent: str, child: str, by: Triple, when: Time) -> TransformStamped:
+def _transform_message(parent: str, child: str, by: Vec3, when: Time) -> TransformStamped:
     return TransformStamped(Header(when, parent), child, Transform(Vector3(*by)))
 
 
-def rotation_of(frame: Frame) -> Quaternion:
+def frame_quaternion(frame: JointFrame) -> Quaternion:
     """The unit quaternion that turns the parent's axes into those of `frame`.
 
     Of four ways to write it down, that which divides by the largest component.

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 from aeros.descriptions import describe_exception
 from aeros.runtime.audit.log import AuditError, AuditLog
-from aeros.runtime.execution.decision_pipeline import Deciding
+from aeros.runtime.execution.decision_pipeline import DecisionPipeline
 from aeros.runtime.execution.governor import FollowedConfiguration, Governor
-from aeros.runtime.execution.resources import Resources
-from aeros.runtime.execution.step import Step, StepTable
+from aeros.runtime.execution.resources import ResourceQueue
+from aeros.runtime.execution.step import ActiveStep, StepTable
 from aeros.runtime.ports import Plant, StepHandle, StepResult, StepStatus
 from aeros.runtime.records.records import caller_details
-from aeros.runtime.skills.in_process_run import Ending
-from aeros.spec.model.cause import told as told_causes
+from aeros.runtime.skills.in_process_run import SkillRunResult
+from aeros.spec.model.cause import causes_to_json as told_causes
 
 
 class ExecutionContext(NamedTuple):
@@ -24,8 +24,8 @@ class ExecutionContext(NamedTuple):
     table: StepTable
     plant: Plant
     audit: AuditLog
-    resources: Resources
-    pipeline: Deciding
+    resources: ResourceQueue
+    pipeline: DecisionPipeline
     governor: Governor
     followed: FollowedConfiguration
 
@@ -43,35 +43,35 @@ class CleanUp:
         self.on_error = _CleanUpOnError(self.clean_up_all)
         """A context manager that cleans up after every step where its block raises."""
 
-    def halt_step(self, handle: StepHandle, ending: Ending) -> None:
+    def halt_step(self, handle: StepHandle, ending: SkillRunResult) -> None:
         """End a step: now if it moves nothing, else once that has come to rest."""
         step = self._table.steps[handle]
-        if step.under_way is None:
-            step.ending = ending
+        if step.active_motion is None:
+            step.result = ending
             self._finish_step(handle)
-        elif step.ending is None:
-            step.ending = ending
-            step.under_way = step.under_way._replace(is_halting=True)
-            self._plant.halt(step.under_way.motion)
+        elif step.result is None:
+            step.result = ending
+            step.active_motion = step.active_motion._replace(is_halting=True)
+            self._plant.halt(step.active_motion.handle)
 
     def stop_all(self, reason: str) -> None:
         """Make a protective stop, which ends every step that moves something."""
-        moving = [handle for handle, step in self._table.steps.items() if step.under_way is not None]
+        moving = [handle for handle, step in self._table.steps.items() if step.active_motion is not None]
         if not moving:
             return
         self._plant.stop()
         self.motions_ended(moving)
         for handle in moving:
             step = self._table.steps[handle]
-            self.halt_step(handle, step.ending or Ending(StepStatus.STOPPED, reason))
+            self.halt_step(handle, step.result or SkillRunResult(StepStatus.STOPPED, reason))
 
     def motions_ended(self, handles: Iterable[StepHandle]) -> None:
         """Take the motions of these steps for over: nothing of them is under way any more."""
         for handle in handles:
             step = self._table.steps[handle]
-            if step.under_way is not None:
-                self._pipeline.monitors.forget(step.under_way.begun)
-                step.under_way = None
+            if step.active_motion is not None:
+                self._pipeline.monitors.remove(step.active_motion.active_action)
+                step.active_motion = None
         self._followed.release()
 
     def clean_up_all(self, failure: BaseException) -> None:
@@ -95,12 +95,12 @@ class CleanUp:
             with ExitStack() as leaving:
                 # Run from the last to the first, each even if another raises: what moves is stopped first.
                 leaving.callback(self._clean_up_step, handle, step)
-                if step.has_begun and not step.finished and not self._table.is_moving():
+                if step.has_begun and not step.is_finished and not self._table.is_moving():
                     leaving.callback(self._plant.stop)
         except BaseException as failure:
             self._record_failure(step, failure)
             raise
-        status, words, outputs, causes = step.ending or Ending(StepStatus.STOPPED, "")
+        status, words, outputs, causes = step.result or SkillRunResult(StepStatus.STOPPED, "")
         # A skill's own words may hold what no file, database or terminal takes.
         reason = words.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}
@@ -108,7 +108,7 @@ class CleanUp:
         gave = {} if outputs is None else {"outputs": dict(outputs)}
         why = {"causes": told_causes(causes)} if causes else {}
         self._audit.append(event, {**outcome, **why, **caller_details(step.caller), **gave})
-        counts = step.counts
+        counts = step.decision_counts
         self._table.results[handle] = StepResult(
             status,
             reason,
@@ -116,19 +116,19 @@ class CleanUp:
             counts.attenuated,
             counts.denied,
             dict(outputs or {}),
-            step.may_pass and status is StepStatus.DENIED,
+            step.is_transient and status is StepStatus.DENIED,
             causes,
         )
 
-    def _clean_up_step(self, handle: StepHandle, step: Step) -> None:
+    def _clean_up_step(self, handle: StepHandle, step: ActiveStep) -> None:
         """Close the skill, tell the plant, release what the step holds: each even if another raises."""
         with ExitStack() as leaving:
             leaving.callback(self._resources.release, handle)
             if step.has_begun:
-                leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.finished))
-            leaving.callback(step.close)
+                leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.is_finished))
+            leaving.callback(step.close_skill)
 
-    def _record_failure(self, step: Step, failure: BaseException) -> None:
+    def _record_failure(self, step: ActiveStep, failure: BaseException) -> None:
         """Record that the step broke off; a log that cannot be written is what is being raised already."""
         try:
             self._audit.append(

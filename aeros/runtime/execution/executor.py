@@ -29,32 +29,32 @@ from math import inf
 from typing import Any, Self
 
 from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts
-from aeros.runtime.canonical_json import restored
+from aeros.runtime.canonical_json import decode_value
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
-from aeros.runtime.execution.decision_pipeline import Deciding
-from aeros.runtime.execution.governor import Command, Fixed, FollowedConfiguration, Governor
-from aeros.runtime.execution.prepare import RefusedError, prepared
-from aeros.runtime.execution.resources import Resources
+from aeros.runtime.execution.decision_pipeline import DecisionPipeline
+from aeros.runtime.execution.governor import FixedGovernor, FollowedConfiguration, Governor, OperatorCommand
+from aeros.runtime.execution.prepare import StepRefusedError, prepare_step
+from aeros.runtime.execution.resources import ResourceQueue
 from aeros.runtime.execution.scheduler import Scheduler
-from aeros.runtime.execution.step import StepTable, capacities_of
+from aeros.runtime.execution.step import StepTable, resource_capacities
 from aeros.runtime.execution.step_control import StepControl
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import (
-    BEGINNING,
-    Ended,
-    Head,
+    EMPTY_LOG_HEAD,
+    AuditEvent,
+    EndedStep,
+    LogHead,
     Plant,
     Readings,
-    Said,
     StepHandle,
     StepRequest,
     StepResult,
     StepStatus,
 )
 from aeros.runtime.records.records import session_details
-from aeros.runtime.records.recount import Recount, recounted
-from aeros.runtime.skills.in_process_run import Ending, OpenRun
+from aeros.runtime.records.recount import SessionState, recount_records
+from aeros.runtime.skills.in_process_run import OpenRun, SkillRunResult
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.model import Ecm, Site
 from aeros.spec.verification.certificate import Certificate
@@ -68,7 +68,7 @@ class Executor:
 
     Args:
         configuration: the site and the modules that govern at first.
-        gate: decides every action; replaced by `gate.under` where the configuration changes.
+        gate: decides every action; replaced by `gate.set_capacities` where the configuration changes.
         plant: what moves, and what measures.
         audit: the log that every decision is in before it is acted on.
         open_run: opens a run of a skill, in this process or isolated.
@@ -96,9 +96,9 @@ class Executor:
         self._audit = audit
         self._open_run = open_run
         self._table = StepTable()
-        self._resources = Resources(capacities_of(configuration.site))
-        self._pipeline = Deciding(configuration, gate, plant, audit)
-        self._governor = Fixed(configuration) if governor is None else governor
+        self._resources = ResourceQueue(resource_capacities(configuration.site))
+        self._pipeline = DecisionPipeline(configuration, gate, plant, audit)
+        self._governor = FixedGovernor(configuration) if governor is None else governor
         self._followed = FollowedConfiguration(
             configuration, self._governor, self._table.is_moving, self._switch, self._record_switch
         )
@@ -108,7 +108,7 @@ class Executor:
         self._clean_up = CleanUp(context)
         self._scheduler = Scheduler(context, self._clean_up, StepControl(context, self._clean_up))
         if resumed and audit.head.records:
-            self._pipeline.take_over(_recount_sessions(audit, configuration.site))
+            self._pipeline.resume_from(_recount_sessions(audit, configuration.site))
             audit.append("session-resumed", session_details(configuration))
         else:
             audit.append("session-opened", session_details(configuration))
@@ -121,7 +121,7 @@ class Executor:
     @property
     def is_stopped(self) -> bool:
         """See `ports.Runtime`."""
-        return self._governor.command is Command.STOP
+        return self._governor.command is OperatorCommand.STOP
 
     def active_modules(self) -> Mapping[str, Ecm]:
         """Return the certified, active modules by name."""
@@ -144,19 +144,19 @@ class Executor:
         """Record an event of the agent's, as a note, so that it cannot pass for one of the runtime's."""
         self._audit.append("note", {"event": event, "details": dict(details)})
 
-    def head(self) -> Head:
+    def log_head(self) -> LogHead:
         """See `ports.Runtime`."""
         return self._audit.head
 
-    def said_since(self, head: Head) -> Sequence[Said] | None:
+    def events_since(self, head: LogHead) -> Sequence[AuditEvent] | None:
         """See `ports.Runtime`."""
-        records = self._audit.since(head)
+        records = self._audit.records_since(head)
         if records is None:
             return None
         own = (one for one in records if one["event"] != "note")
-        return [Said(one["sequence"], one["event"], restored(one["details"])) for one in own]
+        return [AuditEvent(one["sequence"], one["event"], decode_value(one["details"])) for one in own]
 
-    def submit(self, request: StepRequest) -> StepResult:
+    def run_step(self, request: StepRequest) -> StepResult:
         """Run one skill to its end; never raises for a bad request."""
         started = self.start(request)
         if isinstance(started, StepResult):
@@ -171,13 +171,13 @@ class Executor:
             self._followed.follow()
             asked = {"module": request.module, "skill": request.skill, "inputs": request.inputs}
             try:
-                step = prepared(request, self._followed.configuration, self._resources, self._open_run)
-            except RefusedError as refusal:
+                step = prepare_step(request, self._followed.configuration, self._resources, self._open_run)
+            except StepRefusedError as refusal:
                 self._audit.append("step-refused", {"reason": str(refusal), **asked})
                 return StepResult(StepStatus.REFUSED, str(refusal))
             return self._scheduler.enqueue(step)
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         """See `ports.Runtime`."""
         if not self._table.steps and not self._table.results:
             if until == inf:
@@ -190,7 +190,7 @@ class Executor:
                 return None
         return self._table.next_ended()
 
-    def turn(self, until: float) -> Ended | None:
+    def advance_once(self, until: float) -> EndedStep | None:
         """Let one skill act, or time go on until `until` at most (plant seconds).
 
         For callers that have to look at something else too; returns soon, also while the operator pauses.
@@ -206,12 +206,12 @@ class Executor:
         """See `ports.Runtime`."""
         if step in self._table.steps:
             with self._clean_up.on_error:
-                self._clean_up.halt_step(step, Ending(StepStatus.CANCELLED, reason))
+                self._clean_up.halt_step(step, SkillRunResult(StepStatus.CANCELLED, reason))
 
-    def counts(self, step: StepHandle) -> DecisionCounts | None:
+    def decision_counts(self, step: StepHandle) -> DecisionCounts | None:
         """Count the decisions on a step so far; None once it has ended."""
         under_way = self._table.steps.get(step)
-        return None if under_way is None else under_way.counts
+        return None if under_way is None else under_way.decision_counts
 
     def close(self) -> None:
         """Clean up after every step that has not ended; safe to call twice."""
@@ -228,18 +228,18 @@ class Executor:
 
     def _switch(self, configuration: Configuration) -> None:
         """Decide and grant under `configuration` from now on."""
-        self._pipeline.follow(configuration)
-        self._resources.under(capacities_of(configuration.site))
+        self._pipeline.switch_configuration(configuration)
+        self._resources.set_capacities(resource_capacities(configuration.site))
 
     def _record_switch(self, configuration: Configuration) -> None:
         self._audit.append("configuration-changed", session_details(configuration))
 
 
-def _recount_sessions(audit: AuditLog, site: Site) -> Recount:
+def _recount_sessions(audit: AuditLog, site: Site) -> SessionState:
     """Add up the sessions in the log; raises `AuditError` unless it was `site` that governed them."""
-    records = audit.since(BEGINNING) or []
+    records = audit.records_since(EMPTY_LOG_HEAD) or []
     opening = ("session-opened", "session-resumed", "configuration-changed")
     governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]
     if any(digest != site.digest for digest in governed):
         raise AuditError(f"`{audit.path}` cannot be gone on with: another site governed it")
-    return recounted(records, site)
+    return recount_records(records, site)

@@ -13,10 +13,10 @@ from typing import Final, Protocol
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.model.model import Ecm
 
-_FOR_GOOD: Final = nullcontext(True)
+_ALWAYS_IN_FORCE: Final = nullcontext(True)
 
 
-class Command(Enum):
+class OperatorCommand(Enum):
     """What the operator asks of whoever executes."""
 
     RUN = 0
@@ -32,20 +32,20 @@ class Governor(Protocol):
         """Changes with the configuration; quick to ask."""
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         """What is asked of the executor now; quick to ask."""
 
     def configuration(self) -> tuple[int, Configuration]:
         """The configuration in force, proved, and its generation.  Raises `UserError`."""
 
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
+    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
         """Whether `generation` is still in force; while the block runs, no change of it is complete."""
 
-    def objection(self, module: str, skill: str, kind: str) -> str | None:
+    def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
         """Why an action of `kind` that this skill began may not go on, or None."""
 
 
-class Fixed:
+class FixedGovernor:
     """One configuration for good, and nobody who asks for a pause."""
 
     def __init__(self, configuration: Configuration) -> None:
@@ -57,19 +57,19 @@ class Fixed:
         return 0
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         """See `Governor`."""
-        return Command.RUN
+        return OperatorCommand.RUN
 
     def configuration(self) -> tuple[int, Configuration]:
         """See `Governor`."""
         return 0, self._configuration
 
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
+    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
         """See `Governor`."""
-        return _FOR_GOOD if generation == 0 else nullcontext(False)
+        return _ALWAYS_IN_FORCE if generation == 0 else nullcontext(False)
 
-    def objection(self, module: str, skill: str, kind: str) -> str | None:
+    def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
         """See `Governor`."""
         return None
 
@@ -141,7 +141,7 @@ class FollowedConfiguration:
         """
         if self._is_moving():
             return self.is_latest()
-        acting = self._governor.acting(self.follow())
+        acting = self._governor.hold_generation(self.follow())
         in_force, self._held = acting.__enter__(), acting
         return in_force
 

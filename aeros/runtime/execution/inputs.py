@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any
 
-from aeros.spec.expr.doubles import double_within
+from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model.model import Declared
 
@@ -16,55 +16,58 @@ class InputError(Exception):
     """Inputs or outputs are not what the skill declares; the message says why."""
 
 
-def settle_inputs(declared: Mapping[str, Declared], given: Mapping[str, Any]) -> dict[str, Any]:
+def check_inputs(declared: Mapping[str, Declared], values: Mapping[str, Any]) -> dict[str, Any]:
     """A value of the declared type, in SI, for every declared input; raises `InputError`.
 
     Integers become int, reals float (from float, int or Fraction; a Fraction on its bound stays
     inside), vectors and families (tuple or list) tuples.  Immutable all the way down, so what was
     checked is what is used.
     """
-    return _settled("input", declared, given)
+    return _check_values("input", declared, values)
 
 
-def settle_outputs(declared: Mapping[str, Declared], given: Mapping[str, Any]) -> dict[str, Any]:
+def check_outputs(declared: Mapping[str, Declared], values: Mapping[str, Any]) -> dict[str, Any]:
     """Likewise for every declared output; raises `InputError`."""
-    return _settled("output", declared, given)
+    return _check_values("output", declared, values)
 
 
-def _settled(what: str, declared: Mapping[str, Declared], given: Mapping[str, Any]) -> dict[str, Any]:
+def _check_values(what: str, declared: Mapping[str, Declared], values: Mapping[str, Any]) -> dict[str, Any]:
     try:
-        asked = dict(given)
+        asked = dict(values)
     except Exception:
         raise InputError(f"the {what}s are not a mapping") from None
     unknown = [name for name in asked if type(name) is not str or name not in declared]
     if unknown:
-        raise InputError(f"the skill has no {what} {_spell(unknown[0])}")
+        raise InputError(f"the skill has no {what} {_format_name(unknown[0])}")
     return {
-        name: _settle(f"{what} `{name}`", one, asked.get(name, one.default)) for name, one in declared.items()
+        name: _check_value(f"{what} `{name}`", one, asked.get(name, one.default_value))
+        for name, one in declared.items()
     }
 
 
-def _settle(name: str, declared: Declared, value: Any) -> Any:
+def _check_value(name: str, declared: Declared, value: Any) -> Any:
     if value is None:
         raise InputError(f"the {name} is missing")
     match declared.variable.type:
         case VectorType():
-            return _several(name, declared, value, 3)
+            return _check_sequence(name, declared, value, 3)
         case FamilyType(index=index):
-            return _several(name, declared, value, len(index.members))
+            return _check_sequence(name, declared, value, len(index.members))
         case type_:
-            return _one(name, declared, type_, value)
+            return _check_scalar(name, declared, type_, value)
 
 
-def _several(name: str, declared: Declared, value: Any, count: int) -> tuple[Any, ...]:
+def _check_sequence(name: str, declared: Declared, value: Any, count: int) -> tuple[Any, ...]:
     if type(value) not in (tuple, list) or len(value) != count:
         raise InputError(f"the {name} is not a list of {count} values")
     type_ = declared.variable.type
     element = type_.element if isinstance(type_, FamilyType) else None
-    return tuple(_one(name, declared, element, item) for item in value)
+    return tuple(_check_scalar(name, declared, element, item) for item in value)
 
 
-def _one(name: str, declared: Declared, type_: BoolType | RealType | EnumType | None, value: Any) -> Any:
+def _check_scalar(
+    name: str, declared: Declared, type_: BoolType | RealType | EnumType | None, value: Any
+) -> Any:
     match type_:
         case BoolType():
             if type(value) is not bool:
@@ -75,7 +78,7 @@ def _one(name: str, declared: Declared, type_: BoolType | RealType | EnumType | 
                 raise InputError(f"the {name} is none of {', '.join(members)}")
             return value
         case IntegerType():
-            return _whole(name, _real(name, declared.range, value))
+            return _check_integer(name, _real(name, declared.range, value))
         case _:
             return _real(name, declared.range, value)
 
@@ -88,10 +91,10 @@ def _real(name: str, bounds: tuple[Fraction, Fraction] | None, value: Any) -> fl
     if bounds is not None and not bounds[0] <= exact <= bounds[1]:
         lower, upper = map(float, bounds)
         raise InputError(f"the {name} is outside its range [{lower:.9g}, {upper:.9g}]")
-    return double_within(exact, bounds) if bounds is not None else _double(name, exact)
+    return nearest_double_in_range(exact, bounds) if bounds is not None else _double(name, exact)
 
 
-def _whole(name: str, value: float) -> int:
+def _check_integer(name: str, value: float) -> int:
     if not value.is_integer():
         raise InputError(f"the {name} is not a whole number")
     return int(value)
@@ -104,5 +107,5 @@ def _double(name: str, exact: Fraction) -> float:
         raise InputError(f"the {name} is too large") from None
 
 
-def _spell(name: object) -> str:
+def _format_name(name: object) -> str:
     return f"`{name[:100]}`" if type(name) is str else "that is no text"

@@ -17,7 +17,7 @@ from collections.abc import Collection, Mapping
 from aeros.spec.diagnostics.errors import MisuseError
 
 
-class Resources:
+class ResourceQueue:
     """What is held and who waits, each by a number; no clock and no threads of its own.
 
     waiting: what each of those who wait needs, in the order in which they asked.
@@ -28,21 +28,21 @@ class Resources:
         self._held: dict[int, frozenset[str]] = {}
         self.waiting: dict[int, frozenset[str]] = {}
 
-    def under(self, capacities: Mapping[str, int]) -> None:
+    def set_capacities(self, capacities: Mapping[str, int]) -> None:
         """Other capacities from now on; what is held stays held."""
         self._capacities = dict(capacities)
 
-    def lacking(self, needs: Collection[str]) -> str | None:
+    def never_available(self, needs: Collection[str]) -> str | None:
         """What of it there is none at all of, so that it could never be granted."""
         return min((name for name in needs if self._capacities.get(name, 0) < 1), default=None)
 
-    def ask(self, who: int, needs: Collection[str]) -> None:
+    def enqueue(self, who: int, needs: Collection[str]) -> None:
         """Wait for one of each of `needs`."""
         if who in self._held or who in self.waiting:
             raise MisuseError(f"{who} has asked before")
         self.waiting[who] = frozenset(needs)
 
-    def grant(self) -> list[int]:
+    def grant_ready(self) -> list[int]:
         """Those whose turn it is, in the order they asked in; they hold what they need from now on."""
         if not self.waiting:
             return []
@@ -64,6 +64,6 @@ class Resources:
         self._held.pop(who, None)
         self.waiting.pop(who, None)
 
-    def held(self, name: str) -> int:
+    def held_count(self, name: str) -> int:
         """How many of `name` are held."""
         return sum(name in needs for needs in self._held.values())

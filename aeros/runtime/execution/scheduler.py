@@ -7,18 +7,18 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
-from aeros.runtime.execution.governor import Command
-from aeros.runtime.execution.step import HALTED, Step, ending_stopped, ending_unheld, needs_of
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.execution.step import HALTED, ActiveStep, ending_stopped, ending_unheld, required_resources
 from aeros.runtime.execution.step_control import StepControl
-from aeros.runtime.gate.causes import cause_of_stop
-from aeros.runtime.ports import Completion, StepHandle, StepStatus
+from aeros.runtime.gate.causes import stop_cause
+from aeros.runtime.ports import MotionCompletion, StepHandle, StepStatus
 from aeros.runtime.records.records import caller_details
-from aeros.runtime.skills.in_process_run import Ending
+from aeros.runtime.skills.in_process_run import SkillRunResult
 
 _POLL_INTERVAL_S: Final = 0.01
 """Time between two looks while the operator pauses, s."""
 
-_STOP: Final = Command.STOP
+_STOP: Final = OperatorCommand.STOP
 
 
 class Scheduler:
@@ -37,10 +37,10 @@ class Scheduler:
         self._clean_up = clean_up
         self._control = control
 
-    def enqueue(self, step: Step) -> StepHandle:
+    def enqueue(self, step: ActiveStep) -> StepHandle:
         """Start a step, which waits its turn for the resources that it needs."""
         handle = self._table.add(step)
-        self._resources.ask(handle, needs_of(step.skill))
+        self._resources.enqueue(handle, required_resources(step.skill))
         return handle
 
     def run_until(self, until: float) -> bool:
@@ -81,11 +81,13 @@ class Scheduler:
             for handle, step in self._steps.items():
                 objection = self._revocation_reason(step)
                 if objection is not None:
-                    self._clean_up.halt_step(handle, Ending(StepStatus.STOPPED, f"revoked: {objection}"))
+                    self._clean_up.halt_step(
+                        handle, SkillRunResult(StepStatus.STOPPED, f"revoked: {objection}")
+                    )
         for handle, hold in self._hold_conditions.items():
             step = self._steps[handle]
-            if step.under_way is not None and step.ending is None:
-                ending = ending_unheld(hold.broken_at_tick(measured, now, self._plant.observe))
+            if step.active_motion is not None and step.result is None:
+                ending = ending_unheld(hold.violation_at_tick(measured, now, self._plant.observe))
                 if ending is not None:
                     self._clean_up.halt_step(handle, ending)
         return self._pipeline.monitors(now, measured)
@@ -94,7 +96,7 @@ class Scheduler:
         """Begin the steps whose turn it is; their time-outs run from now on."""
         if not self._resources.waiting:
             return
-        for who in self._resources.grant():
+        for who in self._resources.grant_ready():
             step = self._steps[StepHandle(who)]
             step.deadline = self._plant.now() + float(step.skill.timeout)
             began = {"time": self._plant.now(), "deadline": step.deadline}
@@ -102,10 +104,12 @@ class Scheduler:
             step.has_begun = True
             self._plant.skill_began(step.name)
         for handle, step in list(self._steps.items()):
-            lacking = None if step.has_begun else self._resources.lacking(needs_of(step.skill))
+            lacking = (
+                None if step.has_begun else self._resources.never_available(required_resources(step.skill))
+            )
             if lacking is not None:
                 reason = f"this site has no `{lacking}` any more"
-                self._clean_up.halt_step(handle, Ending(StepStatus.STOPPED, reason))
+                self._clean_up.halt_step(handle, SkillRunResult(StepStatus.STOPPED, reason))
 
     def _advance_plant(self, until: float) -> bool:
         """Let time go on until a motion ends or a time-out has passed.
@@ -113,18 +117,18 @@ class Scheduler:
         Returns:
             Whether `until` comes before either.
         """
-        moving = {handle: step for handle, step in self._steps.items() if step.under_way is not None}
-        latest = min([until, *(step.deadline for step in moving.values() if step.ending is None)])
+        moving = {handle: step for handle, step in self._steps.items() if step.active_motion is not None}
+        latest = min([until, *(step.deadline for step in moving.values() if step.result is None)])
         ended = self._plant.advance(self.monitor_tick, latest)
         landed = {
-            handle: ended[one.motion]
+            handle: ended[one.handle]
             for handle, step in moving.items()
-            if (one := step.under_way) and one.motion in ended
+            if (one := step.active_motion) and one.handle in ended
         }
         self._clean_up.motions_ended(landed)
         for handle, completion in landed.items():
             step = moving[handle]
-            ending = step.ending or (None if completion.completed else self._ending_broken(completion))
+            ending = step.result or (None if completion.completed else self._ending_broken(completion))
             if ending is not None:
                 self._clean_up.halt_step(handle, ending)
         if ended:
@@ -132,10 +136,10 @@ class Scheduler:
         for handle, step in moving.items():
             if step.deadline <= latest:
                 reason = "the skill's time-out passed during a motion"
-                self._clean_up.halt_step(handle, Ending(StepStatus.TIMED_OUT, reason))
+                self._clean_up.halt_step(handle, SkillRunResult(StepStatus.TIMED_OUT, reason))
         return latest == until
 
-    def _ending_broken(self, completion: Completion) -> Ending:
+    def _ending_broken(self, completion: MotionCompletion) -> SkillRunResult:
         """Return how a step ends whose motion broke off; of a violated rule, with what was measured."""
         if self._governor.command is _STOP:
             return HALTED
@@ -144,14 +148,14 @@ class Scheduler:
         if by or not rule:
             return ending
         site = self._followed.configuration.site
-        ending = ending._replace(causes=(cause_of_stop(site, rule, violation),))
+        ending = ending._replace(causes=(stop_cause(site, rule, violation),))
         if violation is None or violation.rule != rule:
             return ending
         return ending._replace(reason=f"{ending.reason}: {violation}")
 
-    def _revocation_reason(self, step: Step) -> str | None:
+    def _revocation_reason(self, step: ActiveStep) -> str | None:
         """Return why what the step has under way may not go on, or None."""
-        if step.under_way is None:
+        if step.active_motion is None:
             return None
-        caller, kind = step.caller, step.under_way.begun.action.kind
-        return self._governor.objection(caller.module, caller.skill, kind)
+        caller, kind = step.caller, step.active_motion.active_action.action.kind
+        return self._governor.revocation_reason(caller.module, caller.skill, kind)

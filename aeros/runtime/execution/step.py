@@ -8,37 +8,37 @@ from math import isfinite
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.audit.log import DecisionCounts
-from aeros.runtime.execution.hold_condition import Hold
+from aeros.runtime.execution.hold_condition import HoldCondition
 from aeros.runtime.gate.decision import Caller
-from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.ports import (
-    Completion,
-    Ended,
-    Moment,
-    Motion,
-    Names,
-    Plan,
+    ColumnNames,
+    EndedStep,
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
     Readings,
+    Snapshot,
     StepHandle,
     StepResult,
     StepStatus,
 )
-from aeros.runtime.skills.in_process_run import Ending, Run
+from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult
 from aeros.skill import Action
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.model import Ecm, Site, Skill
 
 
-class UnderWay(NamedTuple):
+class ActiveMotion(NamedTuple):
     """A step's action on the plant.
 
     plan: what the plant said it would be, where it was asked.
     is_halting: it comes to rest before its end.
     """
 
-    motion: Motion
-    begun: Begun
-    plan: Plan | None
+    handle: MotionHandle
+    active_action: ActiveAction
+    plan: PlannedMotion | None
     is_halting: bool = False
 
 
@@ -50,10 +50,10 @@ class ObservationFilter:
         self._sensed = [
             (name, declared.max_age)
             for name, declared in site.state.items()
-            if declared.sensor in ecm.access.sensors and declared.max_age is not None
+            if declared.sensor in ecm.requested_access.sensors and declared.max_age is not None
         ]
         # Of the moments that are observed: their names, those of them that are sensed, with their places.
-        self._order: Names | None = None
+        self._order: ColumnNames | None = None
         self._places: list[tuple[str, int]] = []
         # The last column, and what was sensed of it.
         self._column: tuple[Any, ...] = ()
@@ -74,7 +74,7 @@ class ObservationFilter:
         """
         if not isfinite(now):
             return {}
-        if type(readings) is Moment and readings.time == now:
+        if type(readings) is Snapshot and readings.time == now:
             return self._observe_moment(readings)
         return {
             name: reading.value
@@ -83,7 +83,7 @@ class ObservationFilter:
             and (reading.time == now or _is_recent(reading.time, now, max_age))
         }
 
-    def _observe_moment(self, moment: Moment) -> dict[str, Any]:
+    def _observe_moment(self, moment: Snapshot) -> dict[str, Any]:
         """Select what is sensed of readings that were all taken now."""
         if moment.order is not self._order:
             self._order, self._column, places = moment.order, (), moment.order.places
@@ -100,7 +100,7 @@ def _is_recent(time: float, now: float, max_age: Fraction) -> bool:
 
 
 @dataclass
-class Step:
+class ActiveStep:
     """A step that was started.
 
     deadline: plant seconds; runs once it has begun, which is when it holds what it needs.
@@ -115,17 +115,17 @@ class Step:
     ecm: Ecm
     skill: Skill
     caller: Caller
-    run: Run
-    hold: Hold | None = None
+    run: SkillRunProtocol
+    hold_condition: HoldCondition | None = None
     deadline: float = 0.0
     has_begun: bool = False
-    actions: int = 0
+    request_count: int = 0
     observation_filter: ObservationFilter | None = None
-    asked: Action | None = None
-    under_way: UnderWay | None = None
-    may_pass: bool = False
-    ending: Ending | None = None
-    counts: DecisionCounts = field(default_factory=DecisionCounts)
+    requested_action: Action | None = None
+    active_motion: ActiveMotion | None = None
+    is_transient: bool = False
+    result: SkillRunResult | None = None
+    decision_counts: DecisionCounts = field(default_factory=DecisionCounts)
 
     @property
     def name(self) -> str:
@@ -135,19 +135,19 @@ class Step:
     @property
     def is_due(self) -> bool:
         """Whether its skill is the next to do something."""
-        return self.has_begun and self.under_way is None
+        return self.has_begun and self.active_motion is None
 
     @property
-    def finished(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether the skill ran to its own end."""
-        return self.ending is not None and self.ending.status is StepStatus.FINISHED
+        return self.result is not None and self.result.status is StepStatus.FINISHED
 
-    def close(self) -> None:
+    def close_skill(self) -> None:
         """End the skill; where its own clean-up raises, the ending says so."""
         complaint = self.run.close()
-        if complaint is not None and self.ending is not None:
-            reason = f"{self.ending.reason}; and its own clean-up raised {complaint}"
-            self.ending = self.ending._replace(reason=reason)
+        if complaint is not None and self.result is not None:
+            reason = f"{self.result.reason}; and its own clean-up raised {complaint}"
+            self.result = self.result._replace(reason=reason)
 
 
 class StepTable:
@@ -159,57 +159,57 @@ class StepTable:
     """
 
     def __init__(self) -> None:
-        self.steps: dict[StepHandle, Step] = {}
-        self.hold_conditions: dict[StepHandle, Hold] = {}
+        self.steps: dict[StepHandle, ActiveStep] = {}
+        self.hold_conditions: dict[StepHandle, HoldCondition] = {}
         self.results: dict[StepHandle, StepResult] = {}
         self._started = 0
 
-    def add(self, step: Step) -> StepHandle:
+    def add(self, step: ActiveStep) -> StepHandle:
         """Add a step that is started, and number it."""
         self._started += 1
         handle = StepHandle(self._started)
         self.steps[handle] = step
-        if step.hold is not None:
-            self.hold_conditions[handle] = step.hold
+        if step.hold_condition is not None:
+            self.hold_conditions[handle] = step.hold_condition
         return handle
 
-    def next_ended(self) -> Ended:
+    def next_ended(self) -> EndedStep:
         """Remove the first of the results and return it."""
         handle = next(iter(self.results))
-        return Ended(handle, self.results.pop(handle))
+        return EndedStep(handle, self.results.pop(handle))
 
-    def active_motions(self) -> list[UnderWay]:
+    def active_motions(self) -> list[ActiveMotion]:
         """List what is under way, what comes to rest included."""
-        return [step.under_way for step in self.steps.values() if step.under_way is not None]
+        return [step.active_motion for step in self.steps.values() if step.active_motion is not None]
 
     def is_moving(self) -> bool:
         """Say whether anything is under way."""
         for step in self.steps.values():  # noqa: SIM110  `any` takes three times as long, at every action
-            if step.under_way is not None:
+            if step.active_motion is not None:
                 return True
         return False
 
 
-HALTED: Final = Ending(StepStatus.HALTED, "the operator stops it")
+HALTED: Final = SkillRunResult(StepStatus.HALTED, "the operator stops it")
 """How a step ends when the operator stops everything."""
 
 
-def ending_unheld(cause: Cause | None) -> Ending | None:
+def ending_unheld(cause: Cause | None) -> SkillRunResult | None:
     """Return how a step ends whose hold-condition is not measured; None where nothing objects."""
-    return None if cause is None else Ending(StepStatus.UNHELD, str(cause), causes=(cause,))
+    return None if cause is None else SkillRunResult(StepStatus.HOLD_LOST, str(cause), causes=(cause,))
 
 
-def ending_stopped(completion: Completion) -> Ending:
+def ending_stopped(completion: MotionCompletion) -> SkillRunResult:
     """Return how a step ends whose motion did not reach its end."""
-    return Ending(StepStatus.STOPPED, completion.reason or "the plant gave no reason")
+    return SkillRunResult(StepStatus.STOPPED, completion.reason or "the plant gave no reason")
 
 
-def needs_of(skill: Skill) -> frozenset[str]:
+def required_resources(skill: Skill) -> frozenset[str]:
     """What a step of the skill holds: its resources and its actuators."""
     return skill.resources | {_actuator(name) for name in skill.actuators}
 
 
-def capacities_of(site: Site) -> dict[str, int]:
+def resource_capacities(site: Site) -> dict[str, int]:
     """How many steps may hold each resource at one time, and each actuator: one."""
     moved = {name for kind in site.kinds.values() for name in kind.actuators}
     return {**site.resources, **{_actuator(name): 1 for name in moved}}

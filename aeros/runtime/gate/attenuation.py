@@ -7,13 +7,13 @@ from fractions import Fraction
 from typing import Any, cast
 
 from aeros.runtime.gate.value_check import Scalars
-from aeros.spec.expr.doubles import double_within
+from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.model.model import Rule
 
 
-def attenuated(
+def attenuate_parameters(
     rules: Iterable[Rule], kind: str, parameters: Mapping[str, Any], values: Scalars
 ) -> dict[str, Any]:
     """The `parameters` reduced as each of `rules` declares for `kind`, one rule after the other.
@@ -31,6 +31,6 @@ def attenuated(
             size = abs(value)
             if size < abs(exact[name]):
                 # Rounded towards zero, so that the double is no larger than what was declared.
-                reduced[name] = double_within(value, (-size, size))
+                reduced[name] = nearest_double_in_range(value, (-size, size))
                 exact[name] = Fraction(reduced[name])
     return reduced

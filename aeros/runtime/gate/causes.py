@@ -8,47 +8,49 @@ from typing import Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, Reason
-from aeros.runtime.gate.request_check import take_given, take_readings
-from aeros.runtime.gate.value_check import Scalars, forms_of
-from aeros.runtime.gate.violation import Violation
+from aeros.runtime.gate.request_check import unpack_arguments, unpack_readings
+from aeros.runtime.gate.value_check import Scalars, value_checkers
+from aeros.runtime.gate.violation import RuleViolation
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
-from aeros.spec.expr.shortfall import Shortfall, shortfalls
-from aeros.spec.model.cause import Cause, place
-from aeros.spec.model.model import Clause, Declared, JointRule, Rule, Site, Skill
+from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
+from aeros.spec.model.cause import Cause, file_and_line
+from aeros.spec.model.model import ActionCondition, Declared, JointRule, Rule, Site, Skill
 
-_READINGS: Final = frozenset(("AE703", "AE704", "AE705", "AE706", "AE707"))
+_READING_REASON_CODES: Final = frozenset(("AE703", "AE704", "AE705", "AE706", "AE707"))
 
 
-def causes_of_denial(
+def denial_causes(
     configuration: Configuration,
     decision: Decision,
     caller: Caller,
     readings: Readings,
-    asked: Action,
+    requested_action: Action,
     now: float,
 ) -> tuple[Cause, ...]:
-    """The reasons of a decision that did not simply allow `asked`, on what it was made."""
-    return tuple(_Denial(configuration, caller, readings, asked, now).causes(decision))
+    """The reasons of a decision that did not simply allow `requested_action`, on what it was made."""
+    return tuple(_Denial(configuration, caller, readings, requested_action, now).causes(decision))
 
 
-def cause_of_stop(site: Site, rule: str, violation: Violation | None) -> Cause:
+def stop_cause(site: Site, rule: str, violation: RuleViolation | None) -> Cause:
     """Why the monitor stopped what moved: a rule, or `input:NAME` of what was not measured as it should be.
 
     violation: what was measured, where it is of that rule.
     """
     kind, _, name = rule.partition(":")
     if kind == "input":
-        part = Shortfall(name, None, "known", True, why="is not measured as it should be")
-        at = place(site.state[name].span) if name in site.state else ""
-        return Cause("reading", name, "every value that a rule reads is measured", at=at, shortfalls=(part,))
-    parts = violation.shortfalls if violation is not None and violation.rule == rule else ()
-    rules: tuple[Rule | JointRule, ...] = (*site.rules, *site.joint)
+        part = UnmetBound(name, None, "known", True, reason="is not measured as it should be")
+        at = file_and_line(site.state[name].span) if name in site.state else ""
+        return Cause(
+            "reading", name, "every value that a rule reads is measured", location=at, shortfalls=(part,)
+        )
+    parts = violation.unmet_bounds if violation is not None and violation.rule == rule else ()
+    rules: tuple[Rule | JointRule, ...] = (*site.rules, *site.joint_rules)
     for one in rules:
         if one.id == rule:
-            return Cause("rule", rule, one.text, one.source, place(one.require_span), parts)
+            return Cause("rule", rule, one.text, one.source, file_and_line(one.require_span), parts)
     return Cause("stopped", rule, rule)
 
 
@@ -56,73 +58,80 @@ class _Denial:
     """What a decision was made on."""
 
     def __init__(
-        self, configuration: Configuration, caller: Caller, readings: Readings, asked: Action, now: float
+        self,
+        configuration: Configuration,
+        caller: Caller,
+        readings: Readings,
+        requested_action: Action,
+        now: float,
     ) -> None:
         self._site = configuration.site
         self._module = configuration.modules.get(caller.module)
         self._skill: Skill | None = None if self._module is None else self._module.skills.get(caller.skill)
-        self._asked = asked
+        self._asked = requested_action
         self._values: Scalars = {}
-        kind = self._site.kinds.get(asked.kind)
+        kind = self._site.kinds.get(requested_action.kind)
         parameters: Mapping[str, Declared] = {} if kind is None else kind.parameters
         inputs = {} if self._skill is None else self._skill.inputs
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
         for faults in (
-            take_given(forms_of(parameters), asked.parameters, "", self._values),
-            take_given(forms_of(inputs), given, "", self._values),
-            take_readings(forms_of(self._site.observed), readings, now, frozenset(), self._values),
+            unpack_arguments(value_checkers(parameters), requested_action.parameters, "", self._values),
+            unpack_arguments(value_checkers(inputs), given, "", self._values),
+            unpack_readings(
+                value_checkers(self._site.observed_variables), readings, now, frozenset(), self._values
+            ),
         ):
             deque(faults, maxlen=0)  # they are among the reasons
 
     def causes(self, decision: Decision) -> Iterator[Cause]:
         for reason in decision.reasons:
-            yield self._of_rule(reason) or self._of_clause(reason) or self._other(reason)
+            yield self._rule_cause(reason) or self._envelope_cause(reason) or self._other_cause(reason)
 
-    def _of_rule(self, reason: Reason) -> Cause | None:
+    def _rule_cause(self, reason: Reason) -> Cause | None:
         for one in self._site.rules if reason.code == "AE750" else ():
             if one.id == reason.rule and self._asked.kind in one.terms:
-                parts = self._parts(one.terms[self._asked.kind])
-                at = place(one.require_span)
+                parts = self._unmet_bounds(one.terms[self._asked.kind])
+                at = file_and_line(one.require_span)
                 return Cause("rule", one.id, one.text, one.source, at, parts, reason.code)
-        for joint in self._site.joint if reason.code == "AE751" else ():
+        for joint in self._site.joint_rules if reason.code == "AE751" else ():
             if joint.id == reason.rule:
-                at = place(joint.require_span)
+                at = file_and_line(joint.require_span)
                 return Cause("rule", joint.id, joint.text, joint.source, at, code=reason.code)
         return None
 
-    def _of_clause(self, reason: Reason) -> Cause | None:
+    def _envelope_cause(self, reason: Reason) -> Cause | None:
         """Envelope or permission."""
-        found: Clause | None = None
+        found: ActionCondition | None = None
         if reason.code == "AE730" and self._skill is not None:
             kind, found = "envelope", self._skill.envelope.get(self._asked.kind)
         elif reason.code == "AE731" and self._module is not None:
-            kind, found = "permission", self._module.permission.get(self._asked.kind)
+            kind, found = "permission", self._module.permitted_actions.get(self._asked.kind)
         if found is None:
             return None
-        at, parts = place(found.span), self._parts(found.term)
-        return Cause(kind, reason.rule, found.text, at=at, shortfalls=parts, code=reason.code)
+        at, parts = file_and_line(found.span), self._unmet_bounds(found.term)
+        return Cause(kind, reason.rule, found.text, location=at, shortfalls=parts, code=reason.code)
 
-    def _other(self, reason: Reason) -> Cause:
-        if reason.code in _READINGS and reason.rule in self._site.observed:
-            declared = self._site.observed[reason.rule]
+    def _other_cause(self, reason: Reason) -> Cause:
+        if reason.code in _READING_REASON_CODES and reason.rule in self._site.observed_variables:
+            declared = self._site.observed_variables[reason.rule]
             why = reason.text.partition("` ")[2] or reason.text
-            part = Shortfall(reason.rule, None, "known", True, why=why)
+            part = UnmetBound(reason.rule, None, "known", True, reason=why)
             return Cause(
                 "reading",
                 reason.rule,
                 reason.text,
-                at=place(declared.span),
+                location=file_and_line(declared.span),
                 shortfalls=(part,),
                 code=reason.code,
             )
         block = next((one for one in self._site.blocks if one.id == reason.rule), None)
         at = (
-            place(block.span)
+            file_and_line(block.span)
             if reason.code == "AE710" and block is not None and block.span is not None
             else ""
         )
-        return Cause("gate", reason.rule, reason.text, at=at, code=reason.code)
+        return Cause("gate", reason.rule, reason.text, location=at, code=reason.code)
 
-    def _parts(self, term: t.Term) -> tuple[Shortfall, ...]:
+    def _unmet_bounds(self, term: t.Term) -> tuple[UnmetBound, ...]:
         known: Mapping[str, Any] = self._values
-        return shortfalls(term, known) if t.variables_of(lower(term)).keys() <= known.keys() else ()
+        return unmet_bounds(term, known) if t.variables_of(lower(term)).keys() <= known.keys() else ()

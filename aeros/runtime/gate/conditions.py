@@ -17,7 +17,7 @@ from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.model.model import Declared, ranges_of
 
 
-class Truth(Enum):
+class ConditionValue(Enum):
     """Whether a condition holds; UNDECIDED denies."""
 
     HOLDS = "holds"
@@ -25,7 +25,7 @@ class Truth(Enum):
     UNDECIDED = "undecided"
 
 
-class Condition(Protocol):
+class DecidableCondition(Protocol):
     """One condition, ready to be decided.
 
     names: the scalar variables it depends on.
@@ -33,7 +33,7 @@ class Condition(Protocol):
 
     names: frozenset[str]
 
-    def decide(self, values: Mapping[str, Any]) -> Truth:
+    def decide(self, values: Mapping[str, Any]) -> ConditionValue:
         """Whether it holds at `values`: float, bool or str by scalar variable, all in range."""
 
 
@@ -41,13 +41,13 @@ class CompiledCondition:
     """A condition as a generated function; never undecided."""
 
     def __init__(self, term: t.Term, declared: Iterable[Declared]) -> None:
-        mentioned = _mentioned(term, declared)
+        mentioned = _variables_used(term, declared)
         self.names = _scalar_names(mentioned)
         self.holds = _compiled(term, tuple(ranges_of(mentioned).items()))
 
-    def decide(self, values: Mapping[str, Any]) -> Truth:
-        """See `Condition`."""
-        return Truth.HOLDS if self.holds(values) else Truth.FAILS
+    def decide(self, values: Mapping[str, Any]) -> ConditionValue:
+        """See `DecidableCondition`."""
+        return ConditionValue.HOLDS if self.holds(values) else ConditionValue.FAILS
 
 
 @lru_cache(maxsize=1024)
@@ -65,26 +65,30 @@ class SolverCondition:
     """
 
     def __init__(
-        self, term: t.Term, declared: Iterable[Declared], beside: SolverCondition | None = None
+        self, term: t.Term, declared: Iterable[Declared], shared_context: SolverCondition | None = None
     ) -> None:
         # z3 takes 80 ms to import, which the compiled gate need not pay.
-        from aeros.spec.backends.z3_solver import Session
+        from aeros.spec.backends.z3_solver import IncrementalSolver
 
         self._term = term
-        mentioned = _mentioned(term, declared)
+        mentioned = _variables_used(term, declared)
         self.names = _scalar_names(mentioned)
         variables = (one.variable for one in mentioned)
-        shared = None if beside is None else beside._session
-        self._session: Session = Session(variables, ranges_of(mentioned), beside=shared)
+        shared = None if shared_context is None else shared_context._session
+        self._session: IncrementalSolver = IncrementalSolver(
+            variables, ranges_of(mentioned), shared_context=shared
+        )
 
-    def decide(self, values: Mapping[str, Any]) -> Truth:
-        """See `Condition`."""
+    def decide(self, values: Mapping[str, Any]) -> ConditionValue:
+        """See `DecidableCondition`."""
         given = {name: _exact(values[name]) for name in self.names}
-        result = self._session.ask_given(given, self._term).result.value
-        return {"sat": Truth.HOLDS, "unsat": Truth.FAILS}.get(result, Truth.UNDECIDED)
+        result = self._session.check_at_values(given, self._term).result.value
+        return {"sat": ConditionValue.HOLDS, "unsat": ConditionValue.FAILS}.get(
+            result, ConditionValue.UNDECIDED
+        )
 
 
-def _mentioned(term: t.Term, declared: Iterable[Declared]) -> list[Declared]:
+def _variables_used(term: t.Term, declared: Iterable[Declared]) -> list[Declared]:
     used = t.variables_of(term)
     return [one for one in declared if one.name in used]
 

@@ -25,7 +25,7 @@ class Configuration:
     certificates: Mapping[str, Certificate]
     digest: str
 
-    def proved(self, module: str) -> frozenset[ClaimId]:
+    def proved_obligations(self, module: str) -> frozenset[ClaimId]:
         """The obligations that are PROVED of exactly this module under exactly this site."""
         ecm, certificate = self.modules[module], self.certificates.get(module)
         subject = (ecm.id, ecm.manifest_digest, self.site.digest)
@@ -38,22 +38,22 @@ class UnknownConfigurationError(Exception):
     """The configuration of that digest is not to be had; the message says why."""
 
 
-Configurations = Callable[[str], Configuration]
+FindConfiguration = Callable[[str], Configuration]
 """Gives the configuration of a digest, or raises `UnknownConfigurationError`."""
 
 
-def only(given: Configuration) -> Configurations:
+def single_configuration(configuration: Configuration) -> FindConfiguration:
     """Knows one configuration."""
 
     def find(digest: str) -> Configuration:
-        if digest != given.digest:
-            raise UnknownConfigurationError(f"the one given is {given.digest}")
-        return given
+        if digest != configuration.digest:
+            raise UnknownConfigurationError(f"the one given is {configuration.digest}")
+        return configuration
 
     return find
 
 
-def configure(site: Site, certified: Mapping[str, tuple[Ecm, Certificate]]) -> Configuration:
+def make_configuration(site: Site, certified: Mapping[str, tuple[Ecm, Certificate]]) -> Configuration:
     """The configuration of `site` with these certified modules, all active."""
     certificates = {name: certificate for name, (_, certificate) in sorted(certified.items())}
     canonical = json.dumps([site.digest, {name: one.text() for name, one in certificates.items()}])

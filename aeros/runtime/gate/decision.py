@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from aeros.skill import Action
 
 
-class Verdict(Enum):
+class DecisionKind(Enum):
     """Has no truth value on purpose: callers compare."""
 
     ALLOW = "ALLOW"
@@ -59,6 +59,6 @@ class Decision(NamedTuple):
         'breaks `not estop_pressed`: nothing goes on while an emergency stop is pressed'
     """
 
-    verdict: Verdict
+    kind: DecisionKind
     action: Action | None
     reasons: tuple[Reason, ...]

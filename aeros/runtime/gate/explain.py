@@ -13,21 +13,21 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.gate.request_check import request_fault, take_given, take_readings
-from aeros.runtime.gate.value_check import Scalars, check_now, forms_of
+from aeros.runtime.gate.request_check import request_fault, unpack_arguments, unpack_readings
+from aeros.runtime.gate.value_check import Scalars, check_time, value_checkers
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.model.model import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
-from aeros.spec.verification.witness import show_value
+from aeros.spec.verification.witness import format_value
 
-LAYERS: Mapping[str, tuple[str, ...]] = {
+LAYER_CODES: Mapping[str, tuple[str, ...]] = {
     "form": ("AE701", "AE702", "AE703", "AE704", "AE705", "AE706", "AE707"),
     "overrides": ("AE710",),
     "lifecycle": ("AE720",),
@@ -39,10 +39,10 @@ LAYERS: Mapping[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class Clause:
+class EvaluatedCondition:
     """One condition on the action.
 
-    name: the invariant, or `envelope` or `permission`.
+    name: the invariant, or `envelope` or `permitted_actions`.
     obligation: the one of the certificate that says it holds of every action in the envelope, if any.
     holds: None where the proof stood in for evaluating it, or where `missing` names what it reads.
     values: what it reads, in the units of the site, where it was evaluated.
@@ -67,8 +67,8 @@ class Explanation:
 
     decision: Decision
     layers: Mapping[str, bool | None]
-    clauses: tuple[Clause, ...] = ()
-    reduced: tuple[Clause, ...] = ()
+    conditions: tuple[EvaluatedCondition, ...] = ()
+    attenuated_parameters: tuple[EvaluatedCondition, ...] = ()
 
 
 class Explainer:
@@ -78,52 +78,52 @@ class Explainer:
         self.gate = CompiledGate(configuration, mode)
         self._configuration = configuration
         self._relies_on_proof = mode is GateMode.COMPILED
-        self._state = forms_of(configuration.site.observed)
+        self._state = value_checkers(configuration.site.observed_variables)
 
     def explain(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Explanation:
         """The decision on a request, and why; never raises but for what `Gate.decide` raises."""
         decision = self.gate.decide(caller, readings, action, now, usage)
-        if request_fault(caller, readings, action, usage) or check_now(now):
-            return unreadable(decision)
-        allowed = decision.verdict is Verdict.ALLOW
+        if request_fault(caller, readings, action, usage) or check_time(now):
+            return explain_malformed_request(decision)
+        allowed = decision.kind is DecisionKind.ALLOW
         clauses = tuple(self._clauses(caller, readings, action, now, allowed))
-        reduced: tuple[Clause, ...] = ()
-        if decision.verdict is Verdict.ATTENUATE and decision.action is not None:
+        reduced: tuple[EvaluatedCondition, ...] = ()
+        if decision.kind is DecisionKind.ATTENUATE and decision.action is not None:
             reduced = tuple(self._clauses(caller, readings, decision.action, now, allowed=True))
-        return Explanation(decision, _layers(decision, clauses), clauses, reduced)
+        return Explanation(decision, _layer_results(decision, clauses), clauses, reduced)
 
     def _clauses(
         self, caller: Caller, readings: Readings, action: Action, now: float, allowed: bool
-    ) -> Iterator[Clause]:
+    ) -> Iterator[EvaluatedCondition]:
         site, kind = self._configuration.site, self._configuration.site.kinds.get(action.kind)
         ecm = self._configuration.modules.get(caller.module)
         skill = ecm.skills.get(caller.skill) if ecm else None
         if kind is None:
             return
         inputs = skill.inputs if skill else {}
-        declared = {one.name: one for one in (*site.observed.values(), *inputs.values())}
+        declared = {one.name: one for one in (*site.observed_variables.values(), *inputs.values())}
         declared |= kind.parameters
         values = self._values(caller, readings, action, now, inputs, kind.parameters)
         conditions: list[tuple[str, str, ClaimId | None, t.Term]] = []
         if skill is not None and kind.name in skill.envelope:
             one = skill.envelope[kind.name]
             conditions.append(("envelope", one.text, None, one.term))
-        if ecm is not None and kind.name in ecm.permission:
-            one = ecm.permission[kind.name]
+        if ecm is not None and kind.name in ecm.permitted_actions:
+            one = ecm.permitted_actions[kind.name]
             claim_id = ClaimForm.ENVELOPE_PERMITTED(caller.skill, kind.name)
             conditions.append(("permission", one.text, claim_id, one.term))
-        for rule in site.rules_on(kind.name):
+        for rule in site.rules_for_kind(kind.name):
             claim_id = ClaimForm.ENVELOPE_OBEYS(caller.skill, kind.name, rule.id)
             conditions.append((rule.id, rule.text, claim_id, rule.terms[kind.name]))
-        proved = self._configuration.proved(ecm.id) if ecm else frozenset()
+        proved = self._configuration.proved_obligations(ecm.id) if ecm else frozenset()
         for name, text, claim, term in conditions:
             obligation = str(claim) if claim in proved else None
             if obligation and allowed and self._relies_on_proof:
-                yield Clause(name, text, obligation, None, {})
+                yield EvaluatedCondition(name, text, obligation, None, {})
             else:
-                yield _evaluated(name, text, obligation, term, declared, values)
+                yield _evaluate_condition(name, text, obligation, term, declared, values)
 
     def _values(
         self,
@@ -138,40 +138,40 @@ class Explainer:
         values: Scalars = {}
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
         for faults in (
-            take_given(forms_of(parameters), action.parameters, "", values),
-            take_given(forms_of(inputs), given, "", values),
-            take_readings(self._state, readings, now, frozenset(self._state), values),
+            unpack_arguments(value_checkers(parameters), action.parameters, "", values),
+            unpack_arguments(value_checkers(inputs), given, "", values),
+            unpack_readings(self._state, readings, now, frozenset(self._state), values),
         ):
             deque(faults, maxlen=0)
         return {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
 
 
-def unreadable(decision: Decision) -> Explanation:
+def explain_malformed_request(decision: Decision) -> Explanation:
     """The explanation of the denial of what is not even a request."""
-    return Explanation(decision, {**dict.fromkeys(LAYERS), "form": False})
+    return Explanation(decision, {**dict.fromkeys(LAYER_CODES), "form": False})
 
 
-def _evaluated(
+def _evaluate_condition(
     name: str,
     text: str,
     obligation: str | None,
     term: t.Term,
     declared: Mapping[str, Declared],
     values: Mapping[str, Any],
-) -> Clause:
+) -> EvaluatedCondition:
     shown: dict[str, str] = {}
     missing: list[str] = []
     for read in t.variables_of(term):
-        value = _whole_value(declared[read], values)
+        value = _assemble_value(declared[read], values)
         if value is None:
             missing.append(read)
         else:
-            shown[read] = show_value(value, declared[read])
-    truth = None if missing else holds(lower(term), values)
-    return Clause(name, text, obligation, truth, shown, tuple(missing))
+            shown[read] = format_value(value, declared[read])
+    truth = None if missing else is_true(lower(term), values)
+    return EvaluatedCondition(name, text, obligation, truth, shown, tuple(missing))
 
 
-def _whole_value(declared: Declared, values: Mapping[str, Any]) -> Any:
+def _assemble_value(declared: Declared, values: Mapping[str, Any]) -> Any:
     """The value of a variable from those of its scalars; None where one of them is not there."""
     parts = [values.get(scalar.name) for scalar in scalar_variables(declared.variable)]
     if None in parts:
@@ -179,7 +179,7 @@ def _whole_value(declared: Declared, values: Mapping[str, Any]) -> Any:
     return tuple(parts) if isinstance(declared.variable.type, VectorType | FamilyType) else parts[0]
 
 
-def _layers(decision: Decision, clauses: tuple[Clause, ...]) -> dict[str, bool | None]:
+def _layer_results(decision: Decision, clauses: tuple[EvaluatedCondition, ...]) -> dict[str, bool | None]:
     objecting = {reason.code for reason in decision.reasons}
     unknown = {
         "envelope and permission" if clause.name in ("envelope", "permission") else "invariants"
@@ -188,5 +188,5 @@ def _layers(decision: Decision, clauses: tuple[Clause, ...]) -> dict[str, bool |
     }
     return {
         name: False if objecting & set(codes) else None if name in unknown else True
-        for name, codes in LAYERS.items()
+        for name, codes in LAYER_CODES.items()
     }

@@ -29,14 +29,14 @@ def finite_objections(
     elif declared is not None:
         yield from _access_objections(site, ecm, skill, declared)
         yield from _risk_objections(site, skill, declared)
-    yield from _usage_objections(site, usage)
+    yield from _malformed_usage_objections(site, usage)
     for quota in site.quotas:
         if kind in quota.kinds:
             yield from _quota_objections(quota, usage)
 
 
 def _access_objections(site: Site, ecm: Ecm, skill: Skill, kind: ActionKind) -> Iterator[Reason]:
-    usable = skill.actuators & ecm.access.actuators & site.access_of(ecm.id).actuators
+    usable = skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators
     for actuator in sorted(kind.actuators - usable):
         yield Reason("AE740", actuator, f"`{skill.id}` may not move `{actuator}`")
 
@@ -48,7 +48,7 @@ def _risk_objections(site: Site, skill: Skill, kind: ActionKind) -> Iterator[Rea
         yield Reason("AE741", skill.id, f"`{skill.id}` carries more risk than the site allows")
 
 
-def _usage_objections(site: Site, usage: Mapping[str, int]) -> Iterator[Reason]:
+def _malformed_usage_objections(site: Site, usage: Mapping[str, int]) -> Iterator[Reason]:
     """Whatever is said of quotas is well formed, also where no quota governs the action."""
     known = {quota.id for quota in site.quotas}
     for name, used in usage.items():
@@ -66,5 +66,5 @@ def _quota_objections(quota: Quota, usage: Mapping[str, int]) -> Iterator[Reason
     used = usage.get(quota.id)
     if used is None:
         yield Reason("AE703", quota.id, f"how much of the quota `{quota.id}` is used up is not known")
-    elif _is_count(used) and used >= quota.at_most:
-        yield Reason("AE742", quota.id, f"the quota `{quota.id}` of {quota.at_most} is used up")
+    elif _is_count(used) and used >= quota.max_count:
+        yield Reason("AE742", quota.id, f"the quota `{quota.id}` of {quota.max_count} is used up")

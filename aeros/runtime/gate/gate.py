@@ -22,29 +22,39 @@ from enum import Enum
 from functools import cached_property
 from typing import Any
 
-from aeros.runtime.gate.attenuation import attenuated
+from aeros.runtime.gate.attenuation import attenuate_parameters
 from aeros.runtime.gate.compiled.fast_path import (
-    Answering,
-    Criteria,
-    Denying,
-    OneByOne,
-    compile_one_by_one,
-    compile_straight,
-    decide_straight,
+    DecisionCriteria,
+    DenialFor,
+    FastDecide,
+    ReadEach,
+    compile_fast_path,
+    compile_read_each,
+    decide_fast,
 )
-from aeros.runtime.gate.compiled.rules import Watched
-from aeros.runtime.gate.compiled.snapshots import MomentTaker
-from aeros.runtime.gate.conditions import CompiledCondition, Condition, SolverCondition, Truth
+from aeros.runtime.gate.compiled.rules import MonitorRules
+from aeros.runtime.gate.compiled.snapshots import SnapshotCache
+from aeros.runtime.gate.conditions import (
+    CompiledCondition,
+    ConditionValue,
+    DecidableCondition,
+    SolverCondition,
+)
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.finite_layers import finite_objections
-from aeros.runtime.gate.joint_rules import Begun, JointRules
+from aeros.runtime.gate.joint_rules import ActiveAction, JointRules
 from aeros.runtime.gate.port import Gate
-from aeros.runtime.gate.request_check import as_executed, request_fault, take_given, take_readings
-from aeros.runtime.gate.value_check import Form, Scalars, check_now, forms_of
-from aeros.runtime.ports import Moment, Reading, Readings
+from aeros.runtime.gate.request_check import (
+    request_fault,
+    to_plant_parameters,
+    unpack_arguments,
+    unpack_readings,
+)
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_time, value_checkers
+from aeros.runtime.ports import Reading, Readings, Snapshot
 from aeros.skill import Action
-from aeros.spec.backends.compiled import Truths, compile_truths
+from aeros.spec.backends.compiled import CompiledConditions, compile_conditions
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.model.model import ActionKind, Declared, Ecm, Rule, Skill, ranges_of
@@ -74,11 +84,11 @@ class CompiledGate(Gate):
         self._shadow = _Decider(configuration, compiled=False) if mode is GateMode.SHADOW else None
 
     @cached_property
-    def watched(self) -> Watched:
+    def monitor_rules(self) -> MonitorRules:
         """What monitors watch of the actions it has decided; compiled always, whatever its mode."""
-        return Watched(self._site)
+        return MonitorRules(self._site)
 
-    def under(self, configuration: Configuration) -> CompiledGate:
+    def with_configuration(self, configuration: Configuration) -> CompiledGate:
         """Make a gate of the same mode for another configuration."""
         return CompiledGate(configuration, self._mode)
 
@@ -99,23 +109,23 @@ class CompiledGate(Gate):
                 raise GateDisagreementError(f"compiled gate: {decision}; z3: {second}")
         return decision
 
-    def decide_beside(
-        self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
+    def decide_jointly(
+        self, decision: Decision, readings: Readings, now: float, active_actions: Sequence[ActiveAction]
     ) -> Decision:
-        """`decision`, or a denial where what it allows may not begin beside `others`, which are under way.
+        """`decision`, or a denial where what it allows may not begin beside `active_actions`, which are under way.
 
         readings, now: as it was decided on.  Raises `GateDisagreementError` in shadow mode.
         """
-        together = self._decider.decide_beside(decision, readings, now, others)
+        together = self._decider.decide_jointly(decision, readings, now, active_actions)
         if self._shadow is not None:
-            second = self._shadow.decide_beside(decision, readings, now, others)
+            second = self._shadow.decide_jointly(decision, readings, now, active_actions)
             if second != together:
                 raise GateDisagreementError(f"compiled gate: {together}; z3: {second}")
         return together
 
 
 @dataclass(frozen=True)
-class _KindRules:
+class _CompiledKindRules:
     """What Φ says of one action kind.
 
     conditions: of each rule, with what is said where it does not hold.
@@ -124,14 +134,14 @@ class _KindRules:
     """
 
     rules: tuple[Rule, ...]
-    conditions: tuple[tuple[Condition, Reason], ...]
-    truths: Truths
-    parameters: Mapping[str, Form]
-    required: frozenset[str]
+    conditions: tuple[tuple[DecidableCondition, Reason], ...]
+    compiled_conditions: CompiledConditions
+    parameters: Mapping[str, ValueChecker]
+    required_state: frozenset[str]
 
 
 @dataclass(frozen=True)
-class _Entry:
+class _CompiledSkillKind:
     """Everything else that decides one skill's actions of one kind.
 
     limits: envelope and permission, with what is said where they do not hold.
@@ -139,9 +149,9 @@ class _Entry:
     required: the state variables that any condition reads: those a decision needs, and fresh.
     """
 
-    limits: tuple[tuple[Condition, Reason], ...]
-    sufficient: Condition
-    required: frozenset[str]
+    envelope_and_permission: tuple[tuple[DecidableCondition, Reason], ...]
+    residual_condition: DecidableCondition
+    required_state: frozenset[str]
 
 
 class _Decider:
@@ -150,42 +160,44 @@ class _Decider:
         self._compiled = compiled
         self._solved: SolverCondition | None = None
         site = configuration.site
-        self._state = forms_of(site.observed)
-        self._moments = MomentTaker(self._state)
+        self._state = value_checkers(site.observed_variables)
+        self._moments = SnapshotCache(self._state)
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
-        self._inputs: dict[tuple[str, str], dict[str, Form]] = {}
-        self._entries: dict[tuple[str, str, str], _Entry] = {}
-        self._one_by_one: dict[frozenset[str], OneByOne] = {}
-        self._straight: dict[tuple[str, str, str], Answering] = {}
+        self._inputs: dict[tuple[str, str], dict[str, ValueChecker]] = {}
+        self._entries: dict[tuple[str, str, str], _CompiledSkillKind] = {}
+        self._one_by_one: dict[frozenset[str], ReadEach] = {}
+        self._straight: dict[tuple[str, str, str], FastDecide] = {}
         self._joint = JointRules(site, compiled=compiled)
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
-                self._inputs[module, skill.id] = forms_of(skill.inputs)
+                self._inputs[module, skill.id] = value_checkers(skill.inputs)
                 for kind in skill.envelope:
                     self._compile(ecm, skill, site.kinds[kind])
 
     # Compiling.
 
-    def _kind_rules(self, kind: ActionKind) -> _KindRules:
-        rules = self._configuration.site.rules_on(kind.name)
+    def _kind_rules(self, kind: ActionKind) -> _CompiledKindRules:
+        rules = self._configuration.site.rules_for_kind(kind.name)
         read = [
             term
             for rule in rules
             for term in (rule.terms[kind.name], *rule.attenuations.get(kind.name, {}).values())
         ]
-        declared = (*self._configuration.site.observed.values(), *kind.parameters.values())
-        return _KindRules(
+        declared = (*self._configuration.site.observed_variables.values(), *kind.parameters.values())
+        return _CompiledKindRules(
             rules,
-            tuple((self._condition(rule.terms[kind.name], kind, {}), _breaks(rule)) for rule in rules),
-            compile_truths([rule.terms[kind.name] for rule in rules], ranges_of(declared)),
-            forms_of(kind.parameters),
-            _state_read(read),
+            tuple(
+                (self._condition(rule.terms[kind.name], kind, {}), _violation_reason(rule)) for rule in rules
+            ),
+            compile_conditions([rule.terms[kind.name] for rule in rules], ranges_of(declared)),
+            value_checkers(kind.parameters),
+            _state_variables_read(read),
         )
 
     def _compile(self, ecm: Ecm, skill: Skill, kind: ActionKind) -> None:
         of_kind, at = self._kinds[kind.name], (ecm.id, skill.id, kind.name)
         envelope = skill.envelope[kind.name].term
-        permitted = ecm.permission[kind.name].term if kind.name in ecm.permission else t.FALSE
+        permitted = ecm.permitted_actions[kind.name].term if kind.name in ecm.permitted_actions else t.FALSE
         claims = {
             ClaimForm.ENVELOPE_OBEYS(skill.id, kind.name, rule.id): rule.terms[kind.name]
             for rule in of_kind.rules
@@ -193,10 +205,10 @@ class _Decider:
         claims[ClaimForm.ENVELOPE_PERMITTED(skill.id, kind.name)] = permitted
         # A permission that is not there is proved of nothing, whatever a certificate says.
         relied_on = self._compiled and permitted != t.FALSE
-        proved = self._configuration.proved(ecm.id) if relied_on else frozenset()
+        proved = self._configuration.proved_obligations(ecm.id) if relied_on else frozenset()
         left = [term for obligation, term in claims.items() if obligation not in proved]
         sufficient = t.conjunction(envelope, *left)
-        self._entries[at] = entry = _Entry(
+        self._entries[at] = entry = _CompiledSkillKind(
             (
                 (
                     self._condition(envelope, kind, skill.inputs),
@@ -208,48 +220,62 @@ class _Decider:
                 ),
             ),
             self._condition(sufficient, kind, skill.inputs),
-            of_kind.required | _state_read([envelope, permitted]),
+            of_kind.required_state | _state_variables_read([envelope, permitted]),
         )
         if self._compiled:
             always = self._finite_reasons(*at, used_up=False)
             of_quotas = self._finite_reasons(*at, used_up=True)[len(always) :]
-            stated = (*of_quotas, *(reason for _, reason in (*entry.limits, *of_kind.conditions)))
-            denying = self._denying(kind.name, always, stated)
-            self._straight[at] = compile_straight(
-                Criteria(not always, envelope, permitted, t.conjunction(*left), of_kind.truths, denying),
+            stated = (
+                *of_quotas,
+                *(reason for _, reason in (*entry.envelope_and_permission, *of_kind.conditions)),
+            )
+            denying = self._denial_factory(kind.name, always, stated)
+            self._straight[at] = compile_fast_path(
+                DecisionCriteria(
+                    not always,
+                    envelope,
+                    permitted,
+                    t.conjunction(*left),
+                    of_kind.compiled_conditions,
+                    denying,
+                ),
                 inputs=self._inputs[ecm.id, skill.id],
                 state=self._state,
-                moments=self._moments,
-                one_by_one=self._taking(entry.required),
-                required=entry.required,
+                snapshot_cache=self._moments,
+                read_each=self._reading_unpacker(entry.required_state),
+                required=entry.required_state,
                 parameters=of_kind.parameters,
                 quotas=self._configuration.site.quotas,
                 kind=kind.name,
             )
 
-    def _taking(self, required: frozenset[str]) -> OneByOne:
+    def _reading_unpacker(self, required: frozenset[str]) -> ReadEach:
         """Written once for all that require the same: it is most of what is written."""
         if required not in self._one_by_one:
-            self._one_by_one[required] = compile_one_by_one(self._state, required)
+            self._one_by_one[required] = compile_read_each(self._state, required)
         return self._one_by_one[required]
 
     def _finite_reasons(self, module: str, skill: str, kind: str, *, used_up: bool) -> list[Reason]:
         """What the finite layers object to actions of this kind, where all quotas are used up or none is."""
-        usage = {quota.id: quota.at_most if used_up else 0 for quota in self._configuration.site.quotas}
+        usage = {quota.id: quota.max_count if used_up else 0 for quota in self._configuration.site.quotas}
         return list(finite_objections(self._configuration, Caller(module, skill, {}), kind, usage))
 
-    def _denying(self, kind: str, always: Sequence[Reason], stated: Sequence[Reason]) -> Denying:
+    def _denial_factory(self, kind: str, always: Sequence[Reason], stated: Sequence[Reason]) -> DenialFor:
         """What is said of actions of `kind`: `always`, and of each condition where it does not hold."""
 
         def denying(holds: tuple[bool, ...]) -> Decision | None:
             broken = (reason for reason, held in zip(stated, holds, strict=True) if not held)
             reasons = (*always, *broken)
-            return None if self._attenuating(kind, reasons) else Decision(Verdict.DENY, None, reasons)
+            return (
+                None if self._attenuating_rules(kind, reasons) else Decision(DecisionKind.DENY, None, reasons)
+            )
 
         return denying
 
-    def _condition(self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]) -> Condition:
-        state = self._configuration.site.observed
+    def _condition(
+        self, term: t.Term, kind: ActionKind, inputs: Mapping[str, Declared]
+    ) -> DecidableCondition:
+        state = self._configuration.site.observed_variables
         declared = (*state.values(), *inputs.values(), *kind.parameters.values())
         if self._compiled:
             return CompiledCondition(term, declared)
@@ -259,36 +285,40 @@ class _Decider:
     # Deciding.
 
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
-        found = decide_straight(self._straight, caller, readings, action, now, usage)
+        found = decide_fast(self._straight, caller, readings, action, now, usage)
         if type(found) is Decision:
             return found
-        if type(readings) is Moment:
-            readings = _one_by_one(readings)
+        if type(readings) is Snapshot:
+            readings = _individual_readings(readings)
         if type(found) is dict:
-            reasons = self._unmet(caller, action, found)
-            return self._denied_or_less(caller, readings, action, now, usage, found, reasons)
-        return self._in_full(caller, readings, action, now, usage)
+            reasons = self._violated_conditions(caller, action, found)
+            return self._deny_or_attenuate(caller, readings, action, now, usage, found, reasons)
+        return self._decide_slow_path(caller, readings, action, now, usage)
 
-    def decide_beside(
-        self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
+    def decide_jointly(
+        self, decision: Decision, readings: Readings, now: float, active_actions: Sequence[ActiveAction]
     ) -> Decision:
         if decision.action is None:
             return decision
-        reasons = tuple(self._joint.objections(Begun(decision.action, readings, now, -1), others))
-        return Decision(Verdict.DENY, None, tuple(dict.fromkeys(reasons))) if reasons else decision
+        reasons = tuple(
+            self._joint.objections(ActiveAction(decision.action, readings, now, -1), active_actions)
+        )
+        return Decision(DecisionKind.DENY, None, tuple(dict.fromkeys(reasons))) if reasons else decision
 
-    def _in_full(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
-        fault = request_fault(caller, readings, action, usage) or check_now(now)
+    def _decide_slow_path(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
+        fault = request_fault(caller, readings, action, usage) or check_time(now)
         if fault is not None:
-            return Decision(Verdict.DENY, None, (fault,))
+            return Decision(DecisionKind.DENY, None, (fault,))
         kind, asked = action.kind, action.parameters
         values: Scalars = {}
         reasons = self._objections(caller, readings, Action(kind, asked), now, usage, values)
         if not reasons:
-            return Decision(Verdict.ALLOW, Action(kind, as_executed(self._kinds[kind].parameters, asked)), ())
-        return self._denied_or_less(caller, readings, Action(kind, asked), now, usage, values, reasons)
+            return Decision(
+                DecisionKind.ALLOW, Action(kind, to_plant_parameters(self._kinds[kind].parameters, asked)), ()
+            )
+        return self._deny_or_attenuate(caller, readings, Action(kind, asked), now, usage, values, reasons)
 
-    def _denied_or_less(
+    def _deny_or_attenuate(
         self,
         caller: Caller,
         readings: Readings,
@@ -300,13 +330,13 @@ class _Decider:
     ) -> Decision:
         """DENY for these reasons, or ATTENUATE where they leave a reduced action that is allowed."""
         kind, asked = action
-        in_the_way = self._attenuating(kind, reasons)
+        in_the_way = self._attenuating_rules(kind, reasons)
         if in_the_way:
-            less = attenuated(in_the_way, kind, asked, values)
-            reduced = Action(kind, as_executed(self._kinds[kind].parameters, less))
+            less = attenuate_parameters(in_the_way, kind, asked, values)
+            reduced = Action(kind, to_plant_parameters(self._kinds[kind].parameters, less))
             if not self._objections(caller, readings, reduced, now, usage, {}):
-                return Decision(Verdict.ATTENUATE, reduced, tuple(reasons))
-        return Decision(Verdict.DENY, None, tuple(reasons))
+                return Decision(DecisionKind.ATTENUATE, reduced, tuple(reasons))
+        return Decision(DecisionKind.DENY, None, tuple(reasons))
 
     def _objections(
         self,
@@ -320,20 +350,22 @@ class _Decider:
         """Every objection, in the order of the layers; `values` gets the well-formed values."""
         kind = self._kinds.get(action.kind)
         entry = self._entries.get((caller.module, caller.skill, action.kind))
-        required = entry.required if entry else kind.required if kind else frozenset()
+        required = entry.required_state if entry else kind.required_state if kind else frozenset()
         inputs = self._inputs.get((caller.module, caller.skill), {})
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
         reasons = [
-            *take_given(kind.parameters if kind else {}, action.parameters, f"of `{action.kind}`", values),
-            *take_given(inputs, given, f"of `{caller.skill}`", values),
-            *take_readings(self._state, readings, now, required, values),
+            *unpack_arguments(
+                kind.parameters if kind else {}, action.parameters, f"of `{action.kind}`", values
+            ),
+            *unpack_arguments(inputs, given, f"of `{caller.skill}`", values),
+            *unpack_readings(self._state, readings, now, required, values),
             *finite_objections(self._configuration, caller, action.kind, usage),
         ]
-        if not reasons and entry and entry.sufficient.decide(values) is Truth.HOLDS:
+        if not reasons and entry and entry.residual_condition.decide(values) is ConditionValue.HOLDS:
             return reasons
-        return reasons + self._unmet(caller, action, values)
+        return reasons + self._violated_conditions(caller, action, values)
 
-    def _unmet(self, caller: Caller, action: Action, values: Scalars) -> list[Reason]:
+    def _violated_conditions(self, caller: Caller, action: Action, values: Scalars) -> list[Reason]:
         """What envelope, permission and Φ object to, as far as their values are there."""
         kind = self._kinds.get(action.kind)
         if kind is None:
@@ -341,10 +373,13 @@ class _Decider:
         entry = self._entries.get((caller.module, caller.skill, action.kind))
         if entry is None:
             text = f"`{action.kind}` is not in the envelope of the skill"
-            return [Reason("AE730", action.kind, text), *_failing(kind.conditions, values)]
-        return [*_failing(entry.limits, values), *_failing(kind.conditions, values)]
+            return [Reason("AE730", action.kind, text), *_failed_reasons(kind.conditions, values)]
+        return [
+            *_failed_reasons(entry.envelope_and_permission, values),
+            *_failed_reasons(kind.conditions, values),
+        ]
 
-    def _attenuating(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
+    def _attenuating_rules(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
         """The violated rules, if nothing else objects and each of them can attenuate; else none."""
         violated = {reason.rule for reason in reasons if reason.code == "AE750"}
         if len(violated) != len(reasons):
@@ -353,35 +388,37 @@ class _Decider:
         return rules if all(kind in rule.attenuations for rule in rules) else []
 
 
-def _breaks(rule: Rule) -> Reason:
+def _violation_reason(rule: Rule) -> Reason:
     return Reason("AE750", rule.id, f"breaks `{rule.text}`: {rule.rationale}")
 
 
-def _failing(conditions: Iterable[tuple[Condition, Reason]], values: Scalars) -> Iterator[Reason]:
+def _failed_reasons(
+    conditions: Iterable[tuple[DecidableCondition, Reason]], values: Scalars
+) -> Iterator[Reason]:
     """The reason of each condition that does not hold."""
     for condition, reason in conditions:
         if not condition.names <= values.keys():
             continue  # a variable of it is missing or malformed, which has been reported as such
         truth = condition.decide(values)
-        if truth is Truth.FAILS:
+        if truth is ConditionValue.FAILS:
             yield reason
-        elif truth is Truth.UNDECIDED:
+        elif truth is ConditionValue.UNDECIDED:
             yield Reason("AE790", reason.rule, f"the solver could not decide `{reason.rule}`")
 
 
-def _state_read(terms: Iterable[t.Term]) -> frozenset[str]:
+def _state_variables_read(terms: Iterable[t.Term]) -> frozenset[str]:
     """The state variables that any of the terms reads."""
     return frozenset(
         name
         for term in terms
         for name, variable in t.variables_of(term).items()
-        if variable.role is t.Role.STATE
+        if variable.role is t.VariableRole.STATE
     )
 
 
-def _one_by_one(moment: Moment) -> dict[str, Reading] | None:
+def _individual_readings(snapshot: Snapshot) -> dict[str, Reading] | None:
     """The readings of a moment; None of one that was never made as such."""
     try:
-        return dict(moment)
+        return dict(snapshot)
     except AttributeError:
         return None

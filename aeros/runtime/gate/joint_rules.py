@@ -9,10 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from aeros.runtime.gate.conditions import CompiledCondition, Condition, SolverCondition, Truth
+from aeros.runtime.gate.conditions import (
+    CompiledCondition,
+    ConditionValue,
+    DecidableCondition,
+    SolverCondition,
+)
 from aeros.runtime.gate.decision import Reason
-from aeros.runtime.gate.request_check import take_reading
-from aeros.runtime.gate.value_check import Form, Scalars
+from aeros.runtime.gate.request_check import unpack_reading
+from aeros.runtime.gate.value_check import Scalars, ValueChecker
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
@@ -21,7 +26,7 @@ from aeros.spec.obligations.joint import joint_variables
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
+class ActiveAction:
     """An action as it was decided, on what, and when (plant seconds).
 
     record: the sequence number of that decision in the audit log.
@@ -29,8 +34,8 @@ class Begun:
 
     action: Action
     readings: Readings
-    time: float
-    record: int
+    decided_at: float
+    record_number: int
 
 
 class JointRules:
@@ -38,26 +43,28 @@ class JointRules:
 
     def __init__(self, site: Site, *, compiled: bool) -> None:
         self._site = site
-        self._rules = [_JointRule(rule, site, compiled) for rule in site.joint]
+        self._rules = [_JointRule(rule, site, compiled) for rule in site.joint_rules]
 
-    def objections(self, one: Begun, others: Iterable[Begun]) -> Iterator[Reason]:
-        """Why `one`, which is decided on what is measured now, may not go on beside `others`."""
-        for other in others:
-            yield from self._shared_actuators(one, other)
-            for rule, roles in self.of(one, other):
-                yield from rule.objections(roles, one, other)
+    def objections(self, action: ActiveAction, active_actions: Iterable[ActiveAction]) -> Iterator[Reason]:
+        """Why `one`, which is decided on what is measured now, may not go on beside `active_actions`."""
+        for other in active_actions:
+            yield from self._shared_actuators(action, other)
+            for rule, roles in self.rules_for_pair(action, other):
+                yield from rule.objections(roles, action, other)
 
-    def of(self, one: Begun, other: Begun) -> Iterator[tuple[_JointRule, tuple[Begun, Begun]]]:
+    def rules_for_pair(
+        self, action: ActiveAction, active_action: ActiveAction
+    ) -> Iterator[tuple[_JointRule, tuple[ActiveAction, ActiveAction]]]:
         """Each rule on both together, and who has its first and its second role."""
         for rule in self._rules:
-            for roles in ((one, other), (other, one)):
+            for roles in ((action, active_action), (active_action, action)):
                 if rule.kinds == tuple(begun.action.kind for begun in roles):
                     yield rule, roles
 
-    def _shared_actuators(self, one: Begun, other: Begun) -> Iterator[Reason]:
-        moved, taken = (self._site.kinds[begun.action.kind].actuators for begun in (one, other))
+    def _shared_actuators(self, action: ActiveAction, active_action: ActiveAction) -> Iterator[Reason]:
+        moved, taken = (self._site.kinds[begun.action.kind].actuators for begun in (action, active_action))
         for actuator in sorted(moved & taken):
-            text = f"`{actuator}` is being moved by the `{other.action.kind}` under way"
+            text = f"`{actuator}` is being moved by the `{active_action.action.kind}` under way"
             yield Reason("AE752", actuator, text)
 
 
@@ -69,46 +76,52 @@ class _JointRule:
         self.id = rule.id
         self.term = rule.term
         self.kinds = tuple(kind for _, kind in rule.roles)
-        self.condition: Condition = (
+        self.condition: DecidableCondition = (
             CompiledCondition(rule.term, declared) if compiled else SolverCondition(rule.term, declared)
         )
         self._says = f"breaks `{rule.text}`: {rule.rationale}"
-        forms = {one.name: Form(one) for one in declared if one.name in t.variables_of(rule.term)}
-        self._now = {name: form for name, form in forms.items() if name in site.observed}
-        self._asked: list[dict[str, Form]] = []
+        forms = {one.name: ValueChecker(one) for one in declared if one.name in t.variables_of(rule.term)}
+        self._now = {name: form for name, form in forms.items() if name in site.observed_variables}
+        self._asked: list[dict[str, ValueChecker]] = []
         for role, kind in rule.roles:
             names = site.kinds[kind].parameters
             self._asked.append({name: forms[f"{role}.{name}"] for name in names if f"{role}.{name}" in forms})
 
-    def values(self, roles: tuple[Begun, Begun]) -> Scalars:
+    def values(self, roles: tuple[ActiveAction, ActiveAction]) -> Scalars:
         """What the rule reads of each role: parameters, which were of their forms when they were decided."""
         values: Scalars = {}
         for begun, forms in zip(roles, self._asked, strict=True):
             for name, form in forms.items():
-                form.take(begun.action.parameters[name], values)
+                form.unpack(begun.action.parameters[name], values)
         return values
 
-    def objections(self, roles: tuple[Begun, Begun], one: Begun, other: Begun) -> Iterator[Reason]:
+    def objections(
+        self, roles: tuple[ActiveAction, ActiveAction], action: ActiveAction, active_action: ActiveAction
+    ) -> Iterator[Reason]:
         """Why the two may not be under way together, where `one` is decided now."""
         values = self.values(roles)
-        faults = list(_take(self._now, one, values))
+        faults = list(_unpack_recorded(self._now, action, values))
         if faults:
             yield from faults
             return
         truth = self.condition.decide(values)
-        if truth is Truth.FAILS:
-            yield Reason("AE751", self.id, f"beside the `{other.action.kind}` under way it {self._says}")
-        elif truth is Truth.UNDECIDED:
+        if truth is ConditionValue.FAILS:
+            yield Reason(
+                "AE751", self.id, f"beside the `{active_action.action.kind}` under way it {self._says}"
+            )
+        elif truth is ConditionValue.UNDECIDED:
             yield Reason("AE790", self.id, f"the solver could not decide `{self.id}`")
 
 
-def _take(forms: dict[str, Form], begun: Begun, into: Scalars) -> Iterator[Reason]:
+def _unpack_recorded(
+    checkers: dict[str, ValueChecker], active_action: ActiveAction, into: Scalars
+) -> Iterator[Reason]:
     """Take what was measured when the action was decided; it must be there, and fresh."""
-    for name, form in forms.items():
-        reading = begun.readings.get(name)
+    for name, form in checkers.items():
+        reading = active_action.readings.get(name)
         if reading is None:
             yield Reason("AE703", form.declared.name, f"`{form.declared.name}` is not measured")
             continue
-        fault = take_reading(form, reading, begun.time, True, into)
+        fault = unpack_reading(form, reading, active_action.decided_at, True, into)
         if fault is not None:
             yield fault

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.compiled.rules import MonitorRules
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision
-from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
 
@@ -21,10 +21,10 @@ class Gate(Protocol):
     """A gate that decides actions under one configuration, without input, output or a clock of its own."""
 
     @property
-    def watched(self) -> Watched:
+    def monitor_rules(self) -> MonitorRules:
         """The rules that monitors decide at every control tick of the actions that the gate allowed."""
 
-    def under(self, configuration: Configuration) -> Gate:
+    def with_configuration(self, configuration: Configuration) -> Gate:
         """Make a gate of the same kind for another configuration."""
 
     def decide(
@@ -43,8 +43,8 @@ class Gate(Protocol):
             ALLOW with the action, ATTENUATE with a reduced one, or DENY with every reason.
         """
 
-    def decide_beside(
-        self, decision: Decision, readings: Readings, now: float, others: Sequence[Begun]
+    def decide_jointly(
+        self, decision: Decision, readings: Readings, now: float, active_actions: Sequence[ActiveAction]
     ) -> Decision:
         """Decide an action together with those that are under way.
 
@@ -55,5 +55,5 @@ class Gate(Protocol):
             others: the actions that are under way.
 
         Returns:
-            `decision`, or a denial where the action may not begin while `others` are under way.
+            `decision`, or a denial where the action may not begin while `active_actions` are under way.
         """

@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from math import inf, isfinite, nan
 
-from aeros.runtime.gate.decision import Decision, Reason, Verdict
-from aeros.runtime.gate.time_window import Window
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.gate.time_window import TimeWindow
 from aeros.spec.model.model import Quota
 
 
@@ -15,15 +15,15 @@ class ClockError(Exception):
     """The time given is before one given earlier, or no time at all: nothing can be counted, so deny."""
 
 
-def denied_by_clock(wrong: ClockError) -> Decision:
+def clock_denial(wrong: ClockError) -> Decision:
     """The decision where nothing can be counted."""
-    return Decision(Verdict.DENY, None, (Reason("AE707", "clock", str(wrong)),))
+    return Decision(DecisionKind.DENY, None, (Reason("AE707", "clock", str(wrong)),))
 
 
-class Usage:
+class QuotaUsageCounter:
     """Executed actions by quota.  Times are plant seconds and must not go back.
 
-    The window is closed: an action exactly `within` seconds ago still counts.  At most `at_most` times
+    The window is closed: an action exactly `window_s` seconds ago still counts.  At most `max_count` times
     are kept per quota; more cannot change what is decided.
     Not kept: usage before this object was made, so a restart forgets it.
     """
@@ -31,36 +31,36 @@ class Usage:
     def __init__(self, quotas: Iterable[Quota]) -> None:
         self._quotas = tuple(quotas)
         self._times: dict[str, deque[float]] = {
-            quota.id: deque(maxlen=quota.at_most) for quota in self._quotas
+            quota.id: deque(maxlen=quota.max_count) for quota in self._quotas
         }
-        self._windows = [(self._times[quota.id], Window(quota.within)) for quota in self._quotas]
+        self._windows = [(self._times[quota.id], TimeWindow(quota.window_s)) for quota in self._quotas]
         self._latest = -inf
 
-    def under(self, quotas: Iterable[Quota]) -> Usage:
+    def set_quotas(self, quotas: Iterable[Quota]) -> QuotaUsageCounter:
         """The same use, counted for `quotas` from now on; what an equal quota has counted stays counted."""
-        other = Usage(quotas)
+        other = QuotaUsageCounter(quotas)
         other._latest = self._latest
         for quota in other._quotas:
             if quota in self._quotas:
                 other._times[quota.id].extend(self._times[quota.id])
         return other
 
-    def count(self, now: float) -> Mapping[str, int]:
-        """By quota id, how many actions it counts in the window that ends `now`, up to its `at_most`."""
-        at = self._advance(now)
+    def usage_at(self, now: float) -> Mapping[str, int]:
+        """By quota id, how many actions it counts in the window that ends `now`, up to its `max_count`."""
+        at = self._drop_expired(now)
         for times, window in self._windows:
-            while times and not window.spans(times[0], at):
+            while times and not window.contains(times[0], at):
                 times.popleft()
         return {quota: len(times) for quota, times in self._times.items()}
 
-    def executed(self, kind: str, now: float) -> None:
+    def count_execution(self, kind: str, now: float) -> None:
         """Count an action of `kind` whose execution begins `now`."""
-        at = self._advance(now)
+        at = self._drop_expired(now)
         for quota in self._quotas:
             if kind in quota.kinds:
                 self._times[quota.id].append(at)
 
-    def _advance(self, now: float) -> float:
+    def _drop_expired(self, now: float) -> float:
         at = now if type(now) is float else _double(now)
         if not isfinite(at):
             raise ClockError(f"the time {now} is no time")

@@ -11,10 +11,10 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.runtime.gate.decision import Caller, Reason
-from aeros.runtime.gate.value_check import Form, Scalars, check_age
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness
 from aeros.runtime.ports import Reading, Readings
 from aeros.skill import Action
-from aeros.spec.expr.doubles import double_within
+from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.model.model import Declared
 
 _MISSING = object()
@@ -22,7 +22,7 @@ _MISSING = object()
 
 def request_fault(caller: Any, readings: Any, action: Any, usage: Any) -> Reason | None:
     """Why this is not even a request, or None."""
-    if type(caller) is not Caller or not _are_names(caller, "module", "skill"):
+    if type(caller) is not Caller or not _has_valid_names(caller, "module", "skill"):
         return Reason("AE701", "caller", "the caller is not a module's skill")
     if type(action) is not Action or len(action) != len(Action._fields) or type(action.kind) is not str:
         return Reason("AE701", "action", "the action is not an action of some kind")
@@ -37,70 +37,78 @@ def request_fault(caller: Any, readings: Any, action: Any, usage: Any) -> Reason
     return None
 
 
-def _are_names(caller: Caller, *fields: str) -> bool:
+def _has_valid_names(caller: Caller, *fields: str) -> bool:
     """Whether these fields are set, and to texts."""
     return all(type(getattr(caller, field, None)) is str for field in fields)
 
 
-def take_given(
-    forms: Mapping[str, Form], given: Mapping[str, Any], whose: str, values: Scalars
+def unpack_arguments(
+    checkers: Mapping[str, ValueChecker], given: Mapping[str, Any], whose: str, values: Scalars
 ) -> Iterator[Reason]:
     """Take every parameter or input; what is missing, unknown or malformed is an objection."""
     for name in given:
-        if name not in forms:
+        if name not in checkers:
             yield Reason("AE702", name, f"`{name}` is not declared {whose}")
-    for name, form in forms.items():
+    for name, form in checkers.items():
         value = given.get(name, _MISSING)
-        if value is _MISSING and form.declared.default is not None:
+        if value is _MISSING and form.declared.default_value is not None:
             value = _default(form.declared)
         if value is _MISSING:
             yield Reason("AE703", name, f"`{name}` {whose} is missing")
             continue
-        fault = form.take(value, values)
+        fault = form.unpack(value, values)
         if fault is not None:
             yield fault
 
 
-def take_readings(
-    forms: Mapping[str, Form], readings: Readings, now: float, required: frozenset[str], values: Scalars
+def unpack_readings(
+    checkers: Mapping[str, ValueChecker],
+    readings: Readings,
+    now: float,
+    required: frozenset[str],
+    values: Scalars,
 ) -> Iterator[Reason]:
     """Take every reading; the `required` ones must be there and fresh, and all that are there well-formed."""
     for name, reading in readings.items():
-        form = forms.get(name)
+        form = checkers.get(name)
         if form is None:
             yield Reason("AE702", name, f"`{name}` is not a state variable of this site")
             continue
-        fault = take_reading(form, reading, now, name in required, values)
+        fault = unpack_reading(form, reading, now, name in required, values)
         if fault is not None:
             yield fault
     for name in sorted(required - readings.keys()):
         yield Reason("AE703", name, f"`{name}` is not measured")
 
 
-def take_reading(form: Form, reading: Any, now: float, required: bool, values: Scalars) -> Reason | None:
+def unpack_reading(
+    checker: ValueChecker, reading: Any, now: float, required: bool, values: Scalars
+) -> Reason | None:
     """Take one reading, or say why it does not serve; some of a faulty one's scalars may have been put."""
     if type(reading) is not Reading or len(reading) != len(Reading._fields):
-        name = form.declared.name
+        name = checker.declared.name
         return Reason("AE701", name, f"`{name}` is not a value with a time")
-    return check_age(form, reading.time, now, required) or form.take(reading.value, values)
+    return check_freshness(checker, reading.time, now, required) or checker.unpack(reading.value, values)
 
 
-def as_executed(forms: Mapping[str, Form], parameters: Mapping[str, Any]) -> dict[str, Any]:
+def to_plant_parameters(
+    checkers: Mapping[str, ValueChecker], parameters: Mapping[str, Any]
+) -> dict[str, Any]:
     """Checked parameters as the plant gets them: as declared, whole numbers as doubles, lists as tuples."""
-    return {name: _as_executed(parameters[name]) for name in forms}
+    return {name: _to_plant_value(parameters[name]) for name in checkers}
 
 
-def _as_executed(value: Any) -> Any:
+def _to_plant_value(value: Any) -> Any:
     if type(value) is int:
         return float(value)
-    return tuple(_as_executed(part) for part in value) if type(value) in (list, tuple) else value
+    return tuple(_to_plant_value(part) for part in value) if type(value) in (list, tuple) else value
 
 
 def _default(declared: Declared) -> Any:
     """The declared default as a skill would give it: exact rationals become doubles inside their range."""
 
     def given(part: Any) -> Any:
-        return double_within(part, declared.range) if isinstance(part, Fraction) else part
+        return nearest_double_in_range(part, declared.range) if isinstance(part, Fraction) else part
 
-    value = declared.default
+    value = declared.default_value
     return tuple(map(given, value)) if isinstance(value, tuple) else given(value)

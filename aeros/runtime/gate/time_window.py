@@ -5,10 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 from sys import float_info
 
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 
 
-class Window:
+class TimeWindow:
     """The closed window of `length` seconds.
 
     A difference of doubles is rounded in order: less than `surely` it is within, more than `maybe` it is not.
@@ -16,15 +16,15 @@ class Window:
 
     def __init__(self, length: Fraction) -> None:
         self._length = length
-        self.surely, above = neighbours(length)
+        self.surely, above = adjacent_doubles(length)
         self.maybe = min(above, float_info.max)  # what was never is in no window: its time is -inf
 
-    def spans(self, earlier: float, later: float) -> bool:
+    def contains(self, earlier: float, later: float) -> bool:
         """Whether `later` is at most `length` after `earlier`."""
         apart = later - earlier
-        return apart < self.surely or (apart <= self.maybe and self.spans_exactly(earlier, later))
+        return apart < self.surely or (apart <= self.maybe and self.contains_exactly(earlier, later))
 
-    def spans_exactly(self, earlier: float, later: float) -> bool:
+    def contains_exactly(self, earlier: float, later: float) -> bool:
         """The same of finite times, whatever was rounded."""
         apart = later - earlier
         if apart == self.surely == self.maybe:

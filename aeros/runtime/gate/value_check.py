@@ -12,10 +12,10 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.runtime.gate.decision import Reason
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
-from aeros.spec.expr.units import show_quantity
+from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.model import Declared
 
 _EXACT_INTEGERS = 2**53  # every whole number up to here is a double
@@ -24,7 +24,7 @@ Scalars = dict[str, Any]
 """float, bool or str by scalar variable, as the back ends take them."""
 
 
-class Form:
+class ValueChecker:
     """Checks values of one declared variable and takes them apart into scalars."""
 
     def __init__(self, declared: Declared) -> None:
@@ -35,25 +35,25 @@ class Form:
         limit = declared.max_age
         # Rounding keeps order: a difference of times that is rounded to less than a double up to the
         # limit is itself less than that double.
-        self.surely_fresh = math.inf if limit is None else neighbours(limit)[0]
+        self.surely_fresh = math.inf if limit is None else adjacent_doubles(limit)[0]
 
-    def take(self, value: Any, into: Scalars) -> Reason | None:
+    def unpack(self, value: Any, into: Scalars) -> Reason | None:
         """Put the scalars of `value` into `into`, or say why it is not a value of this variable.
 
         Of a faulty value some scalars may have been put, never all.
         """
         if not self._is_compound:
-            return self._take_scalar(self.names[0], value, into)
+            return self._unpack_scalar(self.names[0], value, into)
         if type(value) not in (tuple, list) or len(value) != len(self.names):
             name = self.declared.name
             return Reason("AE704", name, f"`{name}` is not a list of {len(self.names)} values")
         for scalar, part in zip(self.names, value, strict=True):
-            fault = self._take_scalar(scalar, part, into)
+            fault = self._unpack_scalar(scalar, part, into)
             if fault is not None:
                 return fault
         return None
 
-    def _take_scalar(self, scalar: str, value: Any, into: Scalars) -> Reason | None:
+    def _unpack_scalar(self, scalar: str, value: Any, into: Scalars) -> Reason | None:
         checked, fault = self._check(value)
         if fault is not None:
             return Reason(fault[0], self.declared.name, f"`{scalar}` {fault[1]}")
@@ -61,10 +61,10 @@ class Form:
         return None
 
 
-_Checked = tuple[Any, tuple[str, str] | None]
+_ScalarCheck = tuple[Any, tuple[str, str] | None]
 
 
-def _scalar_check(declared: Declared) -> Callable[[Any], _Checked]:
+def _scalar_check(declared: Declared) -> Callable[[Any], _ScalarCheck]:
     type_ = declared.variable.type
     element = type_.element if isinstance(type_, FamilyType) else type_
     match element:
@@ -76,24 +76,24 @@ def _scalar_check(declared: Declared) -> Callable[[Any], _Checked]:
             return _real_check(declared)
 
 
-def _check_bool(value: Any) -> _Checked:
+def _check_bool(value: Any) -> _ScalarCheck:
     return (value, None) if type(value) is bool else (None, ("AE704", "is not true or false"))
 
 
-def _check_member(value: Any, enum: EnumType) -> _Checked:
+def _check_member(value: Any, enum: EnumType) -> _ScalarCheck:
     if type(value) is str and value in enum.members:
         return value, None
     return None, ("AE704", f"is not a member of {enum.name}")
 
 
-def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
+def _real_check(declared: Declared) -> Callable[[Any], _ScalarCheck]:
     low, high = declared.range or (Fraction(0), Fraction(0))
     least, most = doubles_in_range(declared)
-    bounds = f"{show_quantity(low, declared.unit)} to {show_quantity(high, declared.unit)}"
+    bounds = f"{format_quantity(low, declared.unit)} to {format_quantity(high, declared.unit)}"
     type_ = declared.variable.type
     whole = isinstance(type_.element if isinstance(type_, FamilyType) else type_, IntegerType)
 
-    def check(value: Any) -> _Checked:
+    def check(value: Any) -> _ScalarCheck:
         if type(value) is int and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS:
             value = float(value)
         if type(value) is not float:
@@ -111,10 +111,10 @@ def _real_check(declared: Declared) -> Callable[[Any], _Checked]:
 
 def doubles_in_range(declared: Declared) -> tuple[float, float]:
     """The least and the largest double in the range of a real; a double is in it iff it is between them."""
-    return (0.0, 0.0) if declared.range is None else declared.doubles
+    return (0.0, 0.0) if declared.range is None else declared.double_range
 
 
-def check_now(now: Any) -> Reason | None:
+def check_time(now: Any) -> Reason | None:
     """Why `now` is not a time, or None if it is one."""
     if _is_time(now):
         return None
@@ -126,15 +126,15 @@ def _is_time(value: Any) -> bool:
     return type(value) in (float, int) and -_EXACT_INTEGERS <= value <= _EXACT_INTEGERS
 
 
-def check_age(form: Form, time: Any, now: float, required: bool) -> Reason | None:
+def check_freshness(checker: ValueChecker, time: Any, now: float, required: bool) -> Reason | None:
     """Why a value measured at `time` does not serve, or None.  Age matters only where a rule reads it."""
-    declared = form.declared
+    declared = checker.declared
     name, limit = declared.variable.name, declared.max_age
     if not _is_time(time):
         return Reason("AE704", name, f"the time of `{name}` is not a number of seconds on a clock")
     if time > now:
         return Reason("AE707", name, f"`{name}` was measured in the future")
-    if not required or limit is None or now - time < form.surely_fresh:
+    if not required or limit is None or now - time < checker.surely_fresh:
         return None
     age = Fraction(now) - Fraction(time)
     if age > limit:
@@ -144,6 +144,6 @@ def check_age(form: Form, time: Any, now: float, required: bool) -> Reason | Non
     return None
 
 
-def forms_of(declared: Mapping[str, Declared]) -> dict[str, Form]:
+def value_checkers(declared: Mapping[str, Declared]) -> dict[str, ValueChecker]:
     """A form for each declared variable, by its name in expressions (inputs as `inputs.NAME`)."""
-    return {one.name: Form(one) for one in declared.values()}
+    return {one.name: ValueChecker(one) for one in declared.values()}

@@ -10,8 +10,8 @@ import json
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
-from aeros.runtime.gate.explain import Clause, Explainer, Explanation, unreadable
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
+from aeros.runtime.gate.explain import EvaluatedCondition, Explainer, Explanation, explain_malformed_request
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
@@ -23,7 +23,7 @@ _FIELDS = {"action": dict, "state": dict, "time": object, "usage": dict, "inputs
 _OPTIONAL = ("usage", "inputs")
 
 
-class _MalformedError(Exception):
+class _MalformedRequestError(Exception):
     """The line is not a request; carries the field and what is wrong with it."""
 
     def __init__(self, field: str, text: str, code: str = "AE701") -> None:
@@ -35,8 +35,8 @@ def decide_line(gate: Gate, module: str, skill: str, line: bytes) -> Decision:
     """The decision on one line of JSON; DENY, with the reason, where it is not a request."""
     try:
         request = _request(module, skill, line)
-    except _MalformedError as fault:
-        return Decision(Verdict.DENY, None, (fault.reason,))
+    except _MalformedRequestError as fault:
+        return Decision(DecisionKind.DENY, None, (fault.reason,))
     return gate.decide(*request)
 
 
@@ -44,8 +44,8 @@ def explain_line(explainer: Explainer, module: str, skill: str, line: bytes) -> 
     """The decision on one line of JSON, and why."""
     try:
         request = _request(module, skill, line)
-    except _MalformedError as fault:
-        return unreadable(Decision(Verdict.DENY, None, (fault.reason,)))
+    except _MalformedRequestError as fault:
+        return explain_malformed_request(Decision(DecisionKind.DENY, None, (fault.reason,)))
     return explainer.explain(*request)
 
 
@@ -53,7 +53,7 @@ def decision_json(decision: Decision) -> dict[str, Any]:
     """The decision as JSON: verdict, the action that may be executed, and every reason."""
     action = decision.action
     return {
-        "verdict": decision.verdict.value,
+        "verdict": decision.kind.value,
         "action": None if action is None else {"kind": action.kind, "parameters": dict(action.parameters)},
         "reasons": [{"code": one.code, "rule": one.rule, "text": one.text} for one in decision.reasons],
     }
@@ -64,14 +64,16 @@ def explanation_json(explanation: Explanation) -> dict[str, Any]:
     found = {
         **decision_json(explanation.decision),
         "layers": dict(explanation.layers),
-        "conditions": [_clause_json(one) for one in explanation.clauses],
+        "conditions": [_condition_json(one) for one in explanation.conditions],
     }
-    if explanation.reduced:
-        found["conditions_after_attenuation"] = [_clause_json(one) for one in explanation.reduced]
+    if explanation.attenuated_parameters:
+        found["conditions_after_attenuation"] = [
+            _condition_json(one) for one in explanation.attenuated_parameters
+        ]
     return found
 
 
-def _clause_json(clause: Clause) -> dict[str, Any]:
+def _condition_json(clause: EvaluatedCondition) -> dict[str, Any]:
     return {
         "name": clause.name,
         "text": clause.text,
@@ -113,24 +115,24 @@ def _request(module: str, skill: str, line: bytes) -> _Request:
 
 def _parse(line: bytes) -> dict[str, Any]:
     if len(line) > MAX_LINE:
-        raise _MalformedError("request", f"the request is longer than {MAX_LINE} bytes")
+        raise _MalformedRequestError("request", f"the request is longer than {MAX_LINE} bytes")
     try:
-        request = json.loads(line.decode("utf-8"), object_pairs_hook=_unique)
+        request = json.loads(line.decode("utf-8"), object_pairs_hook=_reject_duplicate_keys)
     except UnicodeDecodeError:
-        raise _MalformedError("request", "the request is not UTF-8") from None
+        raise _MalformedRequestError("request", "the request is not UTF-8") from None
     except RecursionError:
-        raise _MalformedError("request", "the request is nested too deeply") from None
+        raise _MalformedRequestError("request", "the request is nested too deeply") from None
     except ValueError as error:
-        raise _MalformedError("request", f"the request is not JSON: {str(error)[:200]}") from None
+        raise _MalformedRequestError("request", f"the request is not JSON: {str(error)[:200]}") from None
     _check_fields(request, _FIELDS, _OPTIONAL, "request")
     return dict(request)
 
 
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise _MalformedError(key[:100], f"`{key[:100]}` is given twice")
+            raise _MalformedRequestError(key[:100], f"`{key[:100]}` is given twice")
         found[key] = value
     return found
 
@@ -147,13 +149,13 @@ def _reading(name: str, value: Any) -> Reading:
 
 def _check_fields(value: Any, fields: Mapping[str, type], optional: tuple[str, ...], where: str) -> None:
     if type(value) is not dict:
-        raise _MalformedError(where, f"`{where}` is not an object with {', '.join(fields)}")
+        raise _MalformedRequestError(where, f"`{where}` is not an object with {', '.join(fields)}")
     for name in value:
         if name not in fields:
-            raise _MalformedError(name[:100], f"`{name[:100]}` is not a field of `{where}`", "AE702")
+            raise _MalformedRequestError(name[:100], f"`{name[:100]}` is not a field of `{where}`", "AE702")
     for name, type_ in fields.items():
         if name not in value:
             if name not in optional:
-                raise _MalformedError(name, f"`{where}` has no `{name}`", "AE703")
+                raise _MalformedRequestError(name, f"`{where}` has no `{name}`", "AE703")
         elif not isinstance(value[name], type_):
-            raise _MalformedError(name, f"`{name}` of `{where}` has the wrong type")
+            raise _MalformedRequestError(name, f"`{name}` of `{where}` has the wrong type")

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-_SYSTEM: Final = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache")
+_SYSTEM_FOLDERS: Final = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache")
 
 
 def find_bubblewrap() -> str | None:
@@ -19,7 +19,7 @@ def find_bubblewrap() -> str | None:
     return shutil.which("bwrap")
 
 
-def wrapped(program: str, command: Iterable[str], readable: Iterable[str], info: int) -> list[str]:
+def wrap_command(program: str, command: Iterable[str], readable: Iterable[str], info: int) -> list[str]:
     """`command` in namespaces of its own, with nothing but `readable` of the host, read-only.
 
     info: the descriptor to which bubblewrap writes which process is the first in the namespaces.
@@ -28,7 +28,7 @@ def wrapped(program: str, command: Iterable[str], readable: Iterable[str], info:
     ends when the runtime hangs up.
     """
     # A folder before what is in it: a later mount would hide an earlier one below it.
-    folders = sorted({str(Path(one)) for one in (*_SYSTEM, *readable)})
+    folders = sorted({str(Path(one)) for one in (*_SYSTEM_FOLDERS, *readable)})
     mounts = [part for one in folders for part in ("--ro-bind-try", one, one)]
     return [
         program,

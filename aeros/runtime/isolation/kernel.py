@@ -12,19 +12,19 @@ _LIBC = ctypes.CDLL(None, use_errno=True)
 def system_call(number: int, *arguments: Any) -> int:
     """The result of system call `number`."""
     # Varargs are passed as C ints unless told otherwise, which would cut pointers in half.
-    return _checked(_LIBC.syscall(ctypes.c_long(number), *map(_wide, arguments)))
+    return _check_result(_LIBC.syscall(ctypes.c_long(number), *map(_to_long, arguments)))
 
 
 def process_control(option: int, *arguments: Any) -> int:
     """The result of `prctl`."""
-    return _checked(_LIBC.prctl(ctypes.c_int(option), *map(_wide, (*arguments, 0, 0, 0, 0)[:4])))
+    return _check_result(_LIBC.prctl(ctypes.c_int(option), *map(_to_long, (*arguments, 0, 0, 0, 0)[:4])))
 
 
-def _wide(argument: Any) -> Any:
+def _to_long(argument: Any) -> Any:
     return ctypes.c_long(argument) if isinstance(argument, int) else argument
 
 
-def _checked(result: int) -> int:
+def _check_result(result: int) -> int:
     if result < 0:
         number = ctypes.get_errno()
         raise OSError(number, os.strerror(number))

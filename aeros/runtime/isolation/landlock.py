@@ -16,7 +16,7 @@ from aeros.runtime.isolation.kernel import system_call
 # The same on every architecture.
 _CREATE_RULESET: Final = 444
 _RESTRICT_SELF: Final = 446
-_ASK_VERSION: Final = 1
+_CREATE_RULESET_VERSION: Final = 1
 
 _FILE_RIGHTS: Final = {1: 13, 2: 14, 3: 15, 5: 16}
 """How many rights over files there are, from the version that brought the last of them."""
@@ -34,7 +34,7 @@ class _Ruleset(ctypes.Structure):
 
 def landlock_version() -> int:
     """The version of Landlock's interface; raises OSError where the kernel has none."""
-    return system_call(_CREATE_RULESET, None, 0, _ASK_VERSION)
+    return system_call(_CREATE_RULESET, None, 0, _CREATE_RULESET_VERSION)
 
 
 def restrict_files() -> None:

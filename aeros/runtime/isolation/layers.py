@@ -10,11 +10,11 @@ from typing import Final
 
 from aeros.runtime.isolation.landlock import restrict_files
 from aeros.runtime.isolation.limits import restrict_resources
-from aeros.runtime.isolation.privileges import give_up_privileges
+from aeros.runtime.isolation.privileges import drop_privileges
 from aeros.runtime.isolation.seccomp import restrict_system_calls
 
 
-class Layer(Enum):
+class IsolationLayer(Enum):
     """One layer of isolation, by the name it has in site files and records."""
 
     LANDLOCK = "landlock"
@@ -23,16 +23,16 @@ class Layer(Enum):
     BUBBLEWRAP = "bubblewrap"  # around the zygote, so every worker has it from birth
 
 
-PUT_ON: Final[dict[Layer, Callable[[], None]]] = {
+APPLY_LAYER: Final[dict[IsolationLayer, Callable[[], None]]] = {
     # In this order: each needs what the next takes away.
-    Layer.RLIMITS: restrict_resources,
-    Layer.LANDLOCK: restrict_files,
-    Layer.SECCOMP: restrict_system_calls,
+    IsolationLayer.RLIMITS: restrict_resources,
+    IsolationLayer.LANDLOCK: restrict_files,
+    IsolationLayer.SECCOMP: restrict_system_calls,
 }
 """The layers that a worker puts on by itself."""
 
 
-def lock_down(layers: Iterable[Layer], keep: int) -> None:
+def apply_layers(layers: Iterable[IsolationLayer], keep: int) -> None:
     """Keep only descriptor `keep` (and 0 to 2, which lead nowhere), then put on `layers`.
 
     Raises OSError where one cannot be put on; the caller must then run nothing.
@@ -41,8 +41,8 @@ def lock_down(layers: Iterable[Layer], keep: int) -> None:
     for descriptor in (1, 2):
         os.dup2(0, descriptor)
     close_all_but(keep)
-    give_up_privileges()
-    for layer, put_on in PUT_ON.items():
+    drop_privileges()
+    for layer, put_on in APPLY_LAYER.items():
         if layer in wanted:
             put_on()
 

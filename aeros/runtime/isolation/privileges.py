@@ -14,7 +14,7 @@ _CAPSET: Final = {"x86_64": 126, "aarch64": 91}
 _CAPABILITY_VERSION: Final = 0x20080522
 
 
-def give_up_privileges() -> None:
+def drop_privileges() -> None:
     """No capability in any set, and no program gains one by being executed."""
     process_control(_PR_SET_NO_NEW_PRIVS, 1)
     number = _CAPSET.get(os.uname().machine)
@@ -24,6 +24,6 @@ def give_up_privileges() -> None:
     system_call(number, ctypes.byref(header), ctypes.byref((ctypes.c_uint32 * 6)()))
 
 
-def adopt_orphans() -> None:
+def become_subreaper() -> None:
     """Make this process the parent of every descendant whose own parent ends."""
     process_control(_PR_SET_CHILD_SUBREAPER, 1)

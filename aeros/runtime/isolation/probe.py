@@ -12,11 +12,11 @@ import socket
 from collections.abc import Callable
 from typing import Final
 
-from aeros.runtime.isolation.layers import PUT_ON, Layer
+from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.limits import MEMORY
-from aeros.runtime.isolation.privileges import give_up_privileges
+from aeros.runtime.isolation.privileges import drop_privileges
 
-_MOST_WORDS: Final = 500
+_MAX_TEXT_LENGTH: Final = 500
 
 
 def _open_a_file() -> None:
@@ -31,18 +31,18 @@ def _map_executable_memory() -> None:
     mmap.mmap(-1, mmap.PAGESIZE, prot=mmap.PROT_READ | mmap.PROT_EXEC).close()
 
 
-def _take_memory() -> None:
+def _allocate_memory() -> None:
     bytearray(MEMORY + MEMORY // 2)
 
 
-_TRIES: Final[dict[Layer, tuple[Callable[[], None], ...]]] = {
-    Layer.RLIMITS: (_take_memory,),
-    Layer.LANDLOCK: (_open_a_file,),
-    Layer.SECCOMP: (_make_a_socket, _map_executable_memory),
+_LAYER_ATTEMPTS: Final[dict[IsolationLayer, tuple[Callable[[], None], ...]]] = {
+    IsolationLayer.RLIMITS: (_allocate_memory,),
+    IsolationLayer.LANDLOCK: (_open_a_file,),
+    IsolationLayer.SECCOMP: (_make_a_socket, _map_executable_memory),
 }
 
 
-def probe_layer(layer: Layer) -> str | None:
+def probe_layer(layer: IsolationLayer) -> str | None:
     """Why `layer` is missing here, tried in a process forked for it; None if it is there.
 
     layer: one that a worker puts on by itself.
@@ -51,8 +51,8 @@ def probe_layer(layer: Layer) -> str | None:
     child = os.fork()
     if child == 0:
         try:
-            found = _found_missing(layer) or ""
-            os.write(write_end, found.encode("utf-8", "replace")[:_MOST_WORDS])
+            found = _missing_reason(layer) or ""
+            os.write(write_end, found.encode("utf-8", "replace")[:_MAX_TEXT_LENGTH])
             os._exit(0)
         finally:
             os._exit(1)
@@ -65,36 +65,36 @@ def probe_layer(layer: Layer) -> str | None:
     return said or None
 
 
-def probe_surroundings(runtime_pid: int, path: str, address: str) -> str | None:
+def probe_sandbox(runtime_pid: int, path: str, address: str) -> str | None:
     """Why this process is not closed off from the runtime's surroundings; None if it is.
 
     runtime_pid: the runtime's process.  path: a file of it.  address: a UNIX socket in the abstract
         namespace on which it listens, which belongs to its network.
     """
-    if _works(lambda: os.kill(runtime_pid, 0)):
+    if _attempt_succeeds(lambda: os.kill(runtime_pid, 0)):
         return "the runtime's process can be seen"
-    if _works(lambda: os.close(os.open(path, os.O_RDONLY))):
+    if _attempt_succeeds(lambda: os.close(os.open(path, os.O_RDONLY))):
         return "the runtime's files can be opened"
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client:
-        if _works(lambda: client.connect(f"\0{address}")):
+        if _attempt_succeeds(lambda: client.connect(f"\0{address}")):
             return "the runtime's network can be reached"
     return None
 
 
-def _found_missing(layer: Layer) -> str | None:
-    for one in _TRIES[layer]:
+def _missing_reason(layer: IsolationLayer) -> str | None:
+    for one in _LAYER_ATTEMPTS[layer]:
         one()
     try:
-        give_up_privileges()
-        PUT_ON[layer]()
+        drop_privileges()
+        APPLY_LAYER[layer]()
     except OSError as failure:
         return str(failure)
-    if any(_works(one) for one in _TRIES[layer]):
+    if any(_attempt_succeeds(one) for one in _LAYER_ATTEMPTS[layer]):
         return "it was put on and has no effect"
     return None
 
 
-def _works(attempt: Callable[[], None]) -> bool:
+def _attempt_succeeds(attempt: Callable[[], None]) -> bool:
     try:
         attempt()
     except (OSError, MemoryError):

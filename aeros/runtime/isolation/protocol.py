@@ -18,31 +18,31 @@ from typing import Final
 
 import msgspec
 
-MOST_ANSWER: Final = 64 * 1024
+MAX_RESPONSE_BYTES: Final = 64 * 1024
 """Bytes of one answer of a worker at most; an action takes about a hundred."""
 
-MOST_QUESTION: Final = 1024 * 1024
+MAX_REQUEST_BYTES: Final = 1024 * 1024
 """Bytes of one question to a worker at most; the longest holds a file of skill code."""
 
-TOKEN: Final = 16
+TOKEN_BYTES: Final = 16
 """Bytes of a token."""
 
-MOST_WORDS: Final = 1000
+MAX_TEXT_LENGTH: Final = 1000
 """Characters of one text that people read."""
 
 _PREFIX: Final = 4
 
-Plain = None | bool | int | float | str
+JsonValue = None | bool | int | float | str
 """One value of an observation, an input or a parameter, if it is no vector."""
 
 
-class Frame(msgspec.Struct, frozen=True, tag=True, forbid_unknown_fields=True):
+class WorkerMessage(msgspec.Struct, frozen=True, tag=True, forbid_unknown_fields=True):
     """Every frame carries the token of its exchange."""
 
     token: bytes
 
 
-class Load(Frame, frozen=True):
+class LoadSkill(WorkerMessage, frozen=True):
     """Lock down, then execute `source`, the file `name` of `module`, and find its generator function."""
 
     layers: tuple[str, ...]
@@ -51,92 +51,92 @@ class Load(Frame, frozen=True):
     path: str
     source: bytes
     function: str
-    inputs: dict[str, Plain | tuple[Plain, ...]]
+    inputs: dict[str, JsonValue | tuple[JsonValue, ...]]
 
 
-class Resume(Frame, frozen=True):
+class ResumeSkill(WorkerMessage, frozen=True):
     """Run the skill up to its next action."""
 
-    observed: dict[str, Plain | tuple[Plain, ...]]
+    observation: dict[str, JsonValue | tuple[JsonValue, ...]]
 
 
-class Close(Frame, frozen=True):
+class CloseSkill(WorkerMessage, frozen=True):
     """Close the generator, so that its own clean-up runs."""
 
 
-class Loaded(Frame, frozen=True):
+class SkillLoaded(WorkerMessage, frozen=True):
     """The skill is ready."""
 
 
-class Refused(Frame, frozen=True):
+class SkillRejected(WorkerMessage, frozen=True):
     """The code cannot be run, and why."""
 
     reason: str
 
 
-class Asked(Frame, frozen=True):
+class ActionRequested(WorkerMessage, frozen=True):
     """The skill asks for an action."""
 
     kind: str
-    parameters: dict[str, Plain | list[Plain]]
+    parameters: dict[str, JsonValue | list[JsonValue]]
 
 
-class Finished(Frame, frozen=True):
+class SkillFinished(WorkerMessage, frozen=True):
     """The skill ran to its end, and what it returned."""
 
-    outputs: dict[str, Plain | list[Plain]] | None = None
+    outputs: dict[str, JsonValue | list[JsonValue]] | None = None
 
 
-class Raised(Frame, frozen=True):
+class SkillRaised(WorkerMessage, frozen=True):
     """The skill's code failed, and how in words."""
 
     reason: str
 
 
-class Closed(Frame, frozen=True):
+class SkillClosed(WorkerMessage, frozen=True):
     """The generator is closed; what its clean-up raised, in words."""
 
-    complaint: str | None
+    error: str | None
 
 
-Question = Load | Resume | Close
-Answer = Loaded | Refused | Asked | Finished | Raised | Closed
+RuntimeRequest = LoadSkill | ResumeSkill | CloseSkill
+WorkerResponse = SkillLoaded | SkillRejected | ActionRequested | SkillFinished | SkillRaised | SkillClosed
 
-_QUESTIONS: Final[msgspec.msgpack.Decoder[Question]] = msgspec.msgpack.Decoder(Question)
-_ANSWERS: Final[msgspec.msgpack.Decoder[Answer]] = msgspec.msgpack.Decoder(Answer)
+_REQUEST_DECODER: Final[msgspec.msgpack.Decoder[RuntimeRequest]] = msgspec.msgpack.Decoder(RuntimeRequest)
+_RESPONSE_DECODER: Final[msgspec.msgpack.Decoder[WorkerResponse]] = msgspec.msgpack.Decoder(WorkerResponse)
 _ENCODER: Final = msgspec.msgpack.Encoder()
 
 
-class ConversationError(Exception):
+class ProtocolError(Exception):
     """The worker did not answer as agreed; the message says what it did instead."""
 
 
-class LateError(ConversationError):
+class ResponseTimeoutError(ProtocolError):
     """The worker did not answer in time."""
 
 
-class EndedError(ConversationError):
+class WorkerGoneError(ProtocolError):
     """The worker is gone."""
 
 
-def encode(frame: Frame) -> bytes:
+def encode(frame: WorkerMessage) -> bytes:
     """`frame` with its prefix.  Raises what msgspec raises for values that the schema lacks."""
     payload = _ENCODER.encode(frame)
     return len(payload).to_bytes(_PREFIX, "big") + payload
 
 
-def decode_answer(payload: bytes, token: bytes) -> Answer:
-    """The answer in `payload` to the question that bore `token`; raises `ConversationError`."""
+def decode_response(payload: bytes, token: bytes) -> WorkerResponse:
+    """The answer in `payload` to the question that bore `token`; raises `ProtocolError`."""
     try:
-        answer = _ANSWERS.decode(payload)
+        answer = _RESPONSE_DECODER.decode(payload)
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as failure:
-        raise ConversationError(f"its answer is malformed: {str(failure)[:200]}") from failure
+        raise ProtocolError(f"its answer is malformed: {str(failure)[:200]}") from failure
     if answer.token != token:
-        raise ConversationError("its answer belongs to no question, or to an earlier one")
+        raise ProtocolError("its answer belongs to no question, or to an earlier one")
     return answer
 
 
-class Conversation:
+class WorkerConnection:
     """The runtime's end: one question, then one answer within a deadline, in turn."""
 
     def __init__(self, channel: socket.socket) -> None:
@@ -148,18 +148,18 @@ class Conversation:
     @staticmethod
     def token() -> bytes:
         """A token for one exchange that nobody can guess."""
-        return os.urandom(TOKEN)
+        return os.urandom(TOKEN_BYTES)
 
-    def ask(self, question: Question, seconds: float) -> Answer:
-        """The worker's answer, which may take `seconds` of real time; raises `ConversationError`."""
+    def request(self, question: RuntimeRequest, seconds: float) -> WorkerResponse:
+        """The worker's answer, which may take `seconds` of real time; raises `ProtocolError`."""
         deadline = time.monotonic() + seconds
-        self._say(encode(question), deadline)
-        length = int.from_bytes(self._hear(_PREFIX, deadline), "big")
-        if length > MOST_ANSWER:
-            raise ConversationError(f"its answer has {length} bytes, more than {MOST_ANSWER}")
-        answer = decode_answer(self._hear(length, deadline), question.token)
+        self._send(encode(question), deadline)
+        length = int.from_bytes(self._receive(_PREFIX, deadline), "big")
+        if length > MAX_RESPONSE_BYTES:
+            raise ProtocolError(f"its answer has {length} bytes, more than {MAX_RESPONSE_BYTES}")
+        answer = decode_response(self._receive(length, deadline), question.token)
         if self._is_readable(0) and self._peek():
-            raise ConversationError("it says more than it was asked")
+            raise ProtocolError("it says more than it was asked")
         return answer
 
     def close(self) -> None:
@@ -167,31 +167,31 @@ class Conversation:
         self._selector.close()
         self._channel.close()
 
-    def _say(self, data: bytes, deadline: float) -> None:
-        if len(data) > _PREFIX + MOST_QUESTION:
-            raise ConversationError(f"what it is to be told has more than {MOST_QUESTION} bytes")
+    def _send(self, data: bytes, deadline: float) -> None:
+        if len(data) > _PREFIX + MAX_REQUEST_BYTES:
+            raise ProtocolError(f"what it is to be told has more than {MAX_REQUEST_BYTES} bytes")
         # The channel is empty but for this question, so it takes one that is not larger than its buffer.
         self._channel.settimeout(max(deadline - time.monotonic(), 0.001))
         try:
             self._channel.sendall(data)
         except TimeoutError as failure:
-            raise LateError("it does not listen") from failure
+            raise ResponseTimeoutError("it does not listen") from failure
         except OSError as failure:
-            raise EndedError("its process ended") from failure
+            raise WorkerGoneError("its process ended") from failure
         finally:
             self._channel.setblocking(False)
 
-    def _hear(self, length: int, deadline: float) -> bytes:
+    def _receive(self, length: int, deadline: float) -> bytes:
         heard = bytearray()
         while len(heard) < length:
             if not self._is_readable(deadline - time.monotonic()):
-                raise LateError("it does not answer")
+                raise ResponseTimeoutError("it does not answer")
             try:
                 part = self._channel.recv(length - len(heard))
             except OSError as failure:
-                raise EndedError("its process ended") from failure
+                raise WorkerGoneError("its process ended") from failure
             if not part:
-                raise EndedError("its process ended")
+                raise WorkerGoneError("its process ended")
             heard += part
         return bytes(heard)
 
@@ -206,16 +206,16 @@ class Conversation:
         return seconds >= 0 and bool(self._selector.select(seconds))
 
 
-def hear_question(descriptor: int) -> Question | None:
+def receive_request(descriptor: int) -> RuntimeRequest | None:
     """The worker's end: the next question, or None when the runtime has hung up."""
     prefix = _read(descriptor, _PREFIX)
     if prefix is None:
         return None
     payload = _read(descriptor, int.from_bytes(prefix, "big"))
-    return None if payload is None else _QUESTIONS.decode(payload)
+    return None if payload is None else _REQUEST_DECODER.decode(payload)
 
 
-def answer(descriptor: int, data: bytes) -> None:
+def send_response(descriptor: int, data: bytes) -> None:
     """The worker's end: send an encoded answer."""
     while data:
         data = data[os.write(descriptor, data) :]
@@ -231,6 +231,6 @@ def _read(descriptor: int, length: int) -> bytes | None:
     return read
 
 
-def words(text: str) -> str:
+def sanitize_text(text: str) -> str:
     """`text`, so short and so plain that a frame holds it."""
-    return text[:MOST_WORDS].encode("utf-8", "backslashreplace").decode()
+    return text[:MAX_TEXT_LENGTH].encode("utf-8", "backslashreplace").decode()

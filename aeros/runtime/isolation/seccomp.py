@@ -53,9 +53,9 @@ _JUMP_EQUAL: Final = 0x15
 _JUMP_BITS: Final = 0x45
 _RETURN: Final = 0x06
 
-_NUMBER_AT: Final = 0
-_ARCHITECTURE_AT: Final = 4
-_THIRD_ARGUMENT_AT: Final = 32  # its lower half, little-endian
+_CALL_NUMBER_OFFSET: Final = 0
+_ARCHITECTURE_OFFSET: Final = 4
+_THIRD_ARGUMENT_OFFSET: Final = 32  # its lower half, little-endian
 _PROT_EXEC: Final = 4
 
 _ALLOW: Final = 0x7FFF0000
@@ -75,7 +75,7 @@ class _Instruction(ctypes.Structure):
     )
 
 
-class _Program(ctypes.Structure):
+class _FilterProgram(ctypes.Structure):
     _fields_ = (("length", ctypes.c_uint16), ("instructions", ctypes.POINTER(_Instruction)))
 
 
@@ -86,20 +86,20 @@ def restrict_system_calls() -> None:
         raise OSError(errno.ENOSYS, f"the system calls of {machine} are not listed")
     instructions = [_Instruction(*one) for one in _filter(ARCHITECTURES[machine])]
     array = (_Instruction * len(instructions))(*instructions)
-    program = _Program(len(instructions), array)
+    program = _FilterProgram(len(instructions), array)
     process_control(_PR_SET_SECCOMP, _MODE_FILTER, ctypes.byref(program))
 
 
 def _filter(architecture: Architecture) -> Iterator[tuple[int, int, int, int]]:
     """The program: (code, instructions to skip if true, if false, operand)."""
-    yield _LOAD, 0, 0, _ARCHITECTURE_AT
+    yield _LOAD, 0, 0, _ARCHITECTURE_OFFSET
     yield _JUMP_EQUAL, 1, 0, architecture.audit
     yield _RETURN, 0, 0, _KILL
-    yield _LOAD, 0, 0, _NUMBER_AT
+    yield _LOAD, 0, 0, _CALL_NUMBER_OFFSET
     for name, number in architecture.calls.items():
         if name in _NOT_EXECUTABLE:
             yield _JUMP_EQUAL, 0, 4, number
-            yield _LOAD, 0, 0, _THIRD_ARGUMENT_AT
+            yield _LOAD, 0, 0, _THIRD_ARGUMENT_OFFSET
             yield _JUMP_BITS, 0, 1, _PROT_EXEC
             yield _RETURN, 0, 0, _DENY
             yield _RETURN, 0, 0, _ALLOW

@@ -1,6 +1,6 @@
 """A worker: locks itself down, runs one skill once, and ends.
 
-Everything here after `lock_down` shares its process with hostile code and is worth nothing as a defence:
+Everything here after `apply_layers` shares its process with hostile code and is worth nothing as a defence:
 that code may speak to the runtime itself.  What holds it is the kernel, and what `frames` believes.
 """
 
@@ -10,82 +10,84 @@ import sys
 from typing import Final, cast
 
 from aeros.descriptions import describe_exception
-from aeros.runtime.isolation.layers import Layer, lock_down
+from aeros.runtime.isolation.layers import IsolationLayer, apply_layers
 from aeros.runtime.isolation.protocol import (
-    MOST_ANSWER,
-    Answer,
-    Asked,
-    Close,
-    Closed,
-    Finished,
-    Load,
-    Loaded,
-    Plain,
-    Question,
-    Raised,
-    Refused,
-    answer,
+    MAX_RESPONSE_BYTES,
+    ActionRequested,
+    CloseSkill,
+    JsonValue,
+    LoadSkill,
+    RuntimeRequest,
+    SkillClosed,
+    SkillFinished,
+    SkillLoaded,
+    SkillRaised,
+    SkillRejected,
+    WorkerResponse,
     encode,
-    hear_question,
-    words,
+    receive_request,
+    sanitize_text,
+    send_response,
 )
 from aeros.runtime.skills.contract import (
     NoActionError,
     SkillFunction,
     SkillRefusedError,
+    check_outputs,
+    copy_action,
     execute_skill,
-    returned,
-    snapshot,
 )
 from aeros.skill import Action, SkillBody
 
-_LAST: Final = (Refused, Finished, Raised, Closed)
+_FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillClosed)
 
 
 def serve(channel: int) -> None:
     """Run the one skill that the runtime, at the other end of `channel`, sends."""
     worker = _Worker(channel)
-    while (question := hear_question(channel)) is not None:
-        said = worker.answer(question)
-        answer(channel, encode(said))
-        if isinstance(said, _LAST):
+    while (question := receive_request(channel)) is not None:
+        said = worker.handle(question)
+        send_response(channel, encode(said))
+        if isinstance(said, _FINAL_RESPONSES):
             return
 
 
 class _Worker:
     def __init__(self, channel: int) -> None:
         self._channel = channel
-        self._load: Load | None = None
+        self._load: LoadSkill | None = None
         self._function: SkillFunction | None = None
         self._body: SkillBody | None = None
 
-    def answer(self, question: Question) -> Answer:
-        if isinstance(question, Load):
-            return self._loaded(question)
-        if isinstance(question, Close):
-            return self._closed(question.token)
+    def handle(self, question: RuntimeRequest) -> WorkerResponse:
+        if isinstance(question, LoadSkill):
+            return self._handle_load(question)
+        if isinstance(question, CloseSkill):
+            return self._handle_close(question.token)
         if self._load is None or self._function is None:
-            return Raised(question.token, "no skill is loaded")
+            return SkillRaised(question.token, "no skill is loaded")
         try:
             if self._body is None:
-                self._body = self._function(question.observed, self._load.inputs)
+                self._body = self._function(question.observation, self._load.inputs)
                 yielded = next(self._body)
             else:
-                yielded = self._body.send(question.observed)
-            asked = snapshot(yielded)
+                yielded = self._body.send(question.observation)
+            asked = copy_action(yielded)
         except StopIteration as end:
-            return _finished(question.token, end.value)
+            return _finished_message(question.token, end.value)
         except NoActionError as failure:
-            return Raised(question.token, words(str(failure)))
+            return SkillRaised(question.token, sanitize_text(str(failure)))
         except BaseException as failure:
-            return Raised(question.token, words(describe_exception(failure)))
-        return _asked(question.token, asked)
+            return SkillRaised(question.token, sanitize_text(describe_exception(failure)))
+        return _action_message(question.token, asked)
 
-    def _loaded(self, load: Load) -> Answer:
+    def _handle_load(self, load: LoadSkill) -> WorkerResponse:
         try:
-            lock_down([Layer(name) for name in load.layers], self._channel)
+            apply_layers([IsolationLayer(name) for name in load.layers], self._channel)
         except OSError as failure:
-            return Refused(load.token, words(f"a layer of isolation cannot be put on: {failure}"))
+            return SkillRejected(
+                load.token, sanitize_text(f"a layer of isolation cannot be put on: {failure}")
+            )
         # Nothing can be opened any more; without these, an import says so in the usual words.
         sys.path.clear()
         sys.path_importer_cache.clear()
@@ -93,40 +95,46 @@ class _Worker:
         try:
             self._function = execute_skill(load.module, load.name, load.source, load.path, load.function)
         except SkillRefusedError as refusal:
-            return Refused(load.token, words(str(refusal)))
+            return SkillRejected(load.token, sanitize_text(str(refusal)))
         except BaseException as failure:
-            return Refused(load.token, words(describe_exception(failure)))
-        return Loaded(load.token)
+            return SkillRejected(load.token, sanitize_text(describe_exception(failure)))
+        return SkillLoaded(load.token)
 
-    def _closed(self, token: bytes) -> Closed:
+    def _handle_close(self, token: bytes) -> SkillClosed:
         try:
             if self._body is not None:
                 self._body.close()
         except BaseException as failure:
-            return Closed(token, words(describe_exception(failure)))
-        return Closed(token, None)
+            return SkillClosed(token, sanitize_text(describe_exception(failure)))
+        return SkillClosed(token, None)
 
 
-def _finished(token: bytes, value: object) -> Answer:
+def _finished_message(token: bytes, value: object) -> WorkerResponse:
     try:
-        finished = Finished(token, cast("dict[str, Plain | list[Plain]] | None", returned(value)))
+        finished = SkillFinished(
+            token, cast("dict[str, JsonValue | list[JsonValue]] | None", check_outputs(value))
+        )
         size = len(encode(finished))
     except NoActionError as failure:
-        return Raised(token, words(str(failure)))
+        return SkillRaised(token, sanitize_text(str(failure)))
     except (TypeError, ValueError, OverflowError, RecursionError) as failure:
-        return Raised(token, words(f"the skill returns outputs that are no plain data: {failure}"))
-    if size > MOST_ANSWER:
-        return Raised(token, f"the skill returns outputs of more than {MOST_ANSWER} bytes")
+        return SkillRaised(
+            token, sanitize_text(f"the skill returns outputs that are no plain data: {failure}")
+        )
+    if size > MAX_RESPONSE_BYTES:
+        return SkillRaised(token, f"the skill returns outputs of more than {MAX_RESPONSE_BYTES} bytes")
     return finished
 
 
-def _asked(token: bytes, action: Action) -> Answer:
+def _action_message(token: bytes, action: Action) -> WorkerResponse:
     # msgspec takes exact built-in types, so no code of the values' runs here.
     try:
-        asked = Asked(token, action.kind, dict(action.parameters))
+        asked = ActionRequested(token, action.kind, dict(action.parameters))
         size = len(encode(asked))
     except (TypeError, ValueError, OverflowError, RecursionError) as failure:
-        return Raised(token, words(f"the skill asks for an action that is no plain data: {failure}"))
-    if size > MOST_ANSWER:
-        return Raised(token, f"the skill asks for an action of more than {MOST_ANSWER} bytes")
+        return SkillRaised(
+            token, sanitize_text(f"the skill asks for an action that is no plain data: {failure}")
+        )
+    if size > MAX_RESPONSE_BYTES:
+        return SkillRaised(token, f"the skill asks for an action of more than {MAX_RESPONSE_BYTES} bytes")
     return asked

@@ -23,18 +23,18 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from aeros.runtime.isolation.layers import PUT_ON, Layer, close_all_but
-from aeros.runtime.isolation.privileges import adopt_orphans
-from aeros.runtime.isolation.probe import probe_layer, probe_surroundings
+from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer, close_all_but
+from aeros.runtime.isolation.privileges import become_subreaper
+from aeros.runtime.isolation.probe import probe_layer, probe_sandbox
 from aeros.runtime.isolation.worker import serve
 
-_MOST_MESSAGE: Final = 64 * 1024
+_MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
 def main(control: int, preload: Sequence[str]) -> None:
     """Serve the runtime, at the other end of `control`, until it hangs up."""
     close_all_but(control)
-    adopt_orphans()
+    become_subreaper()
     for name in preload:
         importlib.import_module(name)
     # What is here now stays: it need not be gone through, and so not be copied, in every worker.
@@ -42,17 +42,17 @@ def main(control: int, preload: Sequence[str]) -> None:
     with socket.socket(fileno=control) as channel:
         channel.send(b"ready")
         while True:
-            message, descriptors, _, _ = socket.recv_fds(channel, _MOST_MESSAGE, 1)
+            message, descriptors, _, _ = socket.recv_fds(channel, _MAX_MESSAGE_BYTES, 1)
             word = message.partition(b" ")[0]
             if word == b"spawn" and descriptors:
-                _spawn(channel, descriptors[0])
+                _fork_worker(channel, descriptors[0])
             elif word == b"probe":
                 channel.send(json.dumps(_probe(message.decode().split(" ", 3)[1:])).encode())
             elif not message:
                 return
 
 
-def _spawn(control: socket.socket, channel: int) -> None:
+def _fork_worker(control: socket.socket, channel: int) -> None:
     """Fork a worker that speaks over `channel`, and see it and all its descendants to their end."""
     worker = os.fork()
     if worker == 0:
@@ -97,7 +97,7 @@ def _children() -> list[int]:
 
 def _probe(surroundings: Sequence[str]) -> dict[str, str | None]:
     """Why each layer is missing, or None."""
-    found = {layer.value: probe_layer(layer) for layer in PUT_ON}
+    found = {layer.value: probe_layer(layer) for layer in APPLY_LAYER}
     pid, path, address = surroundings
-    found[Layer.BUBBLEWRAP.value] = probe_surroundings(int(pid), path, address)
+    found[IsolationLayer.BUBBLEWRAP.value] = probe_sandbox(int(pid), path, address)
     return found

@@ -17,8 +17,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Final
 
-from aeros.runtime.isolation.bubblewrap import find_bubblewrap, wrapped
-from aeros.runtime.isolation.layers import Layer
+from aeros.runtime.isolation.bubblewrap import find_bubblewrap, wrap_command
+from aeros.runtime.isolation.layers import IsolationLayer
 
 _START: Final = 20.0
 """Seconds in which a zygote must be ready; it takes about 0.1."""
@@ -29,7 +29,7 @@ _END: Final = 5.0
 _PACKAGES: Final = ("aeros", "msgspec")
 """What a zygote needs beyond Python's own library."""
 
-_MOST_MESSAGE: Final = 64 * 1024
+_MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
 class ZygoteError(Exception):
@@ -51,14 +51,14 @@ class Zygote:
             try:
                 self._start(theirs.fileno(), preload, program, said)
                 theirs.close()
-                self._expect(b"ready", _START)
+                self._expect_word(b"ready", _START)
             except (OSError, ZygoteError) as failure:
                 self.kill()
                 said.seek(0)
                 heard = said.read(2000).decode("utf-8", "replace").strip().splitlines()
                 raise ZygoteError(f"{failure}" + (f": {heard[-1]}" if heard else "")) from failure
 
-    def probe(self) -> dict[Layer, str | None]:
+    def probe(self) -> dict[IsolationLayer, str | None]:
         """For each layer why it is missing, or None: each is probed by what it does."""
         address = f"aeros-{os.getpid()}-{os.urandom(8).hex()}"
         with socket.socket(socket.AF_UNIX) as listening, tempfile.NamedTemporaryFile(prefix="aeros-") as file:
@@ -66,9 +66,9 @@ class Zygote:
             listening.listen()
             self._channel.send(f"probe {os.getpid()} {file.name} {address}".encode())
             found = json.loads(self._receive(_START))
-        return {Layer(name): missing for name, missing in found.items()}
+        return {IsolationLayer(name): missing for name, missing in found.items()}
 
-    def spawn(self) -> socket.socket:
+    def spawn_worker(self) -> socket.socket:
         """A new worker, by the channel that it listens to.  The one before must be gone."""
         ours, theirs = socket.socketpair()
         with theirs:
@@ -86,7 +86,7 @@ class Zygote:
         """
         try:
             self._channel.send(b"kill")
-            return int(self._expect(b"gone", _END))
+            return int(self._expect_word(b"gone", _END))
         except (OSError, ZygoteError, ValueError) as failure:
             self.kill()
             raise ZygoteError(f"the zygote was killed, as it did not end its worker: {failure}") from failure
@@ -115,7 +115,7 @@ class Zygote:
 
     # Inside.
 
-    def _start(self, control: int, preload: Sequence[str], program: str | None, said: IO[bytes]) -> None:
+    def _start(self, control: int, preload: Sequence[str], program: str | None, stderr: IO[bytes]) -> None:
         roots = {name.partition(".")[0] for name in preload} - sys.stdlib_module_names
         packages = [_folder_of(name) for name in sorted(roots.union(_PACKAGES))]
         places = sorted({str(folder.parent) for folder in packages})
@@ -126,26 +126,30 @@ class Zygote:
         executable = str(Path(sys.executable).resolve())
         command = [executable, "-I", "-S", "-B", "-c", code]
         if program is None:
-            self._popen(command, (control,), said)
+            self._popen(command, (control,), stderr)
             return
-        readable = [sys.base_prefix, *(str(folder) for folder in packages), *_libraries_beside(packages)]
+        readable = [
+            sys.base_prefix,
+            *(str(folder) for folder in packages),
+            *_bundled_library_folders(packages),
+        ]
         read_end, write_end = os.pipe()
         try:
-            self._popen(wrapped(program, command, readable, write_end), (control, write_end), said)
+            self._popen(wrap_command(program, command, readable, write_end), (control, write_end), stderr)
             os.close(write_end)
             write_end = -1
-            self._first = _first_process(read_end)
+            self._first = _first_process_handle(read_end)
         finally:
             for end in (read_end, write_end):
                 if end >= 0:
                     os.close(end)
 
-    def _popen(self, command: Sequence[str], keep: tuple[int, ...], said: IO[bytes]) -> None:
+    def _popen(self, command: Sequence[str], keep: tuple[int, ...], stderr: IO[bytes]) -> None:
         self._process = subprocess.Popen(  # noqa: S603 - the interpreter itself, and bubblewrap
             command,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=said,
+            stderr=stderr,
             env={"OPENBLAS_NUM_THREADS": "1"},
             cwd="/",
             pass_fds=keep,
@@ -153,7 +157,7 @@ class Zygote:
             start_new_session=True,
         )
 
-    def _expect(self, word: bytes, seconds: float) -> bytes:
+    def _expect_word(self, word: bytes, seconds: float) -> bytes:
         message = self._receive(seconds)
         found, _, rest = message.partition(b" ")
         if found != word:
@@ -163,7 +167,7 @@ class Zygote:
     def _receive(self, seconds: float) -> bytes:
         self._channel.settimeout(seconds)
         try:
-            message = self._channel.recv(_MOST_MESSAGE)
+            message = self._channel.recv(_MAX_MESSAGE_BYTES)
         except OSError as failure:
             raise ZygoteError(f"the zygote does not answer: {failure}") from failure
         if not message:
@@ -171,7 +175,7 @@ class Zygote:
         return message
 
 
-class Nursery:
+class ZygotePool:
     """Zygotes to be had, as many as workers are in flight; probed once.
 
     preload: modules that skill code may import.
@@ -193,19 +197,19 @@ class Nursery:
             self._idle.append(Zygote(self._preload, None))
         self.missing = self._idle[0].probe()
         if self._program is None:
-            self.missing[Layer.BUBBLEWRAP] = why
+            self.missing[IsolationLayer.BUBBLEWRAP] = why
 
-    def spawn(self) -> tuple[Zygote, socket.socket]:
+    def spawn_worker(self) -> tuple[Zygote, socket.socket]:
         """A new worker: the zygote that is lent for it, and its channel.  Raises `ZygoteError`."""
         while (zygote := self._pop()) is not None:
             try:
-                return zygote, zygote.spawn()
+                return zygote, zygote.spawn_worker()
             except ZygoteError:
                 zygote.kill()  # something else ended it
         zygote = Zygote(self._preload, self._program)
-        return zygote, zygote.spawn()
+        return zygote, zygote.spawn_worker()
 
-    def give_back(self, zygote: Zygote) -> None:
+    def release(self, zygote: Zygote) -> None:
         """Take back a zygote whose worker is gone."""
         with self._lock:
             self._idle.append(zygote)
@@ -232,12 +236,12 @@ def _folder_of(package: str) -> Path:
     return Path(next(iter(spec.submodule_search_locations))).resolve()
 
 
-def _libraries_beside(packages: Sequence[Path]) -> list[str]:
+def _bundled_library_folders(packages: Sequence[Path]) -> list[str]:
     """Where wheels put shared libraries of theirs."""
     return [str(folder.parent / f"{folder.name}.libs") for folder in packages]
 
 
-def _first_process(info: int) -> int:
+def _first_process_handle(info: int) -> int:
     """A handle of the first process in the namespaces, from the JSON that bubblewrap writes of it."""
     told = b""
     while not told.rstrip().endswith(b"}"):

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import NamedTuple, cast
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import Environment, evaluate, holds
+from aeros.spec.expr.semantics import Environment, evaluate, is_true
 from aeros.spec.expr.types import RealType
 
 
@@ -34,32 +34,34 @@ class Bound(NamedTuple):
         return self.value - value if self.is_upper else value - self.value
 
 
-def bounds_of(term: t.Term, values: Environment, *, wanted: bool = True) -> Iterator[Bound]:
+def rule_bounds(term: t.Term, values: Environment, *, wanted: bool = True) -> Iterator[Bound]:
     """The bounds that keep the quantities to `term`, a term of the scalar core, being as `wanted`.
 
     values: exact, by scalar variable; what depends on one that is missing is passed over.
     """
     match term:
         case t.Not(operand=operand):
-            yield from bounds_of(operand, values, wanted=not wanted)
+            yield from rule_bounds(operand, values, wanted=not wanted)
         case t.And(operands=operands) | t.Or(operands=operands):
             if isinstance(term, t.And) is wanted:
                 for operand in operands:
-                    yield from bounds_of(operand, values, wanted=wanted)
+                    yield from rule_bounds(operand, values, wanted=wanted)
             else:
-                yield from _last_resort(operands, values, wanted=wanted)
+                yield from _sole_remaining_operand(operands, values, wanted=wanted)
         case t.Compare(op="<" | "<=", left=left, right=right):
             low, high = (left, right) if wanted else (right, left)
             yield from _bound(low, high, values, is_upper=True)
             yield from _bound(high, low, values, is_upper=False)
 
 
-def _last_resort(operands: tuple[t.Term, ...], values: Environment, *, wanted: bool) -> Iterator[Bound]:
+def _sole_remaining_operand(
+    operands: tuple[t.Term, ...], values: Environment, *, wanted: bool
+) -> Iterator[Bound]:
     """Where any one operand being as wanted is enough, it alone is bound whose fellows all are not."""
     for place, operand in enumerate(operands):
         others = operands[:place] + operands[place + 1 :]
-        if all(_known(one, values) and holds(one, values) is not wanted for one in others):
-            yield from bounds_of(operand, values, wanted=wanted)
+        if all(_known(one, values) and is_true(one, values) is not wanted for one in others):
+            yield from rule_bounds(operand, values, wanted=wanted)
 
 
 def _bound(quantity: t.Term, limit: t.Term, values: Environment, *, is_upper: bool) -> Iterator[Bound]:

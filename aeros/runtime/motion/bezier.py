@@ -4,38 +4,38 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from aeros.runtime.ports import Joints, Path
+from aeros.runtime.ports import JointPath, JointVector
 
-Piece = tuple[Joints, Joints, Joints, Joints]
+Piece = tuple[JointVector, JointVector, JointVector, JointVector]
 
 
-class Span(NamedTuple):
+class JointBox(NamedTuple):
     """For each joint the middle of the values it takes, and how far from there it gets."""
 
-    middle: Joints
-    width: Joints
+    middle: JointVector
+    width: JointVector
 
 
-def span_of(pieces: list[Piece]) -> Span:
+def joint_box(pieces: list[Piece]) -> JointBox:
     """A box of joint positions that the pieces stay in: that of their control points."""
     columns = [column for piece in pieces for column in piece]
     low = [min(values) for values in zip(*columns, strict=True)]
     high = [max(values) for values in zip(*columns, strict=True)]
-    return Span(
+    return JointBox(
         tuple([(a + b) / 2.0 for a, b in zip(low, high, strict=True)]),
         tuple([(b - a) / 2.0 for a, b in zip(low, high, strict=True)]),
     )
 
 
-class Chord(NamedTuple):
+class PathChord(NamedTuple):
     """The joints are at middle + λ·half + ε, λ in [−1, 1] and |ε| within `width` for each."""
 
-    middle: Joints
-    half: Joints
-    width: Joints
+    middle: JointVector
+    half: JointVector
+    width: JointVector
 
 
-def chord_of(pieces: list[Piece]) -> Chord:
+def path_chord(pieces: list[Piece]) -> PathChord:
     """The straight way from the start of the pieces to their end, and how far from it they get.
 
     Each control point is taken for the point of the chord at its number: what is between control points is
@@ -49,10 +49,10 @@ def chord_of(pieces: list[Piece]) -> Chord:
         middle, half = (values[0] + values[-1]) / 2.0, (values[-1] - values[0]) / 2.0
         away = [q - middle - share * half for q, share in zip(values, shares, strict=True)]
         found.append((middle, half, max(map(abs, away))))
-    return Chord(*zip(*found, strict=True))
+    return PathChord(*zip(*found, strict=True))
 
 
-def halves(piece: Piece) -> tuple[Piece, Piece]:
+def split_in_half(piece: Piece) -> tuple[Piece, Piece]:
     """The piece in two, by de Casteljau's construction."""
     a, b, c, d = piece
     ab, bc, cd = _middle(a, b), _middle(b, c), _middle(c, d)
@@ -61,37 +61,37 @@ def halves(piece: Piece) -> tuple[Piece, Piece]:
     return (a, ab, abc, whole), (whole, bcd, cd, d)
 
 
-def rest_of(path: Path, s: float) -> list[Piece]:
+def remaining_path(path: JointPath, s: float) -> list[Piece]:
     """What is left of the path from s on."""
     at = s * len(path)
     index = min(int(at), len(path) - 1)
-    return [_end_of(path[index], at - index), *path[index + 1 :]]
+    return [_split_after(path[index], at - index), *path[index + 1 :]]
 
 
-def _end_of(piece: Piece, u: float) -> Piece:
+def _split_after(piece: Piece, u: float) -> Piece:
     """The piece from its parameter u on, by the same construction."""
     a, b, c, d = piece
-    ab, bc, cd = _between(a, b, u), _between(b, c, u), _between(c, d, u)
-    abc, bcd = _between(ab, bc, u), _between(bc, cd, u)
-    return (_between(abc, bcd, u), bcd, cd, d)
+    ab, bc, cd = _lerp(a, b, u), _lerp(b, c, u), _lerp(c, d, u)
+    abc, bcd = _lerp(ab, bc, u), _lerp(bc, cd, u)
+    return (_lerp(abc, bcd, u), bcd, cd, d)
 
 
-def _between(a: Joints, b: Joints, u: float) -> Joints:
+def _lerp(a: JointVector, b: JointVector, u: float) -> JointVector:
     return tuple([x + u * (y - x) for x, y in zip(a, b, strict=True)])
 
 
-def _middle(a: Joints, b: Joints) -> Joints:
+def _middle(a: JointVector, b: JointVector) -> JointVector:
     return tuple([(x + y) / 2.0 for x, y in zip(a, b, strict=True)])
 
 
 class Derivatives(NamedTuple):
     """Of a piece by its own parameter, from 0 to 1: in the middle, and what their magnitudes never exceed."""
 
-    first: Joints
-    second: Joints
-    most_first: Joints
-    most_second: Joints
-    third: Joints
+    first: JointVector
+    second: JointVector
+    max_first: JointVector
+    max_second: JointVector
+    third: JointVector
 
 
 def derivatives(piece: Piece) -> Derivatives:

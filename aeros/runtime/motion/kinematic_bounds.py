@@ -7,7 +7,7 @@ is where the profile comes from; the peaks follow by setting the next derivative
 
 Along a path x(s):  ẋ = x'ṡ,  ẍ = x''ṡ² + x's̈,  x⃛ = x'''ṡ³ + 3x''ṡs̈ + x's⃛; each factor is replaced
 by its greatest magnitude.  A path's jerk is finite only where its second derivative has no jump, which
-`smooth` checks.
+`is_c2_continuous` checks.
 
 Tool.  On a piece of path with parameter x in [0, 1], p' and p'' are exact in the middle m and
 |p'''| ≤ L on all of it, so |p'(x)| ≤ max |p'(m) ± p''(m)/2| + L/8 and |p''(x)| ≤ |p''(m)| + L/2 (Taylor).
@@ -22,24 +22,24 @@ from itertools import pairwise
 from math import inf, sqrt
 from typing import Final, NamedTuple
 
-from aeros.runtime.motion.bezier import Derivatives, Piece, derivatives, halves, span_of
-from aeros.runtime.motion.kinematics import Posture, norm
-from aeros.runtime.ports import Body, Joints, Path, Triple
+from aeros.runtime.motion.bezier import Derivatives, Piece, derivatives, joint_box, split_in_half
+from aeros.runtime.motion.kinematics import ForwardKinematics, norm
+from aeros.runtime.ports import JointPath, JointVector, RobotBody, Vec3
 
-TIMING: Final = (1.875, 10.0 / sqrt(3.0) * (1.0 + 1e-12), 60.0)
+TIMING_PEAKS: Final = (1.875, 10.0 / sqrt(3.0) * (1.0 + 1e-12), 60.0)
 """Greatest |ds/du|, |d²s/du²| and |d³s/du³|."""
 
 _ROUNDING: Final = 1.0 + 1e-9
 """More than what rounding takes from any bound here."""
 
-_JUMP: Final = 1e-9
+_CONTINUITY_TOLERANCE: Final = 1e-9
 """Difference of neighbouring pieces' derivatives that is rounding, rad."""
 
-_DEPTH: Final = 5
+_MAX_SUBDIVISIONS: Final = 5
 """How often a piece is halved at most."""
 
 
-class Rates(NamedTuple):
+class MotionRates(NamedTuple):
     """Speed, acceleration and jerk."""
 
     speed: float
@@ -47,90 +47,97 @@ class Rates(NamedTuple):
     jerk: float
 
 
-def timed(first: float, second: float, third: float, duration: float) -> Rates:
+def rates_in_time(first: float, second: float, third: float, duration: float) -> MotionRates:
     """Bounds in time from bounds of the derivatives by s."""
-    v, a, j = TIMING[0] / duration, TIMING[1] / duration**2, TIMING[2] / duration**3
-    return Rates(
+    v, a, j = TIMING_PEAKS[0] / duration, TIMING_PEAKS[1] / duration**2, TIMING_PEAKS[2] / duration**3
+    return MotionRates(
         first * v * _ROUNDING,
         (second * v * v + first * a) * _ROUNDING,
         (third * v**3 + 3.0 * second * v * a + first * j) * _ROUNDING,
     )
 
 
-def smooth(path: Path) -> bool:
+def is_c2_continuous(path: JointPath) -> bool:
     """Whether the pieces meet with the same position, first and second derivative."""
     for left, right in pairwise(path):
         for _, b, c, d, e, f, g, _ in zip(*left, *right, strict=True):
             slope, bend = (d - c) - (f - e), (b - 2.0 * c + d) - (e - 2.0 * f + g)
-            if not (abs(d - e) <= _JUMP and abs(slope) <= _JUMP and abs(bend) <= _JUMP):
+            if not (
+                abs(d - e) <= _CONTINUITY_TOLERANCE
+                and abs(slope) <= _CONTINUITY_TOLERANCE
+                and abs(bend) <= _CONTINUITY_TOLERANCE
+            ):
                 return False
     return True
 
 
-def joint_rates(path: Path, duration: float) -> list[Rates]:
+def joint_rates(path: JointPath, duration: float) -> list[MotionRates]:
     """Of each joint."""
     n = float(len(path))
     known = [derivatives(piece) for piece in path]
     columns = zip(
-        zip(*(one.most_first for one in known), strict=True),
-        zip(*(one.most_second for one in known), strict=True),
+        zip(*(one.max_first for one in known), strict=True),
+        zip(*(one.max_second for one in known), strict=True),
         zip(*(one.third for one in known), strict=True),
         strict=True,
     )
-    return [timed(max(a) * n, max(b) * n**2, max(c) * n**3, duration) for a, b, c in columns]
+    return [rates_in_time(max(a) * n, max(b) * n**2, max(c) * n**3, duration) for a, b, c in columns]
 
 
-def way_rates(way: Triple, duration: float) -> Rates:
+def base_rates(way: Vec3, duration: float) -> MotionRates:
     """Of a base along its way."""
-    return timed(norm(way), 0.0, 0.0, duration)
+    return rates_in_time(norm(way), 0.0, 0.0, duration)
 
 
-def added(relative: Rates, carried: Rates) -> Rates:
+def add_rates(relative: MotionRates, carried: MotionRates) -> MotionRates:
     """Of what moves at these relative to what moves at those and does not turn."""
-    return Rates(*(a + b for a, b in zip(relative, carried, strict=True)))
+    return MotionRates(*(a + b for a, b in zip(relative, carried, strict=True)))
 
 
-def tool_rates(body: Body, path: Path, duration: float, speed_limit: float) -> tuple[Rates, Rates]:
+def tool_rates(
+    body: RobotBody, path: JointPath, duration: float, speed_limit: float
+) -> tuple[MotionRates, MotionRates]:
     """Of the tool point relative to the base, and of its rotation.
 
-    speed_limit: the tool's; pieces are halved until they are below it, or `_DEPTH` times, or not at all
+    speed_limit: the tool's; pieces are halved until they are below it, or `_MAX_SUBDIVISIONS` times, or not
+        at all
         where nothing could be.
     """
     n = float(len(path))
     most = [0.0] * 6
-    allowed = speed_limit * duration / TIMING[0] / _ROUNDING / n if speed_limit > 0.0 else inf
+    allowed = speed_limit * duration / TIMING_PEAKS[0] / _ROUNDING / n if speed_limit > 0.0 else inf
     for piece in path:
         most = [max(pair) for pair in zip(most, _piece(body, piece, allowed, 0), strict=True)]
-    moving = timed(most[0] * n, most[1] * n**2, most[2] * n**3, duration)
-    return moving, timed(most[3] * n, most[4] * n**2, most[5] * n**3, duration)
+    moving = rates_in_time(most[0] * n, most[1] * n**2, most[2] * n**3, duration)
+    return moving, rates_in_time(most[3] * n, most[4] * n**2, most[5] * n**3, duration)
 
 
-def _piece(body: Body, piece: Piece, allowed: float, depth: int) -> list[float]:
+def _piece(body: RobotBody, piece: Piece, allowed: float, depth: int) -> list[float]:
     """Greatest |p'|, |p''|, |p'''| and the same of the rotation, by the parameter of the piece."""
     found = _bounds(body, piece)
-    if found[0] <= allowed or depth == _DEPTH:
+    if found[0] <= allowed or depth == _MAX_SUBDIVISIONS:
         return found
     # By the parameter of a half, which runs twice as fast.
-    parts = [_piece(body, half, allowed / 2.0, depth + 1) for half in halves(piece)]
+    parts = [_piece(body, half, allowed / 2.0, depth + 1) for half in split_in_half(piece)]
     scale = (2.0, 4.0, 8.0) * 2
     halved = [max(pair) * factor for *pair, factor in zip(*parts, scale, strict=True)]
     return [min(pair) for pair in zip(found, halved, strict=True)]
 
 
-def _bounds(body: Body, piece: Piece) -> list[float]:
+def _bounds(body: RobotBody, piece: Piece) -> list[float]:
     known = derivatives(piece)
     a, b, c, d = piece
     at = tuple([(p + 3.0 * (q + r) + s) / 8.0 for p, q, r, s in zip(a, b, c, d, strict=True)])
-    posture = Posture(body, at)
-    tool = posture.frames[-1].place(body.tool)
-    box = span_of([piece])
+    posture = ForwardKinematics(body, at)
+    tool = posture.frames[-1].to_base(body.tool_offset)
+    box = joint_box([piece])
     # Everything in the box is within its width and its middle's distance of the posture in the middle.
     width = [w + abs(m - q) for w, m, q in zip(box.width, box.middle, at, strict=True)]
-    _, reaches = posture.spread(len(at), tool, width)
-    third = _third(reaches, known)
-    first_at, second_at, turn_at = _motion(posture, tool, known.first, known.second)
-    ends = max(norm(_plus(first_at, second_at, 0.5)), norm(_plus(first_at, second_at, -0.5)))
-    sa, sb, sc = sum(known.most_first), sum(known.most_second), sum(known.third)
+    _, reaches = posture.displacement_bound(len(at), tool, width)
+    third = _third_derivative_bound(reaches, known)
+    first_at, second_at, turn_at = _point_derivatives(posture, tool, known.first, known.second)
+    ends = max(norm(_add_scaled(first_at, second_at, 0.5)), norm(_add_scaled(first_at, second_at, -0.5)))
+    sa, sb, sc = sum(known.max_first), sum(known.max_second), sum(known.third)
     bend = sb + 0.5 * sa * sa
     return [
         ends + third / 8.0,
@@ -142,10 +149,10 @@ def _bounds(body: Body, piece: Piece) -> list[float]:
     ]
 
 
-def _third(reaches: list[float], known: Derivatives) -> float:
+def _third_derivative_bound(reaches: list[float], known: Derivatives) -> float:
     """L: sums over all pairs and triples of joints, grouped by the outermost of them."""
     total = sa = sb = 0.0
-    for reach, a, b, c in zip(reaches, known.most_first, known.most_second, known.third, strict=True):
+    for reach, a, b, c in zip(reaches, known.max_first, known.max_second, known.third, strict=True):
         pairs, triples = sa * sb, sa**3
         sa += a
         sb += b
@@ -153,7 +160,9 @@ def _third(reaches: list[float], known: Derivatives) -> float:
     return total
 
 
-def _motion(posture: Posture, tool: Triple, first: Joints, second: Joints) -> tuple[Triple, Triple, Triple]:
+def _point_derivatives(
+    posture: ForwardKinematics, tool: Vec3, first: JointVector, second: JointVector
+) -> tuple[Vec3, Vec3, Vec3]:
     """p', p'' and the rotation's rate where the joints' derivatives are these.
 
     p'' = Σ_i J_i·q''_i + (2·Σ_{j<i} z_j·q'_j + z_i·q'_i) × J_i·q'_i, J_i = z_i × (p − o_i).
@@ -174,5 +183,5 @@ def _motion(posture: Posture, tool: Triple, first: Joints, second: Joints) -> tu
     return (vx, vy, vz), (cx, cy, cz), (wx, wy, wz)
 
 
-def _plus(a: Triple, b: Triple, factor: float) -> Triple:
+def _add_scaled(a: Vec3, b: Vec3, factor: float) -> Vec3:
     return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])

@@ -22,12 +22,34 @@ from itertools import chain
 from math import dist, inf, isfinite
 from typing import Any, Final
 
-from aeros.runtime.gate.decision import Decision, Reason, Verdict
-from aeros.runtime.motion.bezier import span_of
-from aeros.runtime.motion.kinematic_bounds import Rates, added, joint_rates, smooth, tool_rates, way_rates
-from aeros.runtime.motion.merged import Companion, Merged, Part, merge, moves_joints, posture_now
-from aeros.runtime.motion.swept_volume import Box, breach_of
-from aeros.runtime.ports import Completion, Joints, Motionless, Plan, Readings, Servo, Trajectory
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.motion.bezier import joint_box
+from aeros.runtime.motion.kinematic_bounds import (
+    MotionRates,
+    add_rates,
+    base_rates,
+    is_c2_continuous,
+    joint_rates,
+    tool_rates,
+)
+from aeros.runtime.motion.merged import (
+    ConcurrentMotion,
+    MergedMotion,
+    RemainingMotion,
+    commanded_joint_position,
+    merge_motions,
+    moves_joints,
+)
+from aeros.runtime.motion.swept_volume import BarrierBox, find_breach
+from aeros.runtime.ports import (
+    JointVector,
+    MotionCompletion,
+    NoMotion,
+    PlannedMotion,
+    Readings,
+    ServoBounds,
+    Trajectory,
+)
 from aeros.skill import Action
 from aeros.spec.model.model import Barrier, MotionPolicy
 
@@ -42,29 +64,39 @@ class MotionDecider:
         if policy is None:
             return
         self._lowest, self._highest = _floats(policy.lowest), _floats(policy.highest)
-        self._joint_rates = [Rates(*map(float, one)) for one in zip(*policy.rates, strict=True)]
+        self._joint_rates = [MotionRates(*map(float, one)) for one in zip(*policy.joint_limits, strict=True)]
         self._moving, self._turning = (
-            Rates(*map(float, one)) for one in (policy.tool.moving, policy.tool.turning)
+            MotionRates(*map(float, one))
+            for one in (policy.tool_limits.translation, policy.tool_limits.rotation)
         )
         self._boxes = [_box(barrier) for barrier in policy.barriers]
         self._barriers = {barrier.id: barrier for barrier in policy.barriers}
 
-    def governs(self, kind: str) -> bool:
+    def covers_kind(self, kind: str) -> bool:
         """Whether actions of the kind are decided as whole motions."""
         return self._policy is not None and kind in self._policy.kinds
 
     def decide(
-        self, decision: Decision, plan: Plan, readings: Readings, others: Sequence[Companion] = ()
+        self,
+        decision: Decision,
+        plan: PlannedMotion,
+        readings: Readings,
+        concurrent_motions: Sequence[ConcurrentMotion] = (),
     ) -> Decision:
         """`decision`, or a denial where what it allows becomes a motion that is not in order.
 
         others: the motions under way, of kinds that are governed.
         """
         action, policy = decision.action, self._policy
-        if action is None or policy is None or not self.governs(action.kind) or type(plan) is Completion:
+        if (
+            action is None
+            or policy is None
+            or not self.covers_kind(action.kind)
+            or type(plan) is MotionCompletion
+        ):
             return decision
-        reasons = self._objections(policy, action, plan, readings, others)
-        return Decision(Verdict.DENY, None, reasons) if reasons else decision
+        reasons = self._objections(policy, action, plan, readings, concurrent_motions)
+        return Decision(DecisionKind.DENY, None, reasons) if reasons else decision
 
     def _objections(
         self,
@@ -72,34 +104,40 @@ class MotionDecider:
         action: Action,
         plan: object,
         readings: Readings,
-        others: Sequence[Companion],
+        concurrent_motions: Sequence[ConcurrentMotion],
     ) -> tuple[Reason, ...]:
-        if type(plan) is Motionless:
+        if type(plan) is NoMotion:
             return ()
         if type(plan) is not Trajectory:
             return (Reason("AE760", action.kind, "the plant does not say what motion it would make"),)
         fault = self._malformed(policy, plan)
         if fault is not None:
             return (Reason("AE760", action.kind, f"the motion is malformed: {fault}"),)
-        for other in others:
+        for other in concurrent_motions:
             fault = self._malformed(policy, other.plan)
             if fault is not None:
                 text = f"the `{other.action.kind}` under way is malformed: {fault}"
                 return (Reason("AE764", action.kind, text),)
-        merged = merge(plan, others) if others else Merged(Part(plan), Part(plan))
+        merged = (
+            merge_motions(plan, concurrent_motions)
+            if concurrent_motions
+            else MergedMotion(RemainingMotion(plan), RemainingMotion(plan))
+        )
         if isinstance(merged, str):
             return (Reason("AE764", action.kind, merged),)
         reasons = [
-            *_not_at(policy, plan.paths[0][0][0], readings, "the motion starts"),
-            *_elsewhere(policy, action, merged, "the motion ends"),
+            *_start_mismatch(policy, plan.joint_paths[0][0][0], readings, "the motion starts"),
+            *_end_mismatch(policy, action, merged, "the motion ends"),
         ]
-        for other in others:
+        for other in concurrent_motions:
             told = f"the `{other.action.kind}` under way"
             if moves_joints(other.plan):
-                reasons += _not_at(policy, posture_now(other), readings, f"{told} is")
-            reasons += _elsewhere(policy, other.action, merged, f"{told} would end")
+                reasons += _start_mismatch(policy, commanded_joint_position(other), readings, f"{told} is")
+            reasons += _end_mismatch(policy, other.action, merged, f"{told} would end")
         reasons += self._joints_too_fast(plan)
-        reasons += self._tool_too_fast(policy, [Companion(action, plan, 0.0), *others], merged)
+        reasons += self._tool_too_fast(
+            policy, [ConcurrentMotion(action, plan, 0.0), *concurrent_motions], merged
+        )
         reasons += _base_too_fast(policy, merged)
         reasons += self._breaches(policy, merged)
         return tuple(dict.fromkeys(reasons))
@@ -109,29 +147,39 @@ class MotionDecider:
     def _malformed(self, policy: MotionPolicy, plan: Trajectory) -> str | None:
         """Why nothing can be said of the motion, or None; total over whatever the plant put into it."""
         try:
-            return self._fault(policy, plan)
+            return self._motion_fault(policy, plan)
         except (TypeError, ValueError, AttributeError) as fault:
             return str(fault) or type(fault).__name__
 
-    def _fault(self, policy: MotionPolicy, plan: Trajectory) -> str | None:
+    def _motion_fault(self, policy: MotionPolicy, plan: Trajectory) -> str | None:
         joints = len(policy.lowest)
-        if not plan.paths or not all(plan.paths) or (plan.servo is None and len(plan.paths) != 1):
+        if (
+            not plan.joint_paths
+            or not all(plan.joint_paths)
+            or (plan.servo is None and len(plan.joint_paths) != 1)
+        ):
             return "it has not one path, or under feedback several"
-        columns = [column for path in plan.paths for piece in path for column in piece]
-        if any(len(piece) != 4 for path in plan.paths for piece in path):
+        columns = [column for path in plan.joint_paths for piece in path for column in piece]
+        if any(len(piece) != 4 for path in plan.joint_paths for piece in path):
             return "a piece has not four control points"
-        if len(plan.body.rows) != joints or any(len(column) != joints for column in columns):
+        if len(plan.body.dh_rows) != joints or any(len(column) != joints for column in columns):
             return f"it is not about {joints} joints"
-        numbers = [*chain.from_iterable(columns), *plan.base, *plan.way, plan.duration, *_numbers(plan)]
+        numbers = [
+            *chain.from_iterable(columns),
+            *plan.base,
+            *plan.base_path,
+            plan.duration,
+            *_other_numbers(plan),
+        ]
         if set(map(type, numbers)) != {float} or not all(map(isfinite, numbers)):
             return "something of it is not a finite number"
         if plan.duration <= 0.0:
             return "it takes no time"
-        if plan.servo is not None and any(plan.way):
+        if plan.servo is not None and any(plan.base_path):
             return "the base travels under feedback"
         if any(not 0 <= ball.joint <= joints or ball.radius < 0.0 for ball in plan.body.balls):
             return "a ball of the body moves with no joint, or has no radius"
-        if not all(smooth(path) for path in plan.paths):
+        if not all(is_c2_continuous(path) for path in plan.joint_paths):
             return "its pieces do not meet, so its jerk has no bound"
         links = {ball.link for ball in plan.body.balls}
         named = {link for box in self._boxes for link in box.links or ()}
@@ -143,19 +191,23 @@ class MotionDecider:
 
     def _joints_too_fast(self, plan: Trajectory) -> list[Reason]:
         reasons = []
-        for path in plan.paths:
-            middle, width = span_of(list(path))
-            slack = plan.servo.slack if plan.servo else (0.0,) * len(middle)
+        for path in plan.joint_paths:
+            middle, width = joint_box(list(path))
+            slack = plan.servo.joint_tolerance if plan.servo else (0.0,) * len(middle)
             for joint, (m, w, s) in enumerate(zip(middle, width, slack, strict=True)):
                 if m - w - s < self._lowest[joint] or m + w + s > self._highest[joint]:
                     reasons.append(
                         Reason("AE762", f"joint-{joint + 1}", f"joint {joint + 1} may leave its limits")
                     )
         for joint, (found, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
-            reasons += _above(f"joint-{joint}", f"joint {joint}", found, limit, ("rad/s", "rad/s²", "rad/s³"))
+            reasons += _limit_violations(
+                f"joint-{joint}", f"joint {joint}", found, limit, ("rad/s", "rad/s²", "rad/s³")
+            )
         return reasons
 
-    def _tool_too_fast(self, policy: MotionPolicy, motions: list[Companion], merged: Merged) -> list[Reason]:
+    def _tool_too_fast(
+        self, policy: MotionPolicy, motions: list[ConcurrentMotion], merged: MergedMotion
+    ) -> list[Reason]:
         asked = [
             (name, one.action.parameters[name], one.plan)
             for one in motions
@@ -163,12 +215,12 @@ class MotionDecider:
         ]
         arm, base = merged.joints.motion, merged.base.motion
         limit = min([self._moving.speed, *(speed for _, speed, plan in asked if plan is arm)])
-        carried = way_rates(base.way, base.duration)
+        carried = base_rates(base.base_path, base.duration)
         relative, turning = _tool_rates(arm, limit - carried.speed)
-        moving = added(relative, carried)
-        reasons = _above("tool", "the tool", moving, self._moving, ("m/s", "m/s²", "m/s³"))
+        moving = add_rates(relative, carried)
+        reasons = _limit_violations("tool", "the tool", moving, self._moving, ("m/s", "m/s²", "m/s³"))
         if turning is not None:
-            reasons += _above(
+            reasons += _limit_violations(
                 "tool-turning", "the tool's turning", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
             )
         for name, speed, plan in asked:
@@ -181,48 +233,50 @@ class MotionDecider:
 
     # Barriers.
 
-    def _breaches(self, policy: MotionPolicy, merged: Merged) -> list[Reason]:
-        found = breach_of(merged.moving(), self._boxes, float(policy.clearance))
+    def _breaches(self, policy: MotionPolicy, merged: MergedMotion) -> list[Reason]:
+        found = find_breach(merged.swept_motion(), self._boxes, float(policy.clearance))
         if found is None:
             return []
         barrier = self._barriers[found.barrier]
-        where = "may leave" if barrier.inside else "may enter"
+        where = "may leave" if barrier.keep_inside else "may enter"
         text = (
-            f"`{found.link}` {where} the volume `{barrier.volume}` at {100.0 * found.at:.0f} % of the way, "
+            f"`{found.link}` {where} the volume `{barrier.volume}` at {100.0 * found.path_parameter:.0f} % of the way, "
             f"or comes nearer than the clearance: {barrier.rationale}"
         )
         return [Reason("AE763", barrier.id, text)]
 
 
-def _not_at(policy: MotionPolicy, posture: Joints, readings: Readings, told: str) -> list[Reason]:
+def _start_mismatch(
+    policy: MotionPolicy, posture: JointVector, readings: Readings, told: str
+) -> list[Reason]:
     """Where the joints are measured to be elsewhere than a motion has them now."""
-    measured = readings.get(policy.starts_at)
+    measured = readings.get(policy.start_variable)
     if measured is None:
-        return [Reason("AE761", policy.starts_at, "where the joints are is not known")]
+        return [Reason("AE761", policy.start_variable, "where the joints are is not known")]
     away = max(abs(a - b) for a, b in zip(posture, measured.value, strict=True))
-    if away <= float(policy.starts_within):
+    if away <= float(policy.start_tolerance):
         return []
-    return [Reason("AE761", policy.starts_at, f"{told} {away:.3g} rad from where a joint is")]
+    return [Reason("AE761", policy.start_variable, f"{told} {away:.3g} rad from where a joint is")]
 
 
-def _elsewhere(policy: MotionPolicy, action: Action, merged: Merged, told: str) -> list[Reason]:
+def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, told: str) -> list[Reason]:
     """Where tool and base are not where the action asked them to be when all is over."""
-    asked, parameters, within = policy.kinds[action.kind], action.parameters, float(policy.ends_within)
+    asked, parameters, within = policy.kinds[action.kind], action.parameters, float(policy.end_tolerance)
     reasons = []
-    if asked.tool_ends_at is not None:
-        away = dist(merged.tool_at_end(), parameters[asked.tool_ends_at])
+    if asked.tool_target is not None:
+        away = dist(merged.tool_at_end(), parameters[asked.tool_target])
         if not away <= within:
             text = f"{told} {1000.0 * away:.3g} mm from where the tool was asked to be"
-            reasons.append(Reason("AE761", asked.tool_ends_at, text))
-    if asked.joints_end_at is not None:
-        ends = (parameters[name] for name in asked.joints_end_at)
-        each = [abs(a - b) for a, b in zip(merged.joints.motion.paths[0][-1][3], ends, strict=True)]
+            reasons.append(Reason("AE761", asked.tool_target, text))
+    if asked.joint_target is not None:
+        ends = (parameters[name] for name in asked.joint_target)
+        each = [abs(a - b) for a, b in zip(merged.joints.motion.joint_paths[0][-1][3], ends, strict=True)]
         # Each by itself: the greatest of several may hide one that is no number.
-        if not all(away <= _JOINTS_WITHIN for away in each):
+        if not all(away <= _JOINT_TOLERANCE for away in each):
             text = f"{told} {max(each):.3g} rad from where a joint was asked to be"
-            reasons.append(Reason("AE761", asked.joints_end_at[0], text))
-    if asked.base_ends_at is not None:
-        x, y = asked.base_ends_at
+            reasons.append(Reason("AE761", asked.joint_target[0], text))
+    if asked.base_target is not None:
+        x, y = asked.base_target
         away = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
         if not away <= within:
             text = f"{told} {1000.0 * away:.3g} mm from where the base was asked to be"
@@ -230,74 +284,84 @@ def _elsewhere(policy: MotionPolicy, action: Action, merged: Merged, told: str) 
     return reasons
 
 
-def _base_too_fast(policy: MotionPolicy, merged: Merged) -> list[Reason]:
-    if policy.base is None:
+def _base_too_fast(policy: MotionPolicy, merged: MergedMotion) -> list[Reason]:
+    if policy.base_limits is None:
         return []
     motion = merged.base.motion
-    found, (speed, acceleration) = way_rates(motion.way, motion.duration), map(float, policy.base)
+    found, (speed, acceleration) = (
+        base_rates(motion.base_path, motion.duration),
+        map(float, policy.base_limits),
+    )
     # What jerk a way of next to no length begins with is of no weight.
-    return _above("base", "the base", found, Rates(speed, acceleration, inf), ("m/s", "m/s²", "m/s³"))
+    return _limit_violations(
+        "base", "the base", found, MotionRates(speed, acceleration, inf), ("m/s", "m/s²", "m/s³")
+    )
 
 
-def _joint_rates(plan: Trajectory) -> list[Rates]:
+def _joint_rates(plan: Trajectory) -> list[MotionRates]:
     """Of the joints; under feedback those that the plant keeps to."""
     servo = plan.servo
     if servo is None:
-        return joint_rates(plan.paths[0], plan.duration)
-    return [Rates(*one) for one in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
+        return joint_rates(plan.joint_paths[0], plan.duration)
+    return [MotionRates(*one) for one in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
 
 
-def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[Rates, Rates | None]:
+def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[MotionRates, MotionRates | None]:
     """Of the tool, relative to the base, and of its turning."""
     servo = plan.servo
     if servo is not None:
-        return Rates(servo.tool_speed, servo.tool_acceleration, servo.tool_jerk), None
+        return MotionRates(servo.tool_speed, servo.tool_acceleration, servo.tool_jerk), None
     if not moves_joints(plan):
-        return _AT_REST, _AT_REST
-    return tool_rates(plan.body, plan.paths[0], plan.duration, speed_limit)
+        return _REST_TOLERANCE, _REST_TOLERANCE
+    return tool_rates(plan.body, plan.joint_paths[0], plan.duration, speed_limit)
 
 
-_AT_REST: Final = Rates(0.0, 0.0, 0.0)
+_REST_TOLERANCE: Final = MotionRates(0.0, 0.0, 0.0)
 
-_JOINTS_WITHIN: Final = 1e-6
+_JOINT_TOLERANCE: Final = 1e-6
 """Distance of a joint from where it was asked to be that rounding explains, rad."""
 
 
-def _above(rule: str, what: str, found: Rates, limit: Rates, units: tuple[str, str, str]) -> list[Reason]:
+def _limit_violations(
+    rule: str, what: str, rates: MotionRates, limit: MotionRates, units: tuple[str, str, str]
+) -> list[Reason]:
     return [
         Reason(
             "AE762", f"{rule}-{name}", f"{what} may reach a {name} of {a:.4g} {unit}; {b:.4g} is the limit"
         )
-        for name, a, b, unit in zip(_RATES, found, limit, units, strict=True)
+        for name, a, b, unit in zip(_RATES, rates, limit, units, strict=True)
         if not a <= b
     ]
 
 
-def _numbers(plan: Trajectory) -> list[float]:
+def _other_numbers(plan: Trajectory) -> list[float]:
     """Every other number in it."""
     body, servo = plan.body, plan.servo
-    if any(len(p) != 3 for p in (plan.base, plan.way, body.tool, *(ball.centre for ball in body.balls))):
+    if any(
+        len(p) != 3
+        for p in (plan.base, plan.base_path, body.tool_offset, *(ball.centre for ball in body.balls))
+    ):
         raise ValueError("a point has not three coordinates")
-    found = [*body.tool, *chain.from_iterable(body.rows)]
+    found = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
         found += [*ball.centre, ball.radius]
     if servo is not None:
-        found += [*_per_joint(servo, len(body.rows)), servo.tool_speed, servo.tool_acceleration]
+        found += [*_per_joint(servo, len(body.dh_rows)), servo.tool_speed, servo.tool_acceleration]
         found.append(servo.tool_jerk)
     return found
 
 
-def _per_joint(servo: Servo, joints: int) -> list[float]:
-    rows = (servo.slack, servo.speed, servo.acceleration, servo.jerk)
+def _per_joint(servo: ServoBounds, joints: int) -> list[float]:
+    rows = (servo.joint_tolerance, servo.speed, servo.acceleration, servo.jerk)
     if any(len(row) != joints for row in rows):
         raise ValueError(f"its feedback is not about {joints} joints")
     return [*chain.from_iterable(rows)]
 
 
-def _box(barrier: Barrier) -> Box:
+def _box(barrier: Barrier) -> BarrierBox:
     (lx, ly, lz), (ux, uy, uz) = _floats(barrier.box.lower), _floats(barrier.box.upper)
     lower, upper = (lx, ly, lz), (ux, uy, uz)
-    return Box(barrier.id, lower, upper, barrier.inside, barrier.in_base, barrier.links)
+    return BarrierBox(barrier.id, lower, upper, barrier.keep_inside, barrier.is_in_base_frame, barrier.links)
 
 
 def _floats(values: Any) -> tuple[float, ...]:

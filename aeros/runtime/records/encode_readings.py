@@ -12,31 +12,31 @@ from math import isfinite
 from operator import is_, is_not, itemgetter
 from typing import Any, Final
 
-from aeros.runtime.canonical_json import MOST_SIZE, Encoded, Encoder, encoded
-from aeros.runtime.ports import Moment, Names, Reading, Readings
+from aeros.runtime.canonical_json import MAX_SIZE, Encoded, Encoder, encode_with_size
+from aeros.runtime.ports import ColumnNames, Reading, Readings, Snapshot
 
-_CONSTANT: Final = (float, bool, int, str, type(None))
+_IMMUTABLE_TYPES: Final = (float, bool, int, str, type(None))
 """Types of values that never change."""
 
 _DOUBLE: Final = {float}
 
-_NOTHING: Final = object()
+_NOT_CACHED: Final = object()
 """In place of a value that was not told yet, or may change."""
 
 
-def told_readings(readings: Readings) -> Encoded:
+def encode_readings(readings: Readings) -> Encoded:
     """Value and time of each reading, by name."""
-    return encoded({name: [one.value, one.time] for name, one in readings.items()})
+    return encode_with_size({name: [one.value, one.time] for name, one in readings.items()})
 
 
-class ReadingsTeller:
-    """Says what `told_readings` says of one moment after another.
+class IncrementalReadingsEncoder:
+    """Says what `encode_readings` says of one moment after another.
 
     All is in columns, in the order of the names: a decision waits for it, and most of a column is as before.
     """
 
     def __init__(self) -> None:
-        self._order: Names | None = None  # of the moments that are told, which these are the names of
+        self._order: ColumnNames | None = None  # of the moments that are told, which these are the names of
         self._names: dict[str, None] = {}  # sorted
         self._quoted: list[str] = []
         self._lengths: list[int] = []
@@ -46,65 +46,65 @@ class ReadingsTeller:
         self._sizes: list[int] = []  # what each takes of an encoding's size
         self._size = 0  # what all of them take
 
-    def tell(self, readings: Readings) -> Encoded:
+    def encode(self, readings: Readings) -> Encoded:
         """The readings with their canonical text."""
-        if type(readings) is Moment and len(readings) > 1:
-            return self._tell_moment(readings)
+        if type(readings) is Snapshot and len(readings) > 1:
+            return self._encode_snapshot(readings)
         # A single one could look like what stands for something else; what has no name is not told.
         if readings.keys() != self._names.keys():
             if len(readings) < 2 or not all(type(name) is str for name in readings):
-                return told_readings(readings)
-            self._begin(sorted(readings))
+                return encode_readings(readings)
+            self._reset_columns(sorted(readings))
         values, times = zip(*self._pick(readings), strict=True)
         for place in compress(count(), map(is_not, values, self._values)):
-            if not self._keep(place, values[place]):
-                return told_readings(readings)
-        endings = _endings(times)
+            if not self._cache_value(place, values[place]):
+                return encode_readings(readings)
+        endings = _time_suffixes(times)
         size = 1 + len(readings) + self._size
-        if endings is None or size > MOST_SIZE:
-            return told_readings(readings)
+        if endings is None or size > MAX_SIZE:
+            return encode_readings(readings)
         if isinstance(endings, str):
             return Encoded(f"{{{f'{endings},'.join(self._texts)}{endings}}}", size)
         return Encoded(f"{{{','.join(map(str.__add__, self._texts, endings))}}}", size)
 
-    def _tell_moment(self, moment: Moment) -> Encoded:
+    def _encode_snapshot(self, snapshot: Snapshot) -> Encoded:
         """Readings that come in columns."""
-        if moment.order is not self._order:
-            self._begin(list(moment.order.names))
-            self._order = moment.order
-        for place in compress(count(), map(is_not, moment.column, self._values)):
-            if not self._keep(place, moment.column[place]):
-                return told_readings(moment)
+        if snapshot.order is not self._order:
+            self._reset_columns(list(snapshot.order.names))
+            self._order = snapshot.order
+        for place in compress(count(), map(is_not, snapshot.column, self._values)):
+            if not self._cache_value(place, snapshot.column[place]):
+                return encode_readings(snapshot)
         size = 1 + len(self._names) + self._size
-        if type(moment.time) is not float or not isfinite(moment.time) or size > MOST_SIZE:
-            return told_readings(moment)
-        ending = f"{moment.time!r}]"
+        if type(snapshot.time) is not float or not isfinite(snapshot.time) or size > MAX_SIZE:
+            return encode_readings(snapshot)
+        ending = f"{snapshot.time!r}]"
         return Encoded(f"{{{f'{ending},'.join(self._texts)}{ending}}}", size)
 
-    def _begin(self, names: list[str]) -> None:
+    def _reset_columns(self, names: list[str]) -> None:
         self._order = None
         self._names = dict.fromkeys(names)
         self._quoted = [*map(encode_basestring_ascii, names)]
         self._lengths = [*map(len, names)]
         self._pick = itemgetter(*names)
-        self._values = [_NOTHING] * len(names)
+        self._values = [_NOT_CACHED] * len(names)
         self._texts = [""] * len(names)
         self._sizes = [0] * len(names)
         self._size = 0
 
-    def _keep(self, place: int, value: Any) -> bool:
+    def _cache_value(self, place: int, value: Any) -> bool:
         """Whether this value can be told by itself and kept, as it can never change."""
-        self._values[place] = _NOTHING
+        self._values[place] = _NOT_CACHED
         kind = type(value)
         if kind is float and isfinite(value):
             text, used = repr(value), 1
         elif kind is tuple and set(map(type, value)) == _DOUBLE and all(map(isfinite, value)):
             text, used = f"[{','.join(map(repr, value))}]", 1 + 2 * len(value)
-        elif not _is_constant(value):
+        elif not _is_immutable(value):
             return False
         else:
             encoder = Encoder()
-            text, used = encoder.text(value, 2), encoder.used
+            text, used = encoder.encode(value, 2), encoder.used_size
         self._texts[place] = f"{self._quoted[place]}:[{text},"
         # The name, a list of two, the value and its time.
         size = self._lengths[place] + 3 + used + 1
@@ -114,7 +114,7 @@ class ReadingsTeller:
         return True
 
 
-def _endings(times: tuple[Any, ...]) -> str | list[str] | None:
+def _time_suffixes(times: tuple[Any, ...]) -> str | list[str] | None:
     """What follows each value: one text where all have the same time, None where one of them is no time."""
     first = times[0]
     if all(map(is_, times, repeat(first))):
@@ -124,8 +124,8 @@ def _endings(times: tuple[Any, ...]) -> str | list[str] | None:
     return [f"{time!r}]" for time in times]
 
 
-def _is_constant(value: Any) -> bool:
+def _is_immutable(value: Any) -> bool:
     """Whether the value can never be another one while it is the same object."""
-    return type(value) in _CONSTANT or (
-        type(value) is tuple and all(type(part) in _CONSTANT for part in value)
+    return type(value) in _IMMUTABLE_TYPES or (
+        type(value) is tuple and all(type(part) in _IMMUTABLE_TYPES for part in value)
     )

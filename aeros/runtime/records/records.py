@@ -18,13 +18,23 @@ from itertools import chain, pairwise
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from aeros.runtime.canonical_json import Encoded, encoded, restored
+from aeros.runtime.canonical_json import Encoded, decode_value, encode_with_size
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, Reason
-from aeros.runtime.ports import Ball, Body, Completion, Joints, Motionless, Path, Readings, Servo, Trajectory
-from aeros.runtime.records.encode_readings import told_readings
+from aeros.runtime.ports import (
+    Ball,
+    JointPath,
+    JointVector,
+    MotionCompletion,
+    NoMotion,
+    Readings,
+    RobotBody,
+    ServoBounds,
+    Trajectory,
+)
+from aeros.runtime.records.encode_readings import encode_readings
 from aeros.skill import Action
-from aeros.spec.model.cause import Cause, told
+from aeros.spec.model.cause import Cause, causes_to_json
 
 
 def session_details(configuration: Configuration) -> dict[str, Any]:
@@ -62,42 +72,42 @@ class DecisionRecord(NamedTuple):
     now: float
     readings: Readings
     caller: Caller
-    asked: Action
+    requested_action: Action
     usage: Mapping[str, int] | None
-    beside: Sequence[int] = ()
-    halting: Sequence[int] = ()
+    concurrent_records: Sequence[int] = ()
+    halting_records: Sequence[int] = ()
     motion: Mapping[str, Any] = MappingProxyType({})
     causes: Sequence[Cause] = ()
 
 
 def decision_details(
-    one: DecisionRecord, tell: Callable[[Readings], Encoded] = told_readings
+    record: DecisionRecord, encode: Callable[[Readings], Encoded] = encode_readings
 ) -> dict[str, Any]:
     """What the log has of it.
 
-    tell: what says of the readings what `told_readings` says.
+    tell: what says of the readings what `encode_readings` says.
     """
-    state = tell(one.readings)
+    state = encode(record.readings)
     return {
-        **outcome_details(one.decision),
-        "configuration": one.configuration,
-        "time": one.now,
+        **decision_outcome(record.decision),
+        "configuration": record.configuration,
+        "time": record.now,
         "state_digest": state.digest,
         "state": state,
-        "usage": None if one.usage is None else dict(one.usage),
-        **({"beside": list(one.beside)} if one.beside else {}),
-        **({"halting": list(one.halting)} if one.halting else {}),
-        **one.motion,
-        **({"causes": told(one.causes)} if one.causes else {}),
-        **caller_details(one.caller),
-        "asked": _action_details(one.asked),
+        "usage": None if record.usage is None else dict(record.usage),
+        **({"beside": list(record.concurrent_records)} if record.concurrent_records else {}),
+        **({"halting": list(record.halting_records)} if record.halting_records else {}),
+        **record.motion,
+        **({"causes": causes_to_json(record.causes)} if record.causes else {}),
+        **caller_details(record.caller),
+        "asked": _action_details(record.requested_action),
     }
 
 
-def outcome_details(decision: Decision) -> dict[str, Any]:
+def decision_outcome(decision: Decision) -> dict[str, Any]:
     """What came out."""
     return {
-        "verdict": decision.verdict.value,
+        "verdict": decision.kind.value,
         "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
         "decided": None if decision.action is None else _action_details(decision.action),
     }
@@ -105,9 +115,9 @@ def outcome_details(decision: Decision) -> dict[str, Any]:
 
 def motion_details(gated: Decision, decision: Decision, motion: Mapping[str, Any]) -> dict[str, Any]:
     """The motion that the action becomes, as it is told; where that was denied, what the gate had said."""
-    encoding = encoded(motion)
+    encoding = encode_with_size(motion)
     told = {"motion_digest": encoding.digest, "motion": encoding}
-    return told if decision is gated else {**told, "gate": outcome_details(gated)}
+    return told if decision is gated else {**told, "gate": decision_outcome(gated)}
 
 
 def caller_details(caller: Caller) -> dict[str, Any]:
@@ -115,7 +125,7 @@ def caller_details(caller: Caller) -> dict[str, Any]:
     return {"module": caller.module, "skill": caller.skill, "inputs": dict(caller.inputs)}
 
 
-def spell_reasons(reasons: tuple[Reason, ...]) -> str:
+def format_reasons(reasons: tuple[Reason, ...]) -> str:
     """Why an action was denied, in words."""
     spelt = "; ".join(f"{reason.code} {reason.rule}: {reason.text}" for reason in reasons)
     return spelt or "the gate gave no reason"
@@ -128,25 +138,25 @@ def _action_details(action: Action) -> dict[str, Any]:
 def motion_to_json(plan: object, body: str) -> dict[str, Any]:
     """Encode what a plant says that an action would do; `body`: digest of the body of a trajectory."""
     if type(plan) is Trajectory:
-        paths, servo = plan.paths, plan.servo
+        paths, servo = plan.joint_paths, plan.servo
         return {
             "body": body,
             "base": plan.base,
-            "way": plan.way,
+            "way": plan.base_path,
             "duration": plan.duration,
-            "servo": _fields_to_json(servo) if type(servo) is Servo else servo,
+            "servo": _fields_to_json(servo) if type(servo) is ServoBounds else servo,
             "paths": [_path_to_json(one) for one in paths] if type(paths) is tuple else paths,
         }
-    if type(plan) is Motionless:
-        return {"motionless": plan.why}
-    if type(plan) is Completion:
+    if type(plan) is NoMotion:
+        return {"motionless": plan.reason}
+    if type(plan) is MotionCompletion:
         return {"completed": plan.completed, "reason": plan.reason}
     return {"unheard_of": plan}
 
 
 def body_to_json(body: object) -> Any:
     """Encode the body of a trajectory."""
-    if type(body) is not Body:
+    if type(body) is not RobotBody:
         return body
     balls = body.balls
     listed = [list(one) if type(one) is Ball else one for one in balls] if type(balls) is tuple else balls
@@ -161,20 +171,22 @@ def motion_from_json(encoded_value: Any, bodies: Mapping[str, Any]) -> Any:
     """
     match encoded_value:
         case {"motionless": why}:
-            return Motionless(why)
+            return NoMotion(why)
         case {"completed": completed, "reason": reason}:
-            return Completion(completed, reason)
+            return MotionCompletion(completed, reason)
         case {"body": body, "base": base, "way": way, "duration": duration, "servo": servo, "paths": paths}:
             return Trajectory(
                 _body_from_json(bodies[body]),
-                tuple(map(_path_from_json, paths)) if type(paths) is list else restored(paths),
+                tuple(map(_path_from_json, paths)) if type(paths) is list else decode_value(paths),
                 _lists_to_tuples(base),
                 _lists_to_tuples(way),
-                restored(duration),
-                Servo(**_fields_from_json(servo)) if _has_fields(servo, Servo) else restored(servo),
+                decode_value(duration),
+                ServoBounds(**_fields_from_json(servo))
+                if _has_fields(servo, ServoBounds)
+                else decode_value(servo),
             )
         case {"unheard_of": plan}:
-            return restored(plan)
+            return decode_value(plan)
     raise ValueError("it is no motion")
 
 
@@ -203,39 +215,39 @@ def _is_path(path: Any) -> bool:
     )
 
 
-def _path_from_json(encoded_value: Any) -> Path:
+def _path_from_json(encoded_value: Any) -> JointPath:
     match encoded_value:
         case {"joints": int(joints), "points": str(packed)}:
             raw = b64decode(packed, validate=True)
             if len(raw) % 8:
                 raise ValueError("its points are no doubles")
             numbers = struct.unpack(f"<{len(raw) // 8}d", raw)
-            points: list[Joints] = [*zip(*[iter(numbers)] * joints, strict=True)]
+            points: list[JointVector] = [*zip(*[iter(numbers)] * joints, strict=True)]
             return tuple([_piece(points[at : at + 4]) for at in range(0, len(points) - 1, 3)])
-    path: Path = _lists_to_tuples(encoded_value)
+    path: JointPath = _lists_to_tuples(encoded_value)
     return path
 
 
-def _piece(points: list[Joints]) -> tuple[Joints, Joints, Joints, Joints]:
+def _piece(points: list[JointVector]) -> tuple[JointVector, JointVector, JointVector, JointVector]:
     a, b, c, d = points
     return a, b, c, d
 
 
 def _body_from_json(encoded_value: Any) -> Any:
-    if not _has_fields(encoded_value, Body):
+    if not _has_fields(encoded_value, RobotBody):
         return _lists_to_tuples(encoded_value)
     read = _fields_from_json(encoded_value)
     balls = read["balls"]
     if type(balls) is tuple:
         read["balls"] = tuple([Ball(*one) if type(one) is tuple else one for one in balls])
-    return Body(**read)
+    return RobotBody(**read)
 
 
-def _fields_to_json(value: Body | Servo) -> dict[str, Any]:
+def _fields_to_json(value: RobotBody | ServoBounds) -> dict[str, Any]:
     return {one.name: getattr(value, one.name) for one in fields(value)}
 
 
-def _has_fields(encoded_value: Any, kind: type[Body | Servo]) -> bool:
+def _has_fields(encoded_value: Any, kind: type[RobotBody | ServoBounds]) -> bool:
     return type(encoded_value) is dict and encoded_value.keys() == {one.name for one in fields(kind)}
 
 
@@ -247,4 +259,4 @@ def _lists_to_tuples(plain: Any) -> Any:
     """Restore a value, with tuples in place of lists."""
     if type(plain) is list:
         return tuple([_lists_to_tuples(one) for one in plain])
-    return restored(plain)
+    return decode_value(plain)

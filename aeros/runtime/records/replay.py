@@ -22,24 +22,24 @@ from functools import partial
 from typing import Any, Final
 
 from aeros.runtime.audit.check import Record
-from aeros.runtime.canonical_json import Unencodable, canonical, restored
-from aeros.runtime.gate.causes import causes_of_denial
-from aeros.runtime.gate.configuration import Configuration, Configurations, UnknownConfigurationError
-from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.canonical_json import UnencodableValue, decode_value, to_canonical_json
+from aeros.runtime.gate.causes import denial_causes
+from aeros.runtime.gate.configuration import Configuration, FindConfiguration, UnknownConfigurationError
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
-from aeros.runtime.gate.joint_rules import Begun
-from aeros.runtime.gate.quotas import ClockError, denied_by_clock
-from aeros.runtime.motion.merged import Companion, companions_of
+from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.gate.quotas import ClockError, clock_denial
+from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Readings
-from aeros.runtime.records.records import motion_from_json, outcome_details, session_details
-from aeros.runtime.records.recount import Recount, Used, readings_of
+from aeros.runtime.records.records import decision_outcome, motion_from_json, session_details
+from aeros.runtime.records.recount import QuotaUsage, SessionState, parse_readings
 from aeros.skill import Action
-from aeros.spec.model.cause import told as told_causes
+from aeros.spec.model.cause import causes_to_json as told_causes
 
 
 @dataclass(frozen=True)
-class Disagreement:
+class ReplayMismatch:
     """A record that does not come out the same.
 
     why: in words; empty where `again` shows it.
@@ -47,20 +47,20 @@ class Disagreement:
     """
 
     sequence: int
-    why: str
+    reason: str
     recorded: Mapping[str, Any]
-    again: Mapping[str, Any] | None = None
+    replayed: Mapping[str, Any] | None = None
 
 
-_NEEDED: Final = ("time", "state", "usage", "module", "skill", "inputs", "asked")
+_REQUIRED_KEYS: Final = ("time", "state", "usage", "module", "skill", "inputs", "asked")
 
 
-class _UnheldError(Exception):
+class _IncompleteRecordError(Exception):
     """The record does not hold what it takes to decide again; the message says what is missing."""
 
 
 @dataclass(frozen=True)
-class _Governing:
+class _ReplayDecider:
     """A configuration, and what decides under it."""
 
     configuration: Configuration
@@ -77,15 +77,15 @@ class _Session:
     begun: the decisions that let something begin, by number; bodies: by digest.
     """
 
-    governing: _Governing | None = None
-    why: str = "no record before it says which configuration governs"
-    recount: Recount | None = None
-    begun: dict[int, Mapping[str, Any]] = field(default_factory=dict)
+    decider: _ReplayDecider | None = None
+    unusable_reason: str = "no record before it says which configuration governs"
+    state: SessionState | None = None
+    active_actions: dict[int, Mapping[str, Any]] = field(default_factory=dict)
     bodies: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass
-class Replay:
+class LogReplay:
     """Takes the records of one log in order.
 
     known: where configurations are to be had; each is asked for once.
@@ -93,167 +93,176 @@ class Replay:
         verdict could be compared.
     """
 
-    known: Configurations
+    find_configuration: FindConfiguration
     mode: GateMode = GateMode.COMPILED
-    agreed: int = 0
-    verdict_only: int = 0
-    disagreements: list[Disagreement] = field(default_factory=list)
+    matching_count: int = 0
+    verdict_only_count: int = 0
+    mismatches: list[ReplayMismatch] = field(default_factory=list)
     _session: _Session = field(default_factory=_Session)
-    _found: dict[str, _Governing | str] = field(default_factory=dict)
+    _deciders: dict[str, _ReplayDecider | str] = field(default_factory=dict)
 
-    def take(self, record: Record) -> None:
+    def replay_record(self, record: Record) -> None:
         """Decide again what `record` says was decided, if it says so of anything."""
         match record["event"]:
             case "session-opened":
                 self._session = _Session()
-                self._govern(record)
-                governing = self._session.governing
+                self._switch_configuration(record)
+                governing = self._session.decider
                 site = None if governing is None else governing.configuration.site
-                self._session.recount = None if site is None else Recount(site)
+                self._session.state = None if site is None else SessionState(site)
             case "session-resumed":
                 self._follow(record)
-                self._session.begun.clear()
-                if self._session.recount is not None:
-                    self._session.recount.interrupt()
+                self._session.active_actions.clear()
+                if self._session.state is not None:
+                    self._session.state.mark_gap()
             case "configuration-changed":
                 self._follow(record)
             case "body":
                 told = record["details"].get("body")
                 self._session.bodies[_digest(told)] = told
             case "decision":
-                self._take_decision(record)
+                self._replay_decision(record)
 
     # Who governs.
 
-    def _govern(self, record: Record) -> None:
+    def _switch_configuration(self, record: Record) -> None:
         """From now on the configuration that `record` names governs; all it says of that must be so."""
         details, session = record["details"], self._session
         digest = details.get("configuration")
         if type(digest) is not str:
-            session.governing, session.why = None, f"record {record['sequence']} names no configuration"
+            session.decider, session.unusable_reason = (
+                None,
+                f"record {record['sequence']} names no configuration",
+            )
             return
-        if digest not in self._found:
-            self._found[digest] = self._find(digest)
-        found = self._found[digest]
+        if digest not in self._deciders:
+            self._deciders[digest] = self._decider_for(digest)
+        found = self._deciders[digest]
         if isinstance(found, str):
-            session.governing, session.why = None, found
+            session.decider, session.unusable_reason = None, found
             return
-        session.governing = found
+        session.decider = found
         again = session_details(found.configuration)
-        if _spelt(details) != canonical(again):
-            self.disagreements.append(Disagreement(record["sequence"], "", details, again))
+        if _to_json(details) != to_canonical_json(again):
+            self.mismatches.append(ReplayMismatch(record["sequence"], "", details, again))
 
-    def _find(self, digest: str) -> _Governing | str:
+    def _decider_for(self, digest: str) -> _ReplayDecider | str:
         """What decides under the configuration of that digest, or why nothing does."""
         try:
-            found = self.known(digest)
+            found = self.find_configuration(digest)
         except UnknownConfigurationError as unknown:
             return f"it was decided under the configuration {digest}, and {unknown}"
-        return _Governing(found, CompiledGate(found, self.mode), MotionDecider(found.site.motion))
+        return _ReplayDecider(found, CompiledGate(found, self.mode), MotionDecider(found.site.motion))
 
     def _follow(self, record: Record) -> None:
-        self._govern(record)
+        self._switch_configuration(record)
         session = self._session
-        if session.governing is None:
-            session.recount = None
-        elif session.recount is not None:
-            session.recount.follow(session.governing.configuration.site)
+        if session.decider is None:
+            session.state = None
+        elif session.state is not None:
+            session.state.switch_site(session.decider.configuration.site)
 
     # Decisions.
 
-    def _take_decision(self, record: Record) -> None:
+    def _replay_decision(self, record: Record) -> None:
         details = record["details"]
         recorded = _outcome(details)
         why, again = "", None
         try:
             again = self._decide(details)
-        except (_UnheldError, GateDisagreementError) as fault:
+        except (_IncompleteRecordError, GateDisagreementError) as fault:
             why = str(fault)
         if recorded["decided"] is not None:
-            self._begin(record["sequence"], details)
-        whole = not _has_lost(restored(details))
+            self._record_execution(record["sequence"], details)
+        whole = not _has_unencodable(decode_value(details))
         same = again is not None and (
-            _unordered(again) == _unordered(recorded) if whole else again["verdict"] == recorded["verdict"]
+            _without_reason_order(again) == _without_reason_order(recorded)
+            if whole
+            else again["verdict"] == recorded["verdict"]
         )
         if same:
-            self.agreed += 1
-            self.verdict_only += not whole
+            self.matching_count += 1
+            self.verdict_only_count += not whole
         else:
-            self.disagreements.append(Disagreement(record["sequence"], why, recorded, again))
+            self.mismatches.append(ReplayMismatch(record["sequence"], why, recorded, again))
 
     def _decide(self, details: Mapping[str, Any]) -> dict[str, Any]:
-        """What comes out now; raises `_UnheldError` and `GateDisagreementError`."""
+        """What comes out now; raises `_IncompleteRecordError` and `GateDisagreementError`."""
         used, wrong = self._recount(details)
-        governing = self._session.governing
+        governing = self._session.decider
         if governing is None:
-            raise _UnheldError(self._session.why)
+            raise _IncompleteRecordError(self._session.unusable_reason)
         named, digest = details.get("configuration"), governing.configuration.digest
         if named != digest:
-            raise _UnheldError(f"it names the configuration {named} where {digest} governs")
-        missing = [name for name in _NEEDED if name not in details]
+            raise _IncompleteRecordError(f"it names the configuration {named} where {digest} governs")
+        missing = [name for name in _REQUIRED_KEYS if name not in details]
         if missing:
-            raise _UnheldError(f"the record does not hold its {', '.join(missing)}")
+            raise _IncompleteRecordError(f"the record does not hold its {', '.join(missing)}")
         if details.get("state_digest") != _digest(details["state"]):
-            raise _UnheldError("the state is not the one whose digest is recorded")
-        if self._session.recount is None:
-            raise _UnheldError("what was counted before it depends on a configuration that is not known")
+            raise _IncompleteRecordError("the state is not the one whose digest is recorded")
+        if self._session.state is None:
+            raise _IncompleteRecordError(
+                "what was counted before it depends on a configuration that is not known"
+            )
         if wrong is not None:
-            raise _UnheldError(wrong)
+            raise _IncompleteRecordError(wrong)
         try:
-            return self._decide_held(governing, details, used)
+            return self._decide_complete(governing, details, used)
         except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as fault:
-            raise _UnheldError("the record is not one of a decision") from fault
+            raise _IncompleteRecordError("the record is not one of a decision") from fault
 
-    def _decide_held(
-        self, governing: _Governing, details: Mapping[str, Any], used: Used | None
+    def _decide_complete(
+        self, governing: _ReplayDecider, details: Mapping[str, Any], used: QuotaUsage | None
     ) -> dict[str, Any]:
-        now, recorded = restored(details["time"]), restored(details["usage"])
-        caller = Caller(details["module"], details["skill"], restored(details["inputs"]))
-        readings, action = readings_of(details["state"]), _action(details["asked"])
-        others = [self._earlier(record) for record in details.get("beside", ())]
+        now, recorded = decode_value(details["time"]), decode_value(details["usage"])
+        caller = Caller(details["module"], details["skill"], decode_value(details["inputs"]))
+        readings, action = parse_readings(details["state"]), _parse_action(details["asked"])
+        others = [self._active_action(record) for record in details.get("beside", ())]
         if used is None:
             raise ValueError("at no time")
         if isinstance(used, ClockError) != (recorded is None):
-            raise _UnheldError("the use of quotas is recorded if and only if the clock was in order")
+            raise _IncompleteRecordError(
+                "the use of quotas is recorded if and only if the clock was in order"
+            )
         spell = partial(
-            self._spelt, governing.configuration, caller, readings, action, now, "causes" in details
+            self._outcome, governing.configuration, caller, readings, action, now, "causes" in details
         )
         if isinstance(used, ClockError):
-            return spell(denied_by_clock(used))
+            return spell(clock_denial(used))
         if recorded != used:
             told = f"what was decided before it adds up to {dict(used)}, and recorded is {recorded}"
-            raise _UnheldError(f"the use of quotas is another: {told}")
+            raise _IncompleteRecordError(f"the use of quotas is another: {told}")
         gated = governing.gate.decide(caller, readings, action, now, recorded)
-        begun = [_begun(number, earlier) for number, earlier in others]
+        begun = [_parse_active_action(number, earlier) for number, earlier in others]
         if others:
-            gated = governing.gate.decide_beside(gated, readings, now, begun)
+            gated = governing.gate.decide_jointly(gated, readings, now, begun)
         halting = details.get("halting", ())
-        companions = companions_of(
+        companions = concurrent_motions(
             (
-                (one, self._motion(earlier), one.record in halting)
+                (one, self._motion(earlier), one.record_number in halting)
                 for one, (_, earlier) in zip(begun, others, strict=True)
             ),
             now,
         )
         decision = self._decide_motion(governing.motions, gated, readings, details, companions)
         again = spell(decision)
-        return again if decision is gated else {**again, "gate": outcome_details(gated)}
+        return again if decision is gated else {**again, "gate": decision_outcome(gated)}
 
     @staticmethod
-    def _spelt(
+    def _outcome(
         configuration: Configuration,
         caller: Caller,
         readings: Readings,
-        asked: Action,
+        requested_action: Action,
         now: float,
         with_causes: bool,
         decision: Decision,
     ) -> dict[str, Any]:
         """What came out, with the causes where the record has them: older ones have none."""
-        again = outcome_details(decision)
-        if with_causes and decision.verdict is not Verdict.ALLOW:
+        again = decision_outcome(decision)
+        if with_causes and decision.kind is not DecisionKind.ALLOW:
             again["causes"] = told_causes(
-                causes_of_denial(configuration, decision, caller, readings, asked, now)
+                denial_causes(configuration, decision, caller, readings, requested_action, now)
             )
         return again
 
@@ -263,12 +272,14 @@ class Replay:
         gated: Decision,
         readings: Readings,
         details: Mapping[str, Any],
-        others: Sequence[Companion],
+        concurrent_motions: Sequence[ConcurrentMotion],
     ) -> Decision:
-        governed = gated.action is not None and motions.governs(gated.action.kind)
+        governed = gated.action is not None and motions.covers_kind(gated.action.kind)
         if governed != ("motion" in details):
-            raise _UnheldError("a motion is recorded if and only if one was to be decided")
-        return motions.decide(gated, self._motion(details), readings, others) if governed else gated
+            raise _IncompleteRecordError("a motion is recorded if and only if one was to be decided")
+        return (
+            motions.decide(gated, self._motion(details), readings, concurrent_motions) if governed else gated
+        )
 
     def _motion(self, details: Mapping[str, Any]) -> Any:
         """What the plant said it would do, where it was asked."""
@@ -276,48 +287,48 @@ class Replay:
             return None
         told = details["motion"]
         if details.get("motion_digest") != _digest(told):
-            raise _UnheldError("the motion is not the one whose digest is recorded")
+            raise _IncompleteRecordError("the motion is not the one whose digest is recorded")
         if type(told) is dict and "body" in told and told["body"] not in self._session.bodies:
-            raise _UnheldError("no record before it holds the body that the motion names")
+            raise _IncompleteRecordError("no record before it holds the body that the motion names")
         return motion_from_json(told, self._session.bodies)
 
     # What was before.
 
-    def _earlier(self, record: int) -> tuple[int, Mapping[str, Any]]:
+    def _active_action(self, record: int) -> tuple[int, Mapping[str, Any]]:
         """What an earlier record says was decided and begun."""
-        if record not in self._session.begun:
-            raise _UnheldError(
+        if record not in self._session.active_actions:
+            raise _IncompleteRecordError(
                 f"it was decided beside record {record}, which is none of an action that began"
             )
-        return record, self._session.begun[record]
+        return record, self._session.active_actions[record]
 
-    def _recount(self, details: Mapping[str, Any]) -> tuple[Used | None, str | None]:
+    def _recount(self, details: Mapping[str, Any]) -> tuple[QuotaUsage | None, str | None]:
         """How much of each quota is used up by then, and what is wrong with the histories."""
-        recount = self._session.recount
+        recount = self._session.state
         if recount is None:
             return None, None
-        now, readings = restored(details.get("time")), {}
+        now, readings = decode_value(details.get("time")), {}
         # A state that is malformed is a disagreement by itself.
         with suppress(AttributeError, KeyError, TypeError, ValueError):
-            readings = readings_of(details["state"])
-        return recount.used(now), recount.objection(readings, now)
+            readings = parse_readings(details["state"])
+        return recount.usage_at(now), recount.history_mismatch(readings, now)
 
-    def _begin(self, number: int, details: Mapping[str, Any]) -> None:
+    def _record_execution(self, number: int, details: Mapping[str, Any]) -> None:
         """What may be executed, is: it counts, and others may be decided beside it."""
-        self._session.begun[number] = details
-        if self._session.recount is not None:
+        self._session.active_actions[number] = details
+        if self._session.state is not None:
             decided = details["decided"]
             kind = decided.get("kind") if type(decided) is dict else None
-            self._session.recount.executed(kind, restored(details.get("time")))
+            self._session.state.count_execution(kind, decode_value(details.get("time")))
 
 
-def _action(told: Mapping[str, Any]) -> Action:
-    return Action(told["kind"], restored(told["parameters"]))
+def _parse_action(encoded_action: Mapping[str, Any]) -> Action:
+    return Action(encoded_action["kind"], decode_value(encoded_action["parameters"]))
 
 
-def _begun(number: int, details: Mapping[str, Any]) -> Begun:
-    time = restored(details["time"])
-    return Begun(_action(details["decided"]), readings_of(details["state"]), time, number)
+def _parse_active_action(number: int, details: Mapping[str, Any]) -> ActiveAction:
+    time = decode_value(details["time"])
+    return ActiveAction(_parse_action(details["decided"]), parse_readings(details["state"]), time, number)
 
 
 def _outcome(details: Mapping[str, Any]) -> dict[str, Any]:
@@ -327,36 +338,40 @@ def _outcome(details: Mapping[str, Any]) -> dict[str, Any]:
     return {**found, "gate": details["gate"]} if "gate" in details else found
 
 
-def _unordered(outcome: Any) -> Any:
+def _without_reason_order(outcome: Any) -> Any:
     """The same for outcomes that differ in nothing but the order of their reasons, and the file's path."""
     if type(outcome) is not dict:
-        return _spelt(outcome)
+        return _to_json(outcome)
     rest = {name: value for name, value in outcome.items() if name not in ("reasons", "causes", "gate")}
-    reasons = [_listed(outcome.get(name)) for name in ("reasons", "causes")]
-    return _spelt(rest), reasons, _unordered(outcome.get("gate"))
+    reasons = [_reason_lists(outcome.get(name)) for name in ("reasons", "causes")]
+    return _to_json(rest), reasons, _without_reason_order(outcome.get("gate"))
 
 
-def _listed(reasons: Any) -> Any:
-    return sorted(_spelt(_unplaced(one)) for one in reasons) if type(reasons) is list else _spelt(reasons)
+def _reason_lists(reasons: Any) -> Any:
+    return (
+        sorted(_to_json(_without_path(one)) for one in reasons)
+        if type(reasons) is list
+        else _to_json(reasons)
+    )
 
 
-def _unplaced(cause: Any) -> Any:
+def _without_path(cause: Any) -> Any:
     """The same for a cause whose condition is in a file of the same lines, wherever that is."""
     if type(cause) is not dict or type(cause.get("at")) is not str:
         return cause
     return {**cause, "at": cause["at"].rpartition(":")[2]}
 
 
-def _has_lost(value: Any) -> bool:
+def _has_unencodable(value: Any) -> bool:
     """Whether anything in it is not what was there, but a word for it."""
     parts = value if type(value) is list else value.values() if type(value) is dict else ()
-    return type(value) is Unencodable or any(map(_has_lost, parts))
+    return type(value) is UnencodableValue or any(map(_has_unencodable, parts))
 
 
 def _digest(plain: Any) -> str:
-    return hashlib.sha256(_spelt(plain)).hexdigest()
+    return hashlib.sha256(_to_json(plain)).hexdigest()
 
 
-def _spelt(plain: Any) -> bytes:
+def _to_json(plain: Any) -> bytes:
     """What was read back, as it was spelt."""
     return json.dumps(plain, sort_keys=True, separators=(",", ":")).encode("ascii")

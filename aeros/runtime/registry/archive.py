@@ -17,12 +17,12 @@ from aeros.runtime.registry.bundle_store import MAX_MODULE
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 
-MOST_FILES: Final = 10_000
+MAX_FILES: Final = 10_000
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest that the format has
 _REGULAR: Final = 0o100644 << 16
 
 
-def packed(files: Mapping[str, bytes]) -> bytes:
+def pack(files: Mapping[str, bytes]) -> bytes:
     """The archive of these files, by path relative to the module's folder."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
@@ -44,7 +44,7 @@ def unpack(path: Path, into: Path) -> None:
     try:
         with zipfile.ZipFile(path) as archive:
             entries = [one for one in archive.infolist() if not one.is_dir()]
-            problem = _problem(entries)
+            problem = _archive_problem(entries)
             if problem is not None:
                 raise _refused(path, problem)
             for entry in entries:
@@ -61,10 +61,10 @@ def unpack(path: Path, into: Path) -> None:
         raise _refused(path, f"it is damaged: {failure}") from failure
 
 
-def _problem(entries: list[zipfile.ZipInfo]) -> str | None:
+def _archive_problem(entries: list[zipfile.ZipInfo]) -> str | None:
     names = [entry.filename for entry in entries]
-    if len(names) > MOST_FILES:
-        return f"a module has at most {MOST_FILES:,} files"
+    if len(names) > MAX_FILES:
+        return f"a module has at most {MAX_FILES:,} files"
     if sum(entry.file_size for entry in entries) > MAX_MODULE:
         return f"a module has at most {MAX_MODULE >> 20} MiB"
     for entry in entries:
@@ -78,5 +78,5 @@ def _problem(entries: list[zipfile.ZipInfo]) -> str | None:
     return None
 
 
-def _refused(path: Path, why: str) -> UserError:
-    return UserError([Diagnostic("AE961", f"`{path}` cannot be unpacked: {why}")])
+def _refused(path: Path, reason: str) -> UserError:
+    return UserError([Diagnostic("AE961", f"`{path}` cannot be unpacked: {reason}")])

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from aeros.files import sync_folder, write_file
+from aeros.files import sync_folder, write_durably
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.digests import code_digest
@@ -20,7 +20,7 @@ from aeros.spec.text.digests import code_digest
 MAX_MODULE: Final = 256 * 1024 * 1024
 """Bytes of all files of a module at most."""
 
-_NOT_KEPT: Final = ("__pycache__", "ecm.lock")
+_EXCLUDED_NAMES: Final = ("__pycache__", "ecm.lock")
 
 
 def module_files(folder: Path) -> dict[str, bytes]:
@@ -34,7 +34,7 @@ def module_files(folder: Path) -> dict[str, bytes]:
     try:
         for path in sorted(folder.rglob("*")):
             name = path.relative_to(folder)
-            if any(part.startswith(".") or part in _NOT_KEPT for part in name.parts):
+            if any(part.startswith(".") or part in _EXCLUDED_NAMES for part in name.parts):
                 continue
             if path.is_dir() and not path.is_symlink():
                 continue
@@ -54,7 +54,7 @@ def bundle_digest(files: Mapping[str, bytes]) -> str:
     return code_digest(files)
 
 
-def keep(files: Mapping[str, bytes], store: Path, name: str) -> Path:
+def store_bundle(files: Mapping[str, bytes], store: Path, name: str) -> Path:
     """The folder below `store` that holds exactly `files`, written through to the disk."""
     digest = bundle_digest(files)
     kept = store / digest / name
@@ -65,7 +65,7 @@ def keep(files: Mapping[str, bytes], store: Path, name: str) -> Path:
     for relative, content in files.items():
         path = beside / name / relative
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_file(path, content)
+        write_durably(path, content)
     for folder in sorted({path.parent for path in beside.rglob("*")}):
         sync_folder(folder)
     shutil.rmtree(store / digest, ignore_errors=True)
@@ -74,12 +74,12 @@ def keep(files: Mapping[str, bytes], store: Path, name: str) -> Path:
     return kept
 
 
-def sweep(store: Path, named: set[Path]) -> None:
+def remove_unreferenced(store: Path, named: set[Path]) -> None:
     """Remove what holds none of the folders `named`: left by an interrupted change, or never in force."""
     for folder in store.iterdir() if store.is_dir() else ():
         if not any(folder in path.parents for path in named):
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _unreadable(path: Path, why: str) -> UserError:
-    return UserError([Diagnostic("AE961", f"`{path}` cannot be kept: {why}")])
+def _unreadable(path: Path, reason: str) -> UserError:
+    return UserError([Diagnostic("AE961", f"`{path}` cannot be kept: {reason}")])

@@ -15,21 +15,21 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.audit.check import Record, verify_log
-from aeros.runtime.audit.checkpoints import Signing
-from aeros.runtime.audit.keys import KeyRefusedError, read_signing_key
+from aeros.runtime.audit.checkpoints import SigningConfiguration
+from aeros.runtime.audit.keys import InvalidKeyError, read_signing_key
 from aeros.runtime.audit.log import AuditError, AuditLog
-from aeros.runtime.registry.lifecycle import State
-from aeros.runtime.registry.store import Installed, Snapshot
+from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 
 LOG: Final = "audit.jsonl"
 _CHANGE: Final = "registry-change"
 
 
 def record_change(
-    folder: Path, key: Path, old: Snapshot, new: Snapshot, said: str, configuration: str
+    folder: Path, key: Path, old: RegistrySnapshot, new: RegistrySnapshot, said: str, configuration: str
 ) -> None:
     """Append to the log in `folder` that `old` is to become `new`; signed if there is a key.
 
@@ -38,7 +38,7 @@ def record_change(
     """
     details = {
         "change": said,
-        "by": _who(),
+        "by": _operator_identity(),
         "from": old.generation,
         "to": new.generation,
         "configuration": configuration,
@@ -53,20 +53,20 @@ def record_change(
         },
     }
     try:
-        signing = Signing(read_signing_key(key)) if key.exists() else None
+        signing = SigningConfiguration(read_signing_key(key)) if key.exists() else None
         with AuditLog(folder / LOG, signing=signing) as log:
             log.append(_CHANGE, details)
-    except (AuditError, KeyRefusedError) as failure:
+    except (AuditError, InvalidKeyError) as failure:
         problem = Diagnostic("AE965", f"the change cannot be recorded, so it is not made: {failure}")
         raise UserError([problem]) from failure
 
 
-def adopted(folder: Path) -> dict[str, Snapshot]:
+def recorded_configurations(folder: Path) -> dict[str, RegistrySnapshot]:
     """By the digest of the configuration, what the changes in the log made; of several the newest.
 
     A log that is not sound is read up to there: what comes of a snapshot is known by its digest.
     """
-    found: dict[str, Snapshot] = {}
+    found: dict[str, RegistrySnapshot] = {}
 
     def look(record: Record, own: str) -> None:
         if record["event"] == _CHANGE:
@@ -78,19 +78,19 @@ def adopted(folder: Path) -> dict[str, Snapshot]:
     return found
 
 
-def _snapshot(details: Mapping[str, Any]) -> Snapshot:
+def _snapshot(details: Mapping[str, Any]) -> RegistrySnapshot:
     modules = {
-        name: Installed.kept(name, one["version"], one["digest"], State(one["state"]))
+        name: InstalledModule.from_digest(name, one["version"], one["digest"], ModuleState(one["state"]))
         for name, one in details["modules"].items()
     }
     blocks = {
-        id_: Block(id_, one["reason"], one["module"], one["skill"], one["action"])
+        id_: OperatorOverride(id_, one["reason"], one["module"], one["skill"], one["action"])
         for id_, one in details["blocks"].items()
     }
-    return Snapshot(details["to"], details["policy"], modules, blocks)
+    return RegistrySnapshot(details["to"], details["policy"], modules, blocks)
 
 
-def _who() -> dict[str, Any]:
+def _operator_identity() -> dict[str, Any]:
     try:
         user = getpass.getuser()
     except (KeyError, OSError):  # a number that has no name here

@@ -20,28 +20,28 @@ from pathlib import Path
 from typing import Final, Self
 
 from aeros.files import try_lock
-from aeros.runtime.execution.governor import Command
+from aeros.runtime.execution.governor import OperatorCommand
 
 _PAGE: Final = struct.Struct("<QQ")  # generation, command
-_LOOK_EVERY: Final = 0.002  # s, while waiting for actions to end
-_PATIENCE: Final = 10.0  # s, for a protective stop or the end of an action
+_POLL_INTERVAL_S: Final = 0.002  # s, while waiting for actions to end
+_WAIT_TIMEOUT_S: Final = 10.0  # s, for a protective stop or the end of an action
 
 
-class StillMovingError(Exception):
+class MotionTimeoutError(Exception):
     """Actions of the old configuration did not end in time."""
 
 
-class Live:
+class ControlPage:
     """The shared page and the locks in `folder`, which are made if they are not there."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        self._file = _opened(folder / "live")
+        self._file = _open_file(folder / "live")
         if os.fstat(self._file).st_size < _PAGE.size:
             os.ftruncate(self._file, _PAGE.size)
         self._page = mmap.mmap(self._file, _PAGE.size)
-        self._locks = [_opened(folder / f"motion-{parity}.lock") for parity in (0, 1)]
+        self._locks = [_open_file(folder / f"motion-{parity}.lock") for parity in (0, 1)]
 
     @property
     def generation(self) -> int:
@@ -53,19 +53,19 @@ class Live:
         self._page[0:8] = generation.to_bytes(8, "little")
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         """What was asked for last; what cannot be read is a stop."""
         try:
-            return Command(int.from_bytes(self._page[8:16], "little"))
+            return OperatorCommand(int.from_bytes(self._page[8:16], "little"))
         except ValueError:
-            return Command.STOP
+            return OperatorCommand.STOP
 
-    def ask(self, command: Command) -> None:
+    def request_command(self, command: OperatorCommand) -> None:
         """Ask whoever executes to do so."""
         self._page[8:16] = command.value.to_bytes(8, "little")
 
     @contextmanager
-    def acting(self, generation: int) -> Iterator[bool]:
+    def hold_generation(self, generation: int) -> Iterator[bool]:
         """Whether `generation` is still the latest; if so nobody's change returns while the block runs."""
         lock = self._locks[generation % 2]
         fcntl.flock(lock, fcntl.LOCK_SH)
@@ -74,25 +74,25 @@ class Live:
         finally:
             fcntl.flock(lock, fcntl.LOCK_UN)
 
-    def is_still(self, generation: int) -> bool:
+    def is_idle(self, generation: int) -> bool:
         """Whether no action moves that was decided under `generation`, or any other one of its lock."""
         # A file of its own: the locks of one open file do not exclude each other.
-        lock = _opened(self._folder / f"motion-{generation % 2}.lock")
+        lock = _open_file(self._folder / f"motion-{generation % 2}.lock")
         try:
             return try_lock(lock)
         finally:
             os.close(lock)
 
-    def wait_until_still(self, generation: int, patience: float) -> None:
+    def wait_until_idle(self, generation: int, patience: float) -> None:
         """Return when no action that was decided under `generation` moves.
 
-        patience: seconds; raises `StillMovingError` after them.
+        patience: seconds; raises `MotionTimeoutError` after them.
         """
         latest = time.monotonic() + patience
-        while not self.is_still(generation):
+        while not self.is_idle(generation):
             if time.monotonic() > latest:
-                raise StillMovingError(f"after {patience:g} s")
-            time.sleep(_LOOK_EVERY)
+                raise MotionTimeoutError(f"after {patience:g} s")
+            time.sleep(_POLL_INTERVAL_S)
 
     def close(self) -> None:
         """Release the page and the locks; safe to call twice."""
@@ -109,18 +109,18 @@ class Live:
         self.close()
 
 
-def ask(folder: Path, command: Command) -> None:
+def request_command(folder: Path, command: OperatorCommand) -> None:
     """Ask whoever executes from `folder` for `command`, and return when it is so.
 
-    That is, for a pause or a stop, when nothing moves; raises `StillMovingError` where it does after 10 s.
+    That is, for a pause or a stop, when nothing moves; raises `MotionTimeoutError` where it does after 10 s.
     """
-    with Live(folder) as live:
-        live.ask(command)
-        if command is not Command.RUN:
+    with ControlPage(folder) as live:
+        live.request_command(command)
+        if command is not OperatorCommand.RUN:
             # Under the lock of the next one, too, an action of an earlier one may move.
             for generation in (live.generation, live.generation + 1):
-                live.wait_until_still(generation, _PATIENCE)
+                live.wait_until_idle(generation, _WAIT_TIMEOUT_S)
 
 
-def _opened(path: Path) -> int:
+def _open_file(path: Path) -> int:
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Final
 
 
-class State(Enum):
+class ModuleState(Enum):
     """Where in its life a module is."""
 
     ABSENT = "absent"
@@ -20,7 +20,7 @@ class State(Enum):
     ACTIVE = "active"  # its skills can be dispatched
 
 
-class Verb(Enum):
+class LifecycleAction(Enum):
     """What an operator can do to a module."""
 
     INSTALL = "install"
@@ -30,26 +30,26 @@ class Verb(Enum):
     REMOVE = "remove"
 
 
-TRANSITIONS: Final[Mapping[tuple[State, Verb], State]] = {
-    (State.ABSENT, Verb.INSTALL): State.INSTALLED,
-    (State.INSTALLED, Verb.INSTALL): State.INSTALLED,
-    (State.CONFIGURED, Verb.INSTALL): State.CONFIGURED,
-    (State.ACTIVE, Verb.INSTALL): State.ACTIVE,
-    (State.INSTALLED, Verb.CONFIGURE): State.CONFIGURED,
-    (State.CONFIGURED, Verb.CONFIGURE): State.CONFIGURED,
-    (State.CONFIGURED, Verb.ACTIVATE): State.ACTIVE,
-    (State.ACTIVE, Verb.DEACTIVATE): State.CONFIGURED,
-    (State.INSTALLED, Verb.REMOVE): State.ABSENT,
-    (State.CONFIGURED, Verb.REMOVE): State.ABSENT,
+TRANSITIONS: Final[Mapping[tuple[ModuleState, LifecycleAction], ModuleState]] = {
+    (ModuleState.ABSENT, LifecycleAction.INSTALL): ModuleState.INSTALLED,
+    (ModuleState.INSTALLED, LifecycleAction.INSTALL): ModuleState.INSTALLED,
+    (ModuleState.CONFIGURED, LifecycleAction.INSTALL): ModuleState.CONFIGURED,
+    (ModuleState.ACTIVE, LifecycleAction.INSTALL): ModuleState.ACTIVE,
+    (ModuleState.INSTALLED, LifecycleAction.CONFIGURE): ModuleState.CONFIGURED,
+    (ModuleState.CONFIGURED, LifecycleAction.CONFIGURE): ModuleState.CONFIGURED,
+    (ModuleState.CONFIGURED, LifecycleAction.ACTIVATE): ModuleState.ACTIVE,
+    (ModuleState.ACTIVE, LifecycleAction.DEACTIVATE): ModuleState.CONFIGURED,
+    (ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,
+    (ModuleState.CONFIGURED, LifecycleAction.REMOVE): ModuleState.ABSENT,
 }
 """Every step there is; anything else is refused."""
 
 
-def after(state: State, verb: Verb) -> State | None:
+def next_state(state: ModuleState, verb: LifecycleAction) -> ModuleState | None:
     """The state that `verb` leads to from `state`, or None where it may not be done."""
     return TRANSITIONS.get((state, verb))
 
 
-def before(verb: Verb) -> tuple[State, ...]:
+def allowed_states(verb: LifecycleAction) -> tuple[ModuleState, ...]:
     """The states from which `verb` may be done, for whoever is refused."""
     return tuple(state for state, one in TRANSITIONS if one is verb)

@@ -7,18 +7,18 @@ again.  What comes of it must have the digest that was asked for, so nothing her
 from __future__ import annotations
 
 from aeros.runtime.gate.configuration import Configuration, UnknownConfigurationError
-from aeros.runtime.registry.change_log import LOG, adopted
+from aeros.runtime.registry.change_log import LOG, recorded_configurations
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.store import Snapshot
+from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
 
 
-class Past:
-    """Implements `Configurations` over a registry."""
+class PastConfigurations:
+    """Implements `FindConfiguration` over a registry."""
 
     def __init__(self, registry: Registry) -> None:
         self._registry = registry
-        self._adopted = adopted(registry.folder)
+        self._adopted = recorded_configurations(registry.folder)
 
     def __call__(self, digest: str) -> Configuration:
         """The configuration of that digest.  Raises `UnknownConfigurationError`."""
@@ -29,7 +29,7 @@ class Past:
                 f"no change that is recorded in `{log}` led to that; "
                 "a run with --site or --ecms is replayed with the same"
             )
-        lost = self._lost(snapshot)
+        lost = self._missing_files(snapshot)
         if lost:
             raise UnknownConfigurationError(f"of what it was made of is not kept any more: {', '.join(lost)}")
         try:
@@ -44,7 +44,7 @@ class Past:
             )
         return found
 
-    def _lost(self, snapshot: Snapshot) -> list[str]:
+    def _missing_files(self, snapshot: RegistrySnapshot) -> list[str]:
         """What of it is not where it was kept, in words."""
         folder = self._registry.folder
         lost = [

@@ -19,25 +19,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from aeros.files import replace_file
+from aeros.files import replace_durably
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.proving import Prove, prove
-from aeros.runtime.registry.bundle_store import bundle_digest, keep, module_files, sweep
-from aeros.runtime.registry.change_log import adopted, record_change
-from aeros.runtime.registry.control_page import Live, StillMovingError
-from aeros.runtime.registry.lifecycle import State, Verb, after, before
-from aeros.runtime.registry.store import Installed, Records, Snapshot
+from aeros.runtime.proving import ProveConfiguration, prove_configuration
+from aeros.runtime.registry.bundle_store import bundle_digest, module_files, remove_unreferenced, store_bundle
+from aeros.runtime.registry.change_log import record_change, recorded_configurations
+from aeros.runtime.registry.control_page import ControlPage, MotionTimeoutError
+from aeros.runtime.registry.lifecycle import LifecycleAction, ModuleState, allowed_states, next_state
+from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot, RegistryStore
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Block, Ecm, Site
+from aeros.spec.model.model import Ecm, OperatorOverride, Site
 from aeros.spec.text.digests import file_digest
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 
 _FOLDER: Final = "registry"
 _LOCK: Final = "change.lock"
-_PATIENCE: Final = 30.0  # s that a change waits for motions of the old configuration to end
+_WAIT_TIMEOUT_S: Final = 30.0  # s that a change waits for motions of the old configuration to end
 
 
 class Registry:
@@ -46,41 +46,41 @@ class Registry:
     prove: proves its modules at each change, as `proving.prove` does.
     """
 
-    def __init__(self, state: Path, prove: Prove = prove) -> None:
+    def __init__(self, state: Path, prove: ProveConfiguration = prove_configuration) -> None:
         self._prove = prove
         self.folder = state / _FOLDER
         self._key = state / "audit.key"
-        self._records = Records(self.folder)
+        self._records = RegistryStore(self.folder)
 
     @property
     def exists(self) -> bool:
         """Whether anything was ever kept in it."""
         return self._records.path.exists()
 
-    def snapshot(self) -> Snapshot:
+    def snapshot(self) -> RegistrySnapshot:
         """What it says now.  Raises `UserError`."""
         return self._records.read()
 
-    def configuration(self, snapshot: Snapshot | None = None) -> tuple[Configuration, Report]:
+    def configuration(self, snapshot: RegistrySnapshot | None = None) -> tuple[Configuration, Report]:
         """The configuration of the active modules, as `proving.prove` makes it.  Raises `UserError`."""
-        return self._proved(self.snapshot() if snapshot is None else snapshot, {})
+        return self._prove_snapshot(self.snapshot() if snapshot is None else snapshot, {})
 
-    def capabilities(self, snapshot: Snapshot) -> dict[str, tuple[str, ...]]:
+    def capabilities(self, snapshot: RegistrySnapshot) -> dict[str, tuple[str, ...]]:
         """By module, what its skills provide.  Raises `UserError`."""
         site = self._policy_of(snapshot)
         return {
-            name: tuple(sorted(_read(site, folder).capabilities))
+            name: tuple(sorted(_load_module(site, folder).capabilities))
             for name, folder in self._folders(snapshot).items()
         }
 
-    def inactive(self) -> dict[str, Ecm]:
+    def inactive_modules(self) -> dict[str, Ecm]:
         """The modules that are kept and not active, by name.  Raises `UserError`."""
         snapshot = self.snapshot()
         site, folders = self._policy_of(snapshot), self._folders(snapshot)
-        idle = [name for name, one in snapshot.modules.items() if one.state is not State.ACTIVE]
-        return {name: _read(site, folders[name]) for name in idle}
+        idle = [name for name, one in snapshot.modules.items() if one.state is not ModuleState.ACTIVE]
+        return {name: _load_module(site, folders[name]) for name in idle}
 
-    def agreed(self, live: Live) -> Snapshot | None:
+    def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
         """What is kept, or None while executors were told of a change that is not kept.
 
         Where whoever made that change is no more, they are told otherwise.  Raises `UserError`.
@@ -94,118 +94,118 @@ class Registry:
 
     # Changes.
 
-    def install(self, source: Path, pinned: str | None = None) -> Installed:
+    def install(self, source: Path, pinned: str | None = None) -> InstalledModule:
         """Keep the module in the folder `source`; over another version of it, keep its state.
 
         pinned: the digest that its files must have.
         """
-        with self._changing() as old:
+        with self._change_lock() as old:
             files = module_files(source)
             digest = bundle_digest(files)
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
-                raise _refused("AE963", f"`{name}` is not what was pinned: its digest is {found}")
+                raise _refusal("AE963", f"`{name}` is not what was pinned: its digest is {found}")
             site = self._policy_of(old)
-            ecm = _read(site, source)
+            ecm = _load_module(site, source)
             kept = old.modules.get(ecm.id)
             if kept is not None and kept.version == ecm.version and kept.digest != digest:
-                raise _refused(
+                raise _refusal(
                     "AE962",
                     f"`{ecm.id}` {ecm.version} is installed with other contents",
                     "give what has changed a version of its own",
                 )
-            state = self._next(old, ecm.id, Verb.INSTALL)
-            one = Installed.kept(ecm.id, ecm.version, digest, state)
-            new = _with(old, one)
-            configuration, _ = self._proved(new, {ecm.id: source})
-            folder = keep(files, self.folder / "modules", ecm.id)
-            if _digests(_read(site, folder)) != _digests(ecm):
-                raise _refused("AE961", f"`{source}` changed while it was being proved")
+            state = self._next_state(old, ecm.id, LifecycleAction.INSTALL)
+            one = InstalledModule.from_digest(ecm.id, ecm.version, digest, state)
+            new = _with_module(old, one)
+            configuration, _ = self._prove_snapshot(new, {ecm.id: source})
+            folder = store_bundle(files, self.folder / "modules", ecm.id)
+            if _digests(_load_module(site, folder)) != _digests(ecm):
+                raise _refusal("AE961", f"`{source}` changed while it was being proved")
             self._commit(old, new, f"install {ecm.id} {ecm.version} sha256:{digest}", configuration)
             return one
 
-    def configure(self, name: str) -> Installed:
+    def configure(self, name: str) -> InstalledModule:
         """Settle what a module needs around it: each of its dependencies is installed."""
-        return self._move(name, Verb.CONFIGURE)
+        return self._change_state(name, LifecycleAction.CONFIGURE)
 
-    def activate(self, name: str) -> Installed:
+    def activate(self, name: str) -> InstalledModule:
         """Let the skills of a module be dispatched; those that it depends on are active already."""
-        return self._move(name, Verb.ACTIVATE)
+        return self._change_state(name, LifecycleAction.ACTIVATE)
 
-    def deactivate(self, name: str) -> Installed:
+    def deactivate(self, name: str) -> InstalledModule:
         """Withdraw the skills of a module: when this returns, none of them acts any more."""
-        return self._move(name, Verb.DEACTIVATE)
+        return self._change_state(name, LifecycleAction.DEACTIVATE)
 
-    def remove(self, name: str) -> Installed:
+    def remove(self, name: str) -> InstalledModule:
         """Forget a module that is not active."""
-        return self._move(name, Verb.REMOVE)
+        return self._change_state(name, LifecycleAction.REMOVE)
 
-    def block(self, block: Block) -> None:
+    def add_override(self, block: OperatorOverride) -> None:
         """Lay down an operator override: when this returns, nothing that it matches acts any more."""
-        with self._changing() as old:
+        with self._change_lock() as old:
             if block.id in old.blocks:
-                raise _refused("AE960", f"there is a block `{block.id}` already", "name it otherwise")
+                raise _refusal("AE960", f"there is a block `{block.id}` already", "name it otherwise")
             kinds = self._policy_of(old).kinds
             if block.action is not None and block.action not in kinds:
-                raise _unknown("action kind", block.action, kinds)
+                raise _unknown_name_error("action kind", block.action, kinds)
             # In the order in which they are read back, so that the digest is that of what will be in force.
             blocks = dict(sorted({**old.blocks, block.id: block}.items()))
             self._change(old, replace(old, blocks=blocks), f"block {block.id}")
 
-    def unblock(self, block: str) -> None:
+    def remove_override(self, block: str) -> None:
         """Take an operator override back."""
-        with self._changing() as old:
+        with self._change_lock() as old:
             if block not in old.blocks:
-                raise _unknown("block", block, old.blocks)
+                raise _unknown_name_error("block", block, old.blocks)
             left = {name: one for name, one in old.blocks.items() if name != block}
             self._change(old, replace(old, blocks=left), f"unblock {block}")
 
-    def policy(self, site: Path) -> Report:
+    def set_policy(self, site: Path) -> Report:
         """Put the site file `site` in force, for everything that is installed."""
-        with self._changing() as old:
+        with self._change_lock() as old:
             content = _read_bytes(site)
             new = replace(old, site=f"policies/{file_digest(content)}.yaml")
-            configuration, report = self._proved(new, {}, site)
-            self._keep_policy(new, content)
+            configuration, report = self._prove_snapshot(new, {}, site)
+            self._store_policy(new, content)
             said = f"policy {site.name} sha256:{file_digest(content)}"
             self._commit(old, new, said, configuration)
             return report
 
     # Inside.
 
-    def _move(self, name: str, verb: Verb) -> Installed:
-        with self._changing() as old:
+    def _change_state(self, name: str, verb: LifecycleAction) -> InstalledModule:
+        with self._change_lock() as old:
             if name not in old.modules:
-                raise _unknown("module", name, old.modules)
-            state = self._next(old, name, verb)
+                raise _unknown_name_error("module", name, old.modules)
+            state = self._next_state(old, name, verb)
             one = replace(old.modules[name], state=state)
-            self._change(old, _with(old, one), f"{verb.value} {name}")
+            self._change(old, _with_module(old, one), f"{verb.value} {name}")
             return one
 
-    def _next(self, old: Snapshot, name: str, verb: Verb) -> State:
-        state = old.modules[name].state if name in old.modules else State.ABSENT
-        reached = after(state, verb)
+    def _next_state(self, old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:
+        state = old.modules[name].state if name in old.modules else ModuleState.ABSENT
+        reached = next_state(state, verb)
         if reached is None:
-            possible = " or ".join(one.value for one in before(verb))
+            possible = " or ".join(one.value for one in allowed_states(verb))
             cure = f"`aeros {verb.value}` is for a module that is {possible}"
-            raise _refused("AE960", f"`{name}` is {state.value}", cure)
+            raise _refusal("AE960", f"`{name}` is {state.value}", cure)
         return reached
 
-    def _change(self, old: Snapshot, new: Snapshot, said: str) -> None:
-        configuration, _ = self._proved(new, {})
+    def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, said: str) -> None:
+        configuration, _ = self._prove_snapshot(new, {})
         self._commit(old, new, said, configuration)
 
-    def _policy_of(self, snapshot: Snapshot) -> Site:
+    def _policy_of(self, snapshot: RegistrySnapshot) -> Site:
         """The site that is in force, as its file says."""
         sink = Diagnostics()
         site = load_site(self._site(snapshot), sink)
         sink.raise_if_errors()
         if site is None:
-            raise _refused("AE965", f"the policy `{snapshot.site}` cannot be read")
+            raise _refusal("AE965", f"the policy `{snapshot.site}` cannot be read")
         return site
 
-    def _proved(
-        self, new: Snapshot, sources: Mapping[str, Path], site: Path | None = None
+    def _prove_snapshot(
+        self, new: RegistrySnapshot, sources: Mapping[str, Path], site: Path | None = None
     ) -> tuple[Configuration, Report]:
         """The configuration that `new` stands for; `sources` says where modules are that are not kept yet."""
         folders = {**self._folders(new), **sources}
@@ -213,39 +213,41 @@ class Registry:
         blocks = tuple(new.blocks.values())
         for one in new.modules.values():
             if one.name not in sources and bundle_digest(module_files(folders[one.name])) != one.digest:
-                raise _refused("AE965", f"the kept files of `{one.name}` are not what was installed")
-        active = {name for name, one in new.modules.items() if one.state is State.ACTIVE}
+                raise _refusal("AE965", f"the kept files of `{one.name}` are not what was installed")
+        active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         configuration, report = self._prove(
             folders.values(), policy, certified=False, blocks=blocks, active=active.__contains__
         )
         for name, ecm in configuration.modules.items():
-            for needed in ecm.requires:
+            for needed in ecm.required_modules:
                 if needed not in active:
-                    raise _refused(
+                    raise _refusal(
                         "AE964",
                         f"`{name}` needs `{needed}`, which is not active",
                         f"`aeros activate {needed}` first",
                     )
         return configuration, report
 
-    def _folders(self, snapshot: Snapshot) -> dict[str, Path]:
+    def _folders(self, snapshot: RegistrySnapshot) -> dict[str, Path]:
         return {name: self.folder / one.folder for name, one in snapshot.modules.items()}
 
-    def _site(self, snapshot: Snapshot) -> Path:
-        return self.folder / snapshot.site if snapshot.site else reference_site()
+    def _site(self, snapshot: RegistrySnapshot) -> Path:
+        return self.folder / snapshot.site if snapshot.site else reference_site_path()
 
-    def _commit(self, old: Snapshot, new: Snapshot, said: str, configuration: Configuration) -> None:
+    def _commit(
+        self, old: RegistrySnapshot, new: RegistrySnapshot, said: str, configuration: Configuration
+    ) -> None:
         if not new.site:
-            content = reference_site().read_bytes()
+            content = reference_site_path().read_bytes()
             new = replace(new, site=f"policies/{file_digest(content)}.yaml")
-            self._keep_policy(new, content)
+            self._store_policy(new, content)
         new = replace(new, generation=old.generation + 1)
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         record_change(self.folder, self._key, old, new, said, configuration.digest)
-        with Live(self.folder) as live:
+        with ControlPage(self.folder) as live:
             # Where the last change was killed, or gave up waiting, an action may move that is older than
             # `old`.  Its lock is also that of the new generation.
-            is_older_still = live.is_still(new.generation)
+            is_older_still = live.is_idle(new.generation)
             live.publish(new.generation)
             try:
                 self._records.replace(new)
@@ -253,26 +255,30 @@ class Registry:
                 live.publish(self.snapshot().generation)
                 raise
             try:
-                live.wait_until_still(old.generation, _PATIENCE)
+                live.wait_until_idle(old.generation, _WAIT_TIMEOUT_S)
                 if not is_older_still:
-                    live.wait_until_still(new.generation, _PATIENCE)
-            except StillMovingError as late:
-                raise _refused(
+                    live.wait_until_idle(new.generation, _WAIT_TIMEOUT_S)
+            except MotionTimeoutError as late:
+                raise _refusal(
                     "AE966",
                     f"the change is made, but an action of the old configuration still moves {late}",
                     "stop the robot",
                 ) from late
         # What was in force once stays, so that what was decided under it can be decided again.
-        kept = [one for snapshot in adopted(self.folder).values() for one in snapshot.modules.values()]
-        sweep(self.folder / "modules", {self.folder / one.folder for one in kept})
+        kept = [
+            one
+            for snapshot in recorded_configurations(self.folder).values()
+            for one in snapshot.modules.values()
+        ]
+        remove_unreferenced(self.folder / "modules", {self.folder / one.folder for one in kept})
 
-    def _keep_policy(self, new: Snapshot, content: bytes) -> None:
+    def _store_policy(self, new: RegistrySnapshot, content: bytes) -> None:
         path = self.folder / new.site
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        replace_file(path, content)
+        replace_durably(path, content)
 
     @contextmanager
-    def _changing(self) -> Iterator[Snapshot]:
+    def _change_lock(self) -> Iterator[RegistrySnapshot]:
         """One change at a time; what stood in the folder before stays if it is refused."""
         was_there = self.folder.exists()
         with _locked(self.folder / _LOCK):
@@ -308,7 +314,7 @@ def _locked_file(path: Path, how: int) -> int | None:
         return None
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | how)
-        if _is_at(path, lock):
+        if _is_same_file(path, lock):
             return lock
     except BaseException:
         os.close(lock)
@@ -317,7 +323,7 @@ def _locked_file(path: Path, how: int) -> int | None:
     return None
 
 
-def _is_at(path: Path, descriptor: int) -> bool:
+def _is_same_file(path: Path, descriptor: int) -> bool:
     """Whether the open file is the one that is found there."""
     try:
         return os.path.samestat(path.stat(), os.fstat(descriptor))
@@ -325,21 +331,21 @@ def _is_at(path: Path, descriptor: int) -> bool:
         return False
 
 
-def _with(old: Snapshot, one: Installed) -> Snapshot:
+def _with_module(old: RegistrySnapshot, module: InstalledModule) -> RegistrySnapshot:
     """`old` with the module as it is now; without it where it is absent."""
-    modules = {name: kept for name, kept in old.modules.items() if name != one.name}
-    if one.state is not State.ABSENT:
-        modules[one.name] = one
+    modules = {name: kept for name, kept in old.modules.items() if name != module.name}
+    if module.state is not ModuleState.ABSENT:
+        modules[module.name] = module
     return replace(old, modules=dict(sorted(modules.items())))
 
 
-def _read(site: Site, folder: Path) -> Ecm:
+def _load_module(site: Site, folder: Path) -> Ecm:
     """The module in `folder`, read under the policy `site` and not proved."""
     sink = Diagnostics()
     found = load_ecm(folder, site, sink)
     sink.raise_if_errors()
     if found is None:
-        raise _refused("AE961", f"`{folder}` holds no module")
+        raise _refusal("AE961", f"`{folder}` holds no module")
     return found.ecm
 
 
@@ -351,7 +357,7 @@ def _read_bytes(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as failure:
-        raise _refused("AE961", f"`{path}` cannot be read: {failure.strerror}") from failure
+        raise _refusal("AE961", f"`{path}` cannot be read: {failure.strerror}") from failure
 
 
 def _remove_if_empty(folder: Path) -> None:
@@ -360,12 +366,12 @@ def _remove_if_empty(folder: Path) -> None:
         folder.parent.rmdir()
 
 
-def _refused(code: str, headline: str, *cures: str) -> UserError:
+def _refusal(code: str, headline: str, *cures: str) -> UserError:
     return UserError([Diagnostic(code, headline, help=cures)])
 
 
-def _unknown(what: str, name: str, known: Iterable[str]) -> UserError:
+def _unknown_name_error(what: str, name: str, known: Iterable[str]) -> UserError:
     near = did_you_mean(name, known)
     names = ", ".join(f"`{one}`" for one in known)
     cure = f"did you mean `{near}`?" if near else f"there is {names}" if names else "there is none"
-    return _refused("AE960", f"there is no {what} `{name}` here", cure)
+    return _refusal("AE960", f"there is no {what} `{name}` here", cure)

@@ -8,31 +8,31 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Final, Self
 
-from aeros.runtime.execution.governor import Command, Fixed
+from aeros.runtime.execution.governor import FixedGovernor, OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.registry.control_page import Live
-from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.control_page import ControlPage
+from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.store import Snapshot
+from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.verification.reports import Report
 
-_LOOK_EVERY: Final = 0.002  # s, while a change is being made
+_POLL_INTERVAL_S: Final = 0.002  # s, while a change is being made
 
 
-class Steering:
+class OperatorCommands:
     """What the operator asks of a run, as any terminal may say it; closed when the run ends.
 
     resumed: the run goes on after a crash, and a stop that was asked for meanwhile is meant for it.
     """
 
     def __init__(self, folder: Path, *, resumed: bool) -> None:
-        self._live = Live(folder)
+        self._live = ControlPage(folder)
         # A stop ended an earlier run; a pause is meant for whatever runs.
-        if self._live.command is Command.STOP and not resumed:
-            self._live.ask(Command.RUN)
+        if self._live.command is OperatorCommand.STOP and not resumed:
+            self._live.request_command(OperatorCommand.RUN)
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         """See `Governor`."""
         return self._live.command
 
@@ -47,13 +47,13 @@ class Steering:
         self.close()
 
 
-class Governing(Steering):
+class RegistryGovernor(OperatorCommands):
     """Implements `Governor` over a registry."""
 
     def __init__(self, registry: Registry, *, resumed: bool = False) -> None:
         super().__init__(registry.folder, resumed=resumed)
         self._registry = registry
-        self._loaded, self._current = self._load()
+        self._loaded, self._current = self._load_configuration()
         self._looked = self._loaded
 
     @property
@@ -64,7 +64,7 @@ class Governing(Steering):
     def configuration(self) -> tuple[int, Configuration]:
         """See `Governor`; proved once for each generation."""
         if self._current[0] != self._live.generation:
-            self._loaded, self._current = self._load()
+            self._loaded, self._current = self._load_configuration()
         generation, configuration, _ = self._current
         return generation, configuration
 
@@ -73,15 +73,15 @@ class Governing(Steering):
         """The proof of the configuration."""
         return self._current[2]
 
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
+    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
         """See `Governor`."""
-        return self._live.acting(generation)
+        return self._live.hold_generation(generation)
 
-    def objection(self, module: str, skill: str, kind: str) -> str | None:
+    def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
         """See `Governor`; the policy counts as changed when its file is another."""
-        now, was = self._latest(), self._loaded
+        now, was = self._latest_snapshot(), self._loaded
         one = now.modules.get(module)
-        if one is None or one.state is not State.ACTIVE:
+        if one is None or one.state is not ModuleState.ACTIVE:
             return f"`{module}` is not active any more"
         if one.digest != was.modules[module].digest:
             return f"`{module}` is another version now"
@@ -92,28 +92,28 @@ class Governing(Steering):
                 return f"the operator blocks it: {block.reason}"
         return None
 
-    def _load(self) -> tuple[Snapshot, tuple[int, Configuration, Report]]:
+    def _load_configuration(self) -> tuple[RegistrySnapshot, tuple[int, Configuration, Report]]:
         """What is in force; waits while a change is being made."""
-        while (snapshot := self._registry.agreed(self._live)) is None:
-            time.sleep(_LOOK_EVERY)
+        while (snapshot := self._registry.committed_snapshot(self._live)) is None:
+            time.sleep(_POLL_INTERVAL_S)
         return snapshot, (snapshot.generation, *self._registry.configuration(snapshot))
 
-    def _latest(self) -> Snapshot:
+    def _latest_snapshot(self) -> RegistrySnapshot:
         """What is kept, read once for each generation; read again as long as a change is being made."""
         if self._looked.generation != self._live.generation:
-            self._looked = self._registry.agreed(self._live) or self._looked
+            self._looked = self._registry.committed_snapshot(self._live) or self._looked
         return self._looked
 
 
-class Steered(Steering, Fixed):
+class CommandableGovernor(OperatorCommands, FixedGovernor):
     """Modules that are no registry's, for good; pause and stop are obeyed all the same."""
 
     def __init__(self, configuration: Configuration, registry: Registry, *, resumed: bool = False) -> None:
-        Steering.__init__(self, registry.folder, resumed=resumed)
-        Fixed.__init__(self, configuration)
+        OperatorCommands.__init__(self, registry.folder, resumed=resumed)
+        FixedGovernor.__init__(self, configuration)
 
     @contextmanager
-    def acting(self, generation: int) -> Iterator[bool]:
+    def hold_generation(self, generation: int) -> Iterator[bool]:
         """See `Governor`."""
-        with self._live.acting(self._live.generation):
+        with self._live.hold_generation(self._live.generation):
             yield generation == self.generation

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.migrations.formats import REGISTRY
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 
 _VERSION: Final = REGISTRY.version
 _CURE: Final = "restore it from a backup, or remove its folder and install again"
@@ -33,7 +33,7 @@ _SCHEMA: Final = (
 
 
 @dataclass(frozen=True)
-class Installed:
+class InstalledModule:
     """A module that is kept on this robot.
 
     digest: of all its files; `folder` is where they are, relative to the registry's folder.
@@ -43,16 +43,16 @@ class Installed:
     version: str
     digest: str
     folder: str
-    state: State
+    state: ModuleState
 
     @classmethod
-    def kept(cls, name: str, version: str, digest: str, state: State) -> Installed:
+    def from_digest(cls, name: str, version: str, digest: str, state: ModuleState) -> InstalledModule:
         """A module that is kept where its digest says."""
         return cls(name, version, digest, f"modules/{digest}/{name}", state)
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class RegistrySnapshot:
     """Everything the registry says at one time.
 
     generation: counts the changes; 0 where nothing was ever kept.
@@ -61,21 +61,21 @@ class Snapshot:
 
     generation: int = 0
     site: str = ""
-    modules: Mapping[str, Installed] = field(default_factory=dict)
-    blocks: Mapping[str, Block] = field(default_factory=dict)
+    modules: Mapping[str, InstalledModule] = field(default_factory=dict)
+    blocks: Mapping[str, OperatorOverride] = field(default_factory=dict)
 
 
-class Records:
+class RegistryStore:
     """The registry's file in `folder`."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "registry.sqlite3"
 
-    def read(self) -> Snapshot:
+    def read(self) -> RegistrySnapshot:
         """What it says now; an empty snapshot where nothing was ever kept.  Raises `UserError`."""
         with self._open() as database:
             if database is None:
-                return Snapshot()
+                return RegistrySnapshot()
             database.execute("BEGIN")  # what another process changes meanwhile is seen whole, or not at all
             policy = database.execute("SELECT generation, site FROM policy").fetchone()
             modules = database.execute(
@@ -86,12 +86,15 @@ class Records:
             ).fetchall()
         try:
             generation, site = policy
-            kept = {row[0]: Installed(row[0], row[1], row[2], row[3], State(row[4])) for row in modules}
+            kept = {
+                row[0]: InstalledModule(row[0], row[1], row[2], row[3], ModuleState(row[4]))
+                for row in modules
+            }
         except (TypeError, ValueError) as failure:
             raise self._damaged(str(failure)) from failure
-        return Snapshot(generation, site, kept, {row[0]: Block(*row) for row in blocks})
+        return RegistrySnapshot(generation, site, kept, {row[0]: OperatorOverride(*row) for row in blocks})
 
-    def replace(self, new: Snapshot) -> None:
+    def replace(self, new: RegistrySnapshot) -> None:
         """Make it say `new`, whole or not at all.  Raises `UserError`."""
         with self._open(create=True) as database:
             if database is None:
@@ -139,8 +142,8 @@ class Records:
             return self._damaged("it is a database of something else")
         return self._damaged(*REGISTRY.refusal(version, self.path))
 
-    def _damaged(self, why: str, cure: str = _CURE) -> UserError:
-        headline = f"the registry `{self.path}` cannot be used: {why}"
+    def _damaged(self, reason: str, cure: str = _CURE) -> UserError:
+        headline = f"the registry `{self.path}` cannot be used: {reason}"
         return UserError([Diagnostic("AE965", headline, help=(cure,))])
 
 

@@ -16,7 +16,7 @@ from typing import Final
 from aeros.descriptions import describe_exception, type_name
 from aeros.skill import Action, Inputs, Observation, SkillBody
 
-MOST_PARAMETERS: Final = 64
+MAX_PARAMETERS: Final = 64
 """Parameters of one action at most; no kind has nearly as many, and every one is recorded."""
 
 SkillFunction = Callable[[Observation, Inputs], SkillBody]
@@ -43,15 +43,15 @@ def execute_skill(module: str, name: str, content: bytes, path: str, function: s
     return found
 
 
-def snapshot(yielded: object) -> Action:
+def copy_action(yielded: object) -> Action:
     """The action as it is now: later changes to its parameters change nothing that was decided.
 
     Raises `NoActionError`.
     """
     if type(yielded) is not Action:
         raise NoActionError(f"the skill yielded a `{type_name(yielded)}`, not an action")
-    if type(yielded.parameters) is not dict or len(yielded.parameters) > MOST_PARAMETERS:
-        raise NoActionError(f"the skill yielded parameters that are no dict of at most {MOST_PARAMETERS}")
+    if type(yielded.parameters) is not dict or len(yielded.parameters) > MAX_PARAMETERS:
+        raise NoActionError(f"the skill yielded parameters that are no dict of at most {MAX_PARAMETERS}")
     try:
         # Lists too are copied, to tuples; what is nested deeper no action kind has, so the gate denies it.
         parameters = {
@@ -67,13 +67,13 @@ def snapshot(yielded: object) -> Action:
     return Action(yielded.kind, parameters)
 
 
-def returned(value: object) -> dict[str, object] | None:
+def check_outputs(value: object) -> dict[str, object] | None:
     """What a skill returned at its end: its outputs as they are now, or None.  Raises `NoActionError`."""
     if value is None:
         return None
-    if type(value) is not dict or len(value) > MOST_PARAMETERS:
+    if type(value) is not dict or len(value) > MAX_PARAMETERS:
         raise NoActionError(
-            f"the skill returned a `{type_name(value)}`, not a dict of at most {MOST_PARAMETERS} outputs"
+            f"the skill returned a `{type_name(value)}`, not a dict of at most {MAX_PARAMETERS} outputs"
         )
     outputs = {name: tuple(part) if type(part) is list else part for name, part in value.items()}
     if not all(type(name) is str for name in outputs):

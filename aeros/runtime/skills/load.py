@@ -29,10 +29,10 @@ def load_skill(ecm: Ecm, skill: Skill) -> SkillFunction:
 
     Raises `SkillRefusedError`.
     """
-    return executed(certified_code(ecm, skill))
+    return execute_code(certified_code(ecm, skill))
 
 
-def executed(code: CertifiedCode) -> SkillFunction:
+def execute_code(code: CertifiedCode) -> SkillFunction:
     """The generator function in `code`, its module executed afresh; raises `SkillRefusedError`."""
     return execute_skill(code.module, code.name, code.content, code.path, code.function)
 

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from aeros.sim.bullet.world import Colour, World
-from aeros.sim.geometry import Triple, turned
-from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.sim.bullet.world import Colour, PhysicsWorld
+from aeros.sim.geometry import Vector3, yaw_orientation
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 
-OVERLAP: Final = 0.002
+MAX_OVERLAP: Final = 0.002
 """How deep two bodies may be in each other, m: the robot's foot is 1.03 mm deep in its table."""
 
 GREY: Final[Colour] = (0.7, 0.7, 0.7, 1.0)
@@ -21,7 +21,7 @@ GREY: Final[Colour] = (0.7, 0.7, 0.7, 1.0)
 class Box(NamedTuple):
     """Full lengths of its edges, m."""
 
-    edges: Triple
+    edges: Vector3
 
 
 class Cylinder(NamedTuple):
@@ -31,14 +31,14 @@ class Cylinder(NamedTuple):
     height: float
 
 
-class Model(NamedTuple):
+class UrdfModel(NamedTuple):
     """A URDF file, read and found usable."""
 
     path: str
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class SceneBody:
     """Something that stands or lies about.
 
     at: its middle in W, m; of a model its frame.
@@ -47,57 +47,69 @@ class Body:
     """
 
     name: str
-    shape: Box | Cylinder | Model
-    at: Triple
+    shape: Box | Cylinder | UrdfModel
+    position: Vector3
     yaw: float
     mass: float
     friction: float
     colour: Colour
-    span: Span
+    span: SourceSpan
 
 
-def place(world: World, body: Body) -> int:
+def add_body(world: PhysicsWorld, body: SceneBody) -> int:
     """Put it where it is declared."""
-    turn, friction = turned(body.yaw), body.friction
+    turn, friction = yaw_orientation(body.yaw), body.friction
     match body.shape:
         case Box(edges):
-            return world.add_box(edges, body.at, turn, mass=body.mass, colour=body.colour, friction=friction)
+            return world.add_box(
+                edges, body.position, turn, mass=body.mass, colour=body.colour, friction=friction
+            )
         case Cylinder(radius, height):
             return world.add_cylinder(
-                radius, height, body.at, turn, mass=body.mass, colour=body.colour, friction=friction
+                radius, height, body.position, turn, mass=body.mass, colour=body.colour, friction=friction
             )
-        case Model(path):
-            return world.add_urdf(path, body.at, turn, fixed=body.mass == 0.0, friction=friction)
+        case UrdfModel(path):
+            return world.add_urdf(path, body.position, turn, fixed=body.mass == 0.0, friction=friction)
 
 
-def refuse_overlaps(world: World, placed: Mapping[int, Body], names: Mapping[int, str]) -> None:
+def check_overlaps(world: PhysicsWorld, placed: Mapping[int, SceneBody], names: Mapping[int, str]) -> None:
     """Raise `UserError` with every two bodies of `world` that are in each other's place.
 
     What overlaps is thrown apart as soon as time goes on.
     placed: those that were declared; names: of the others, as far as they have one.
     """
-    found = [_told(one, other, depth, world, placed, names) for one, other, depth in world.overlaps(OVERLAP)]
+    found = [
+        _overlap_diagnostic(one, other, depth, world, placed, names)
+        for one, other, depth in world.overlaps(MAX_OVERLAP)
+    ]
     if found:
         raise UserError(found)
 
 
-def _told(
-    one: int, other: int, depth: float, world: World, placed: Mapping[int, Body], names: Mapping[int, str]
+def _overlap_diagnostic(
+    one: int,
+    other: int,
+    depth: float,
+    world: PhysicsWorld,
+    placed: Mapping[int, SceneBody],
+    names: Mapping[int, str],
 ) -> Diagnostic:
     first, second = sorted((one, other), key=lambda body: body not in placed)
-    spoken = [_name(body, world, placed, names) for body in (first, second)]
+    spoken = [_body_name(body, world, placed, names) for body in (first, second)]
     declared = [placed[body] for body in (first, second) if body in placed]
-    labels = [Label(body.span, f"`{body.name}` is here") for body in declared]
+    labels = [SpanLabel(body.span, f"`{body.name}` is here") for body in declared]
     return Diagnostic(
         "AE140",
-        f"{spoken[0]} and {spoken[1]} overlap by {_millimetres(depth)}",
+        f"{spoken[0]} and {spoken[1]} overlap by {_format_mm(depth)}",
         labels[0] if labels else None,
         tuple(labels[1:]),
-        help=(f"move one of them, or make it smaller, by at least {_millimetres(depth)}",) if labels else (),
+        help=(f"move one of them, or make it smaller, by at least {_format_mm(depth)}",) if labels else (),
     )
 
 
-def _name(body: int, world: World, placed: Mapping[int, Body], names: Mapping[int, str]) -> str:
+def _body_name(
+    body: int, world: PhysicsWorld, placed: Mapping[int, SceneBody], names: Mapping[int, str]
+) -> str:
     if body in placed:
         return f"`{placed[body].name}`"
     if body in names:
@@ -106,5 +118,5 @@ def _name(body: int, world: World, placed: Mapping[int, Body], names: Mapping[in
     return f"what the scene has at ({x:.2f}, {y:.2f}, {z:.2f}) m"
 
 
-def _millimetres(depth: float) -> str:
+def _format_mm(depth: float) -> str:
     return f"{1000.0 * depth:.1f} mm"

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.world import Colour, World
-from aeros.sim.geometry import Pose, Triple
+from aeros.sim.bullet.world import Colour, PhysicsWorld
+from aeros.sim.geometry import Pose, Vector3
 
-BASE: Final = -1
+BASE_LINK: Final = -1
 """The link number of a body's base."""
 
 
@@ -24,21 +24,21 @@ class Shape(NamedTuple):
     body: int
     link: int
     kind: int
-    size: Triple
+    size: Vector3
     mesh: str
     place: Pose
     colour: Colour
 
 
-def bodies_of(world: World) -> list[int]:
+def bodies_of(world: PhysicsWorld) -> list[int]:
     """Everything that is in the world, what came last at the end."""
     client = world.client
     count = bullet.getNumBodies(physicsClientId=client)
     return [bullet.getBodyUniqueId(number, physicsClientId=client) for number in range(count)]
 
 
-def shapes_of(world: World, bodies: Sequence[int]) -> list[Shape]:
-    """The visible parts of `bodies`; a picture (`World.add_picture`) is none, as its mesh is no file."""
+def shapes_of(world: PhysicsWorld, bodies: Sequence[int]) -> list[Shape]:
+    """The visible parts of `bodies`; a picture (`PhysicsWorld.add_textured_rectangle`) is none, as its mesh is no file."""
     return [
         Shape(body, link, kind, size, mesh.decode(), Pose(position, orientation), colour)
         for number in bodies
@@ -49,23 +49,23 @@ def shapes_of(world: World, bodies: Sequence[int]) -> list[Shape]:
     ]
 
 
-def poses_of(world: World, shapes: Sequence[Shape]) -> list[Pose]:
+def poses_of(world: PhysicsWorld, shapes: Sequence[Shape]) -> list[Pose]:
     """Where the frame of each shape's link is, in W."""
     found: dict[tuple[int, int], Pose] = {}
     for shape in shapes:
         key = (shape.body, shape.link)
         if key not in found:
-            found[key] = _base_frame(world, shape.body) if shape.link == BASE else world.pose(*key)
+            found[key] = _base_frame(world, shape.body) if shape.link == BASE_LINK else world.pose(*key)
     return [found[shape.body, shape.link] for shape in shapes]
 
 
-def _base_frame(world: World, body: int) -> Pose:
+def _base_frame(world: PhysicsWorld, body: int) -> Pose:
     """The frame that the base's visible parts are placed in; PyBullet tells where its centre of mass is."""
-    info = bullet.getDynamicsInfo(body, BASE, physicsClientId=world.client)
+    info = bullet.getDynamicsInfo(body, BASE_LINK, physicsClientId=world.client)
     return Pose(*bullet.multiplyTransforms(*world.pose(body), *bullet.invertTransform(info[3], info[4])))
 
 
-class Mirror:
+class SceneMirror:
     """Shows shapes in `client`.  Nothing in it has weight, is touched or steps."""
 
     def __init__(self, client: int) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image as Picture
 
 
-def encoded(pictures: Sequence[Picture.Image], per_second: int) -> bytes:
+def encode_mp4(pictures: Sequence[Picture.Image], per_second: int) -> bytes:
     """The film; every player has its pixel format, which wants an even width and height."""
     film = BytesIO()
     with av.open(film, "w", format="mp4") as container:

@@ -1,4 +1,4 @@
-"""A Franka Panda with its hand in a `World`: motors in, measured values out.
+"""A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
 
 The arm stands fixed at W's origin or on a carriage, two force-limited prismatic joints along x and y.
 Motors: position control with feed-forward velocity, gain 0.3, torque limits of record.  Joints are
@@ -12,14 +12,14 @@ import tempfile
 from typing import Final
 
 from aeros.sim.bullet.client import DATA, bullet
-from aeros.sim.bullet.world import World, load_model
-from aeros.sim.geometry import Triple
+from aeros.sim.bullet.world import PhysicsWorld, load_model
+from aeros.sim.geometry import Vector3
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
 from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
 from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
 from aeros.spec.text.files import read_source
 
-_GAIN: Final = 0.3
+_POSITION_GAIN: Final = 0.3
 """Position gain of all arm and base motors (of 1): tracks within 0.006 rad."""
 
 _BASE_FORCE_MAX: Final = 600.0
@@ -29,7 +29,7 @@ _BASE_FORCE_MAX: Final = 600.0
 class Panda(Robot):
     """The robot in `world`."""
 
-    def __init__(self, world: World, options: RobotOptions) -> None:
+    def __init__(self, world: PhysicsWorld, options: RobotOptions) -> None:
         super().__init__(options)
         self._world = world
         self.body = _load(world, options)
@@ -41,7 +41,7 @@ class Panda(Robot):
         self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
         self._sensed = [*self._arm, *self.fingers, *self._drive]
         x, y, z = self._base_start.tolist()
-        self._stand: Triple = (x, y, z)
+        self._stand: Vector3 = (x, y, z)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
         self.finger_friction = options.finger_friction
         self._assemble()
@@ -76,9 +76,9 @@ class Panda(Robot):
     def command(self, q: Vector, qd: Vector) -> None:
         """Set the arm motors' set points, rad and rad/s, for the next tick."""
         self.q_command, self.qd_command = q, qd
-        self.drive_arm(q, qd)
+        self.set_arm_motors(q, qd)
 
-    def drive_arm(self, q: Vector, qd: Vector, strength: float = 1.0) -> None:
+    def set_arm_motors(self, q: Vector, qd: Vector, strength: float = 1.0) -> None:
         """Let the arm motors follow q and qd with this share of their torque, whatever is commanded."""
         bullet.setJointMotorControlArray(
             self.body,
@@ -102,7 +102,7 @@ class Panda(Robot):
             targetPositions=xy.tolist(),
             targetVelocities=speed.tolist(),
             forces=[_BASE_FORCE_MAX] * 2,
-            positionGains=[_GAIN] * 2,
+            positionGains=[_POSITION_GAIN] * 2,
             velocityGains=[1.0] * 2,
             physicsClientId=self._world.client,
         )
@@ -110,9 +110,9 @@ class Panda(Robot):
     def grip(self, width: float, force: float) -> None:
         """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
         self.grip_command = (width, force)
-        self.drive_fingers(width, force)
+        self.set_finger_motors(width, force)
 
-    def drive_fingers(self, width: float, force: float) -> None:
+    def set_finger_motors(self, width: float, force: float) -> None:
         """Set the finger motors, whatever is commanded."""
         for finger in self.fingers:
             bullet.setJointMotorControl2(
@@ -132,7 +132,7 @@ class Panda(Robot):
 
     # Sensors.
 
-    def sense(self) -> RobotState:
+    def read_sensors(self) -> RobotState:
         """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
         client = self._world.client
         states = bullet.getJointStates(self.body, self._sensed, physicsClientId=client)
@@ -151,10 +151,10 @@ class Panda(Robot):
             finger_gap=max(0.0, positions[7] + positions[8]),
             finger_speed=max(abs(rates[7]), abs(rates[8])),
             base_position=self._base_position(positions[9:]),
-            base_velocity=(rates[9], rates[10], 0.0) if self._drive else _AT_REST,
+            base_velocity=(rates[9], rates[10], 0.0) if self._drive else _ZERO_VELOCITY,
         )
 
-    def _base_position(self, drive: tuple[float, ...]) -> Triple:
+    def _base_position(self, drive: tuple[float, ...]) -> Vector3:
         if not drive:
             return self._stand
         x, y, z = self._stand
@@ -168,9 +168,9 @@ class Panda(Robot):
 
     def contact_force(self) -> float:
         """See `Robot`; of contacts, normal forces and friction."""
-        return self._world.external_force(self.body)
+        return self._world.net_contact_force(self.body)
 
-    def wrist_load(self) -> float:
+    def wrist_vertical_force(self) -> float:
         """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
 
         Includes the weight of hand and load: compare with a reading taken before contact.
@@ -182,9 +182,9 @@ class Panda(Robot):
         return load
 
 
-_AT_REST: Final = (0.0, 0.0, 0.0)
+_ZERO_VELOCITY: Final = (0.0, 0.0, 0.0)
 _TORQUES: Final = TAU_MAX.tolist()
-_GAINS: Final = [_GAIN] * len(QD_MAX)
+_GAINS: Final = [_POSITION_GAIN] * len(QD_MAX)
 _ONES: Final = [1.0] * len(QD_MAX)
 
 _CARRIAGE: Final = """
@@ -204,7 +204,7 @@ _CARRIAGE: Final = """
 """
 
 
-def _load(world: World, options: RobotOptions) -> int:
+def _load(world: PhysicsWorld, options: RobotOptions) -> int:
     """Load the stock panda.urdf with three edits: no friction anchors, F_T_NE, and the carriage if asked.
 
     The stock file glues what the fingers touch (`friction_anchor`) and puts the tool centre at 0.105 m.

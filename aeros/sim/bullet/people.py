@@ -13,23 +13,23 @@ from math import dist, inf
 from typing import Final
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.world import Colour, World
+from aeros.sim.bullet.world import Colour, PhysicsWorld
 from aeros.sim.geometry import UPRIGHT
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 
-HEIGHT: Final = 1.75
-RADIUS: Final = 0.25
+DEFAULT_HEIGHT: Final = 1.75
+DEFAULT_RADIUS: Final = 0.25
 """A person, if nothing else is declared, m: enclosed by a capsule of that height and radius."""
 
 _CLOTHES: Final[Colour] = (0.30, 0.42, 0.50, 1.0)
 
-FASTEST: Final = 12.0
+MAX_SPEED: Final = 12.0
 """Speed that nobody exceeds, m/s."""
 
-_STRIDE: Final = 0.02
+_DISTANCE_STEP: Final = 0.02
 """How much nearer than at the last tick is looked for first, m: robot and person together at 4.8 m/s."""
 
-Place = tuple[float, float]
+Position2 = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +41,10 @@ class Waypoint:
     stay: how long they stand there, s.
     """
 
-    at: Place
+    position: Position2
     speed: float | None = None
-    arrive: float | None = None
-    stay: float = 0.0
+    arrival_time: float | None = None
+    dwell: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,36 +58,36 @@ class Person:
 
     name: str
     path: tuple[Waypoint, ...]
-    height: float = HEIGHT
-    radius: float = RADIUS
+    height: float = DEFAULT_HEIGHT
+    radius: float = DEFAULT_RADIUS
     floor: float = 0.0
-    spread: float = 0.0
-    delay: float = 0.0
+    position_spread: float = 0.0
+    max_delay: float = 0.0
 
 
-class Walk:
+class WalkSchedule:
     """Where one person is at which time, as `chance` has it (channel: their name)."""
 
-    def __init__(self, person: Person, chance: Chance) -> None:
-        draw = chance.on(f"person {person.name}").uniform(-1.0, 1.0, 1 + 2 * len(person.path))
-        late = person.delay * (1.0 + float(draw[0])) / 2.0
+    def __init__(self, person: Person, chance: RandomSource) -> None:
+        draw = chance.generator(f"person {person.name}").uniform(-1.0, 1.0, 1 + 2 * len(person.path))
+        late = person.max_delay * (1.0 + float(draw[0])) / 2.0
         self._times: list[float] = []
-        self._places: list[Place] = []
+        self._places: list[Position2] = []
         for number, one in enumerate(person.path):
-            dx, dy = (person.spread * float(part) for part in draw[1 + 2 * number : 3 + 2 * number])
-            place = (one.at[0] + dx, one.at[1] + dy)
+            dx, dy = (person.position_spread * float(part) for part in draw[1 + 2 * number : 3 + 2 * number])
+            place = (one.position[0] + dx, one.position[1] + dy)
             if number == 0:
-                self._note(0.0, place)
-                self._note(one.stay + late, place)
+                self._add_keyframe(0.0, place)
+                self._add_keyframe(one.dwell + late, place)
                 continue
             left, way = self._times[-1], dist(self._places[-1], place)
-            there = left + way / (one.speed or FASTEST)
-            if one.arrive is not None:
-                there = max(there, one.arrive + late)
-            self._note(there, place)
-            self._note(there + one.stay, place)
+            there = left + way / (one.speed or MAX_SPEED)
+            if one.arrival_time is not None:
+                there = max(there, one.arrival_time + late)
+            self._add_keyframe(there, place)
+            self._add_keyframe(there + one.dwell, place)
 
-    def place(self, time: float) -> Place:
+    def position(self, time: float) -> Position2:
         """Where they are, x and y in W, m."""
         after = bisect_right(self._times, time)
         if after == len(self._times):
@@ -97,7 +97,7 @@ class Walk:
         share = (time - t0) / (t1 - t0)
         return (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
 
-    def _note(self, time: float, place: Place) -> None:
+    def _add_keyframe(self, time: float, place: Position2) -> None:
         self._times.append(time)
         self._places.append(place)
 
@@ -105,21 +105,23 @@ class Walk:
 class People:
     """People in a world, and their distance from the robot there."""
 
-    def __init__(self, world: World, robot: int, people: Sequence[Person], chance: Chance) -> None:
+    def __init__(
+        self, world: PhysicsWorld, robot: int, people: Sequence[Person], chance: RandomSource
+    ) -> None:
         """Put them where they are at first.  robot: its body."""
         self._world = world
         self._robot = robot
         self._chance = chance
-        self._walkers = [_Walker(world, one, chance) for one in people]
+        self._walkers = [_PersonBody(world, one, chance) for one in people]
 
-    def enter(self, person: Person) -> None:
+    def add_person(self, person: Person) -> None:
         """Let somebody come who was not there; their way begins now."""
-        self._walkers.append(_Walker(self._world, person, self._chance, self._world.time))
+        self._walkers.append(_PersonBody(self._world, person, self._chance, self._world.time))
 
-    def walk(self, time: float) -> None:
+    def update(self, time: float) -> None:
         """Put them where they are at `time`, s."""
         for one in self._walkers:
-            one.walk(time)
+            one.update(time)
 
     def distance(self, within: float) -> float:
         """Of the nearest person from any part of the robot, m; inf where nobody is nearer than `within`.
@@ -131,13 +133,13 @@ class People:
         return max(0.0, min(one.distance(self._robot, within) for one in self._walkers))
 
 
-class _Walker:
+class _PersonBody:
     """One person's body."""
 
-    def __init__(self, world: World, person: Person, chance: Chance, since: float = 0.0) -> None:
+    def __init__(self, world: PhysicsWorld, person: Person, chance: RandomSource, since: float = 0.0) -> None:
         self._client = world.client
         self._since = since
-        self._walk = Walk(person, chance)
+        self._walk = WalkSchedule(person, chance)
         self._middle = person.floor + person.height / 2.0
         self._last = inf
         length = person.height - 2.0 * person.radius
@@ -153,20 +155,20 @@ class _Walker:
         )
         self._body: int = bullet.createMultiBody(0.0, shape, visual, physicsClientId=self._client)
         bullet.setCollisionFilterGroupMask(self._body, -1, 0, 0, physicsClientId=self._client)
-        self.walk(since)
+        self.update(since)
 
-    def walk(self, time: float) -> None:
-        x, y = self._walk.place(time - self._since)
+    def update(self, time: float) -> None:
+        x, y = self._walk.position(time - self._since)
         bullet.resetBasePositionAndOrientation(
             self._body, (x, y, self._middle), UPRIGHT, physicsClientId=self._client
         )
 
     def distance(self, robot: int, within: float) -> float:
         """Asked first for links about as near as the last time: the others cost more than all the rest."""
-        near = self._asked(robot, min(within, self._last + _STRIDE))
-        self._last = near if near < inf else self._asked(robot, within)
+        near = self._query_distance(robot, min(within, self._last + _DISTANCE_STEP))
+        self._last = near if near < inf else self._query_distance(robot, within)
         return self._last
 
-    def _asked(self, robot: int, within: float) -> float:
+    def _query_distance(self, robot: int, within: float) -> float:
         points = bullet.getClosestPoints(robot, self._body, within, physicsClientId=self._client)
         return min((float(point[8]) for point in points), default=inf)

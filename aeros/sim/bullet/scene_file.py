@@ -6,34 +6,34 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Final
 
-from aeros.sim.bullet.bodies import GREY, Body, Box, Cylinder, Model
+from aeros.sim.bullet.bodies import GREY, Box, Cylinder, SceneBody, UrdfModel
 from aeros.sim.robot.urdf import check_urdf
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import scene as declared
 from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.units import ANGLE, LENGTH, MASS, Dimension
-from aeros.spec.text.fields import Text
+from aeros.spec.text.fields import TextField
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
 
-_FARTHEST: Final = 10
+_MAX_COORDINATE: Final = 10
 """How far from W's origin anything is, m: what a site says of places ends there too."""
 
-_LONGEST: Final = 20
-_SHORTEST: Final = Fraction(1, 1000)
+_MAX_LENGTH: Final = 20
+_MIN_LENGTH: Final = Fraction(1, 1000)
 """Lengths of a body, m: thinner ones fall through others within a tick."""
 
-_HEAVIEST: Final = 1000
-_LIGHTEST: Final = Fraction(1, 1000)
+_MAX_MASS: Final = 1000
+_MIN_MASS: Final = Fraction(1, 1000)
 """What a body that can move weighs, kg: contacts with lighter ones are no longer solved."""
 
-_TURN: Final = 7
+_MAX_ANGLE: Final = 7
 """rad: once round, whichever way."""
 
-_FRICTION: Final = 0.6
+_DEFAULT_FRICTION: Final = 0.6
 
 _SHAPES: Final = ("box", "cylinder", "urdf")
 
@@ -43,7 +43,7 @@ def shipped_scenes() -> dict[str, Path]:
     return shipped_files("scenes")
 
 
-def read_bodies(name_or_path: str) -> tuple[Body, ...]:
+def read_bodies(name_or_path: str) -> tuple[SceneBody, ...]:
     """Those of a file, or of a shipped one by its name.  Raises UserError, which says what is wrong."""
     path = Path(find_file(name_or_path, shipped_scenes(), "scene file", "no scene file of that name comes"))
     sink = Diagnostics()
@@ -56,59 +56,69 @@ def read_bodies(name_or_path: str) -> tuple[Body, ...]:
     return tuple(body for body in bodies if body is not None)
 
 
-def _body(name: str, one: declared.Body, folder: Path, sink: Diagnostics) -> Body | None:
+def _body(name: str, one: declared.SceneBody, folder: Path, sink: Diagnostics) -> SceneBody | None:
     """As declared; None, and reported, where that is no body."""
-    x, y, z = (_within(part, LENGTH, -_FARTHEST, _FARTHEST, sink) for part in one.at)
-    yaw = 0.0 if one.yaw is None else _within(one.yaw, ANGLE, -_TURN, _TURN, sink)
-    mass = 0.0 if one.mass is None else _within(one.mass, MASS, _LIGHTEST, _HEAVIEST, sink)
-    friction = _FRICTION if one.friction is None else float(one.friction.value)
+    x, y, z = (_bounded_quantity(part, LENGTH, -_MAX_COORDINATE, _MAX_COORDINATE, sink) for part in one.at)
+    yaw = 0.0 if one.yaw is None else _bounded_quantity(one.yaw, ANGLE, -_MAX_ANGLE, _MAX_ANGLE, sink)
+    mass = 0.0 if one.mass is None else _bounded_quantity(one.mass, MASS, _MIN_MASS, _MAX_MASS, sink)
+    friction = _DEFAULT_FRICTION if one.friction is None else float(one.friction.value)
     shape = _shape(name, one, folder, sink)
     if shape is None:
         return None
-    if isinstance(shape, Model):
+    if isinstance(shape, UrdfModel):
         if one.mass is not None:
-            _wrong("a model's mass is what its file says", one.mass.span, sink, "write `loose: true`")
+            _report("a model's mass is what its file says", one.mass.span, sink, "write `loose: true`")
         mass = float(one.loose is not None and one.loose.value)
     elif one.loose is not None:
-        _wrong("`loose` goes with `urdf` alone", one.loose.span, sink, "give it a `mass`, and it can move")
+        _report("`loose` goes with `urdf` alone", one.loose.span, sink, "give it a `mass`, and it can move")
     colour = GREY
     if one.colour is not None:
         red, green, blue = (float(part.value) for part in one.colour)
         colour = (red, green, blue, 1.0)
-    return Body(name, shape, (x, y, z), yaw, mass, friction, colour, one.at[0].span.cover(one.at[2].span))
+    return SceneBody(
+        name, shape, (x, y, z), yaw, mass, friction, colour, one.at[0].span.merge(one.at[2].span)
+    )
 
 
-def _shape(name: str, one: declared.Body, folder: Path, sink: Diagnostics) -> Box | Cylinder | Model | None:
+def _shape(
+    name: str, one: declared.SceneBody, folder: Path, sink: Diagnostics
+) -> Box | Cylinder | UrdfModel | None:
     there = [word for word in _SHAPES if getattr(one, word) is not None]
     if len(there) != 1:
         said = " and ".join(f"`{word}`" for word in there) or "none"
-        _wrong(f"`{name}` needs exactly one of `box`, `cylinder`, `urdf`; it has {said}", one.span, sink)
+        _report(f"`{name}` needs exactly one of `box`, `cylinder`, `urdf`; it has {said}", one.span, sink)
         return None
     if one.box is not None:
-        length, width, height = (_within(part, LENGTH, _SHORTEST, _LONGEST, sink) for part in one.box)
+        length, width, height = (
+            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, sink) for part in one.box
+        )
         return Box((length, width, height))
     if one.cylinder is not None:
-        radius, height = (_within(part, LENGTH, _SHORTEST, _LONGEST, sink) for part in one.cylinder)
+        radius, height = (
+            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, sink) for part in one.cylinder
+        )
         return Cylinder(radius, height)
     assert one.urdf is not None  # noqa: S101  for the type checker
     return _model(name, one.urdf, folder, sink)
 
 
-def _model(name: str, written: Text, folder: Path, sink: Diagnostics) -> Model | None:
-    path = folder / written.value
+def _model(name: str, path_text: TextField, folder: Path, sink: Diagnostics) -> UrdfModel | None:
+    path = folder / path_text.value
     if not path.is_file():
         sink.error(
             "AE002",
             f"there is no file `{path}`, the model of `{name}`",
-            written.span,
+            path_text.span,
             help=("put it there; `urdf` counts from the scene file's own folder",),
         )
         return None
     check_urdf(path, sink)
-    return Model(str(path))
+    return UrdfModel(str(path))
 
 
-def _within(text: Text, dimension: Dimension, low: int | Fraction, high: int, sink: Diagnostics) -> float:
+def _bounded_quantity(
+    text: TextField, dimension: Dimension, low: int | Fraction, high: int, sink: Diagnostics
+) -> float:
     """A quantity in SI; 1 where something is wrong with it, which is reported."""
     value = elaborate_quantity(text, dimension, sink)
     if value is None:
@@ -120,5 +130,5 @@ def _within(text: Text, dimension: Dimension, low: int | Fraction, high: int, si
     return 1.0
 
 
-def _wrong(headline: str, span: Span, sink: Diagnostics, *help_: str) -> None:
+def _report(headline: str, span: SourceSpan, sink: Diagnostics, *help_: str) -> None:
     sink.error("AE208", headline, span, help=help_)

@@ -11,8 +11,8 @@ from typing import Final
 
 from PIL import Image as Picture
 
-from aeros.files import replace_file
-from aeros.sim.bullet.world import World
+from aeros.files import replace_durably
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
 
 FRAMES_MAX: Final = 90
@@ -25,28 +25,28 @@ Encoder = Callable[[Sequence[Picture.Image]], bytes]
 """From pictures to the bytes of a film."""
 
 
-class FilmError(Exception):
+class VideoError(Exception):
     """There can be no such film; the message says why."""
 
 
-class Recorder:
+class VideoRecorder:
     """Takes a picture every `period` simulated seconds and writes the film on `close`.
 
     path: its suffix says the format.  There is the whole film or, where the run is killed or nothing
         moved, none.
 
-    Raises `FilmError` for a path at which no film can be.
+    Raises `VideoError` for a path at which no film can be.
     """
 
     def __init__(self, path: Path, period: float = 0.75) -> None:
-        _refuse(path)
+        _check_path(path)
         self._path = path
         self._encode = _encoder_for(path.suffix)
         self._period = period
         self._next = 0.0
         self._frames: list[Picture.Image] = []
 
-    def tick(self, world: World, view: Camera) -> None:
+    def tick(self, world: PhysicsWorld, view: Camera) -> None:
         """Take a picture of `world` from `view` when its time has come."""
         if world.time < self._next:
             return
@@ -60,30 +60,30 @@ class Recorder:
         """Write the film; safe to call twice.  Raises `OSError`."""
         frames, self._frames = self._frames, []
         if frames:
-            replace_file(self._path, self._encode(frames))
+            replace_durably(self._path, self._encode(frames))
 
 
-def _refuse(path: Path) -> None:
-    """Raise `FilmError` where no file can be made, or there is one; makes its folder."""
+def _check_path(path: Path) -> None:
+    """Raise `VideoError` where no file can be made, or there is one; makes its folder."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists():
-            raise FilmError(f"`{path}` exists already")
+            raise VideoError(f"`{path}` exists already")
         with TemporaryFile(dir=path.parent):
             pass
     except OSError as failure:
-        raise FilmError(f"there can be no film `{path}`: {failure.strerror}") from failure
+        raise VideoError(f"there can be no film `{path}`: {failure.strerror}") from failure
 
 
 def _encoder_for(suffix: str) -> Encoder:
     """What writes films of that name."""
     if suffix == ".mp4":
         try:
-            from aeros.sim.bullet.mp4 import encoded
+            from aeros.sim.bullet.mp4 import encode_mp4
         except ImportError as error:
             missing = f"({error.name} is missing)"
-            raise FilmError(f"an .mp4 film needs `pip install 'aeros[video]'` {missing}") from error
-        return partial(encoded, per_second=FRAMES_PER_SECOND)
+            raise VideoError(f"an .mp4 film needs `pip install 'aeros[video]'` {missing}") from error
+        return partial(encode_mp4, per_second=FRAMES_PER_SECOND)
     return partial(_animated, FORMATS[suffix])
 
 

@@ -16,19 +16,19 @@ from multiprocessing.connection import Connection
 from typing import Final, NamedTuple
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.mirror import Mirror, Shape, bodies_of, poses_of, shapes_of
-from aeros.sim.bullet.world import World
-from aeros.sim.geometry import Camera, Pose, Triple, minus
+from aeros.sim.bullet.mirror import SceneMirror, Shape, bodies_of, poses_of, shapes_of
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.geometry import Camera, Pose, Vector3, subtract
 
-_PATIENCE: Final = 30.0  # s, for the window to open
-_EVERY: Final = 8  # ticks: 30 pictures for each simulated second at most
+_OPEN_TIMEOUT_S: Final = 30.0  # s, for the window to open
+_FRAME_TICKS: Final = 8  # ticks: 30 pictures for each simulated second at most
 
 
 class WindowError(Exception):
     """No window can be opened; the message says why."""
 
 
-class Picture(NamedTuple):
+class WindowUpdate(NamedTuple):
     """What the window is told: from where to look, what is new, and where everything is."""
 
     camera: Camera | None
@@ -39,23 +39,23 @@ class Picture(NamedTuple):
 # In the window's own process.
 
 
-def show(connection: Connection, opened: Callable[[], int]) -> None:
+def run_window(connection: Connection, opened: Callable[[], int]) -> None:
     """Draw what comes through `connection` until its other end is closed, or the window.
 
     An object goes back when the window is open, and one whenever the next picture can be drawn.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then closes the window
     client = opened()
-    mirror = Mirror(client)
+    mirror = SceneMirror(client)
     connection.send(None)
     while bullet.isConnected(client):
         try:
             connection.send(None)
-            picture: Picture = connection.recv()
+            picture: WindowUpdate = connection.recv()
         except (EOFError, OSError):
             return
         if picture.camera is not None:
-            bullet.resetDebugVisualizerCamera(*orbit(picture.camera), physicsClientId=client)
+            bullet.resetDebugVisualizerCamera(*orbit_view(picture.camera), physicsClientId=client)
         if picture.new:  # drawn once, not after each of them
             bullet.configureDebugVisualizer(bullet.COV_ENABLE_RENDERING, 0, physicsClientId=client)
         mirror.add(picture.new)
@@ -82,9 +82,9 @@ def open_window() -> int:
     return client
 
 
-def orbit(camera: Camera) -> tuple[float, float, float, Triple]:
+def orbit_view(camera: Camera) -> tuple[float, float, float, Vector3]:
     """A camera as PyBullet's window has it: distance (m), yaw, pitch (degrees), and what is looked at."""
-    x, y, z = minus(camera.eye, camera.target)
+    x, y, z = subtract(camera.eye, camera.target)
     distance = math.hypot(x, y, z)
     return distance, math.degrees(math.atan2(x, -y)), math.degrees(-math.asin(z / distance)), camera.target
 
@@ -92,7 +92,7 @@ def orbit(camera: Camera) -> tuple[float, float, float, Triple]:
 # In the process of the run.
 
 
-class Window:
+class ViewerWindow:
     """Shows a world in a window.  Raises `WindowError` where none opens.
 
     opened: opens it, in its own process.
@@ -104,19 +104,19 @@ class Window:
             raise WindowError("there is no display: DISPLAY is not set")
         context = multiprocessing.get_context("spawn")
         self._connection, its_end = context.Pipe()
-        self._process = context.Process(target=show, args=(its_end, opened), daemon=True)
+        self._process = context.Process(target=run_window, args=(its_end, opened), daemon=True)
         self._process.start()
         its_end.close()
         self._shapes: list[Shape] = []
         self._known: set[int] = set()
-        self._is_open = self._is_ready(_PATIENCE)
+        self._is_open = self._is_ready(_OPEN_TIMEOUT_S)
         if not self._is_open:
             self.close()
             raise WindowError(f"no window opens on display `{display}`, which needs an X server with OpenGL")
 
-    def tick(self, world: World, view: Camera) -> None:
+    def tick(self, world: PhysicsWorld, view: Camera) -> None:
         """Show `world`, seen at first from `view`, if the window has drawn what it was given before."""
-        if world.ticks % _EVERY or not self._is_open or not self._is_ready(0.0):
+        if world.ticks % _FRAME_TICKS or not self._is_open or not self._is_ready(0.0):
             return
         fresh = [body for body in bodies_of(world) if body not in self._known]
         new = shapes_of(world, fresh)
@@ -124,7 +124,7 @@ class Window:
         self._known.update(fresh)
         self._shapes += new
         try:
-            self._connection.send(Picture(camera, new, poses_of(world, self._shapes)))
+            self._connection.send(WindowUpdate(camera, new, poses_of(world, self._shapes)))
         except OSError:
             self._is_open = False
 

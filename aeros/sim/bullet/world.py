@@ -20,7 +20,7 @@ from PIL import Image as Picture
 
 from aeros.sim.bullet.client import bullet
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import UPRIGHT, Camera, Pose, Quaternion, Triple
+from aeros.sim.geometry import UPRIGHT, Camera, Pose, Quaternion, Vector3
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 
@@ -31,7 +31,7 @@ GRAVITY: Final = 9.81
 
 
 def load_model(
-    path: str, position: Triple, orientation: Quaternion = UPRIGHT, *, fixed: bool, client: int
+    path: str, position: Vector3, orientation: Quaternion = UPRIGHT, *, fixed: bool, client: int
 ) -> int:
     """The body that a URDF file describes; raises UserError where there is no such file, or no such body."""
     if not os.path.isfile(path):
@@ -50,8 +50,8 @@ class Contact(NamedTuple):
     link_a: int
     link_b: int
     body_b: int
-    position: Triple
-    normal: Triple
+    position: Vector3
+    normal: Vector3
     force: float
 
 
@@ -62,7 +62,7 @@ class Image(NamedTuple):
     depth: NDArray[np.float64]
 
 
-class World:
+class PhysicsWorld:
     """A physics client of its own; nothing is shared between worlds."""
 
     def __init__(self) -> None:
@@ -101,8 +101,8 @@ class World:
 
     def add_box(
         self,
-        size: Triple,
-        position: Triple,
+        size: Vector3,
+        position: Vector3,
         orientation: Quaternion = UPRIGHT,
         *,
         mass: float = 0.0,
@@ -121,7 +121,7 @@ class World:
         self,
         radius: float,
         height: float,
-        position: Triple,
+        position: Vector3,
         orientation: Quaternion = UPRIGHT,
         *,
         mass: float = 0.0,
@@ -142,7 +142,7 @@ class World:
         shape: int,
         visual: int,
         mass: float,
-        position: Triple,
+        position: Vector3,
         orientation: Quaternion,
         friction: float,
     ) -> int:
@@ -152,7 +152,9 @@ class World:
         self.set_friction(body, -1, friction)
         return body
 
-    def add_picture(self, low: tuple[float, float], high: tuple[float, float], height: float) -> int:
+    def add_textured_rectangle(
+        self, low: tuple[float, float], high: tuple[float, float], height: float
+    ) -> int:
         """A level rectangle between two corners (x, y), m, at `height`, to be seen and not to be felt.
 
         It shows what `paint` was given last.
@@ -189,7 +191,7 @@ class World:
     def add_urdf(
         self,
         path: str,
-        position: Triple,
+        position: Vector3,
         orientation: Quaternion = UPRIGHT,
         *,
         fixed: bool = False,
@@ -234,7 +236,7 @@ class World:
             physicsClientId=self.client,
         )
 
-    def push(self, body: int, force: Triple) -> None:
+    def push(self, body: int, force: Vector3) -> None:
         """Push a body's base at its centre of mass with `force` (N, in W) in the next step."""
         place, _ = self.pose(body)
         bullet.applyExternalForce(body, -1, force, place, bullet.WORLD_FRAME, physicsClientId=self.client)
@@ -286,7 +288,7 @@ class World:
             forces[point[3]] = forces.get(point[3], 0.0) + point[9]
         return forces
 
-    def external_force(self, body: int) -> float:
+    def net_contact_force(self, body: int) -> float:
         """Amount of the force of all contacts on `body` together, friction included, N."""
         fx = fy = fz = 0.0
         for p in self._points(body):

@@ -7,162 +7,185 @@ from itertools import pairwise
 from math import dist
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Joints, Motion, Plant, Servo, Trajectory
-from aeros.sim.conformance.motion_checks import decided_at, point
+from aeros.runtime.ports import JointVector, MotionCompletion, MotionHandle, Plant, ServoBounds, Trajectory
+from aeros.sim.conformance.motion_checks import expected_position, path_point
 from aeros.sim.conformance.plant_under_test import (
-    PATIENCE,
-    RULE,
-    Subject,
-    Watch,
-    begun,
-    ended,
+    MONITOR_RULE,
+    MOTION_TIMEOUT_S,
+    PlantUnderTest,
+    RecordingMonitor,
+    begin_motion,
     require,
-    unchanged,
+    require_unchanged,
     values_of,
+    wait_for_end,
 )
 
 _SAMPLES: Final = 16
 """Of each piece of a stated path."""
 
-_APART: Final = 0.2
+_START_DELAY_S: Final = 0.2
 """How long after the base the arm begins, s."""
 
 
-def a_motion_under_feedback_keeps_near_its_paths(subject: Subject) -> None:
+def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
     """A move in contact says which paths it stays near and how fast it may be, and keeps to both."""
-    if not subject.pressing:
+    if not subject.contact_actions:
         return
     with subject.plant() as plant:
-        plan, motion, servo = _pressed(subject, plant)
-        watch = Watch()
-        over = ended(plant, motion, watch)
-        require(over.completed, f"the last of `pressing` was not completed: {over.reason}")
-    seen = watch.of(subject.joints)
-    stated = _stated(plan)
+        plan, motion, servo = _begin_contact(subject, plant)
+        watch = RecordingMonitor()
+        over = wait_for_end(plant, motion, watch)
+        require(over.completed, f"the last of `contact_actions` was not completed: {over.reason}")
+    seen = watch.history(subject.joint_variable)
+    stated = _path_points(plan)
     for joints in seen:
-        away = min(_farthest(joints, one, servo.slack) for one in stated)
-        require(away <= subject.follows_within, f"in contact a joint is {away:.4f} rad beyond its slack")
+        away = min(_max_excess(joints, one, servo.joint_tolerance) for one in stated)
+        require(away <= subject.tracking_tolerance, f"in contact a joint is {away:.4f} rad beyond its slack")
     if subject.period is None:
         return
     for before, after in pairwise(seen):
         for a, b, limit in zip(before, after, servo.speed, strict=True):
             speed = abs(b - a) / subject.period
             require(
-                speed <= limit + subject.overshoots, f"in contact a joint is as fast as {speed:.4f} rad/s"
+                speed <= limit + subject.max_overshoot, f"in contact a joint is as fast as {speed:.4f} rad/s"
             )
 
 
-def a_rule_named_in_contact_ends_it_within_one_tick(subject: Subject) -> None:
+def a_broken_rule_stops_contact_within_one_tick(subject: PlantUnderTest) -> None:
     """A rule that is named while the robot presses on something: it comes to rest as from anywhere."""
-    if not subject.pressing:
+    if not subject.contact_actions:
         return
     with subject.plant() as plant:
-        _, motion, _ = _pressed(subject, plant)
+        _, motion, _ = _begin_contact(subject, plant)
         start = plant.now()
-        require(ended(plant, motion, Watch()).completed, "the last of `pressing` was not completed")
+        require(
+            wait_for_end(plant, motion, RecordingMonitor()).completed,
+            "the last of `contact_actions` was not completed",
+        )
         lasts = plant.now() - start
     with subject.plant() as plant:
-        _, motion, _ = _pressed(subject, plant)
-        _named_midway(subject, plant, [motion], 0.8 * lasts)
+        _, motion, _ = _begin_contact(subject, plant)
+        _stop_midway(subject, plant, [motion], 0.8 * lasts)
 
 
-def motions_of_arm_and_base_together_are_each_as_decided(subject: Subject) -> None:
+def motions_of_arm_and_base_together_are_each_as_decided(subject: PlantUnderTest) -> None:
     """An arm that begins while the base drives makes its own profile, and the base goes on with its own."""
-    if not subject.together:
+    if not subject.parallel_actions:
         return
     with subject.plant() as plant:
-        watch, since, plans, motions = Watch(), plant.now(), [], []
-        for action in subject.together:
+        watch, since, plans, motions = RecordingMonitor(), plant.now(), [], []
+        for action in subject.parallel_actions:
             plan = plant.plan(action)
-            require(isinstance(plan, Trajectory), f"`{action.kind}` of `together` is no trajectory: {plan}")
+            require(
+                isinstance(plan, Trajectory),
+                f"`{action.kind}` of `parallel_actions` is no trajectory: {plan}",
+            )
             assert isinstance(plan, Trajectory)  # noqa: S101  for the type checker
             plans.append((plan, plant.now()))
-            motions.append(_begun_as(plant, action, plan))
+            motions.append(_begin_planned(plant, action, plan))
             if len(motions) == 1:
-                require(plant.advance(watch, since + _APART) == {}, "the base ended before the arm began")
-        over = _until_all_ended(plant, motions, watch)
+                require(
+                    plant.advance(watch, since + _START_DELAY_S) == {}, "the base ended before the arm began"
+                )
+        over = _advance_until_all_end(plant, motions, watch)
     for motion, how in over.items():
         require(how.completed, f"{motion} of {motions} together was not completed: {how.reason}")
     (drive, drove), (reach, reached) = plans
     for time, values in watch.seen:
-        _, base = decided_at(drive, _share(drive, time - drove))
-        off = dist(values[subject.base], base)
+        _, base = expected_position(drive, _path_share(drive, time - drove))
+        off = dist(values[subject.base_variable], base)
         require(
-            off <= subject.follows_within, f"{time - drove:.3f} s on, the base is {off:.4f} m off its way"
+            off <= subject.tracking_tolerance, f"{time - drove:.3f} s on, the base is {off:.4f} m off its way"
         )
-        joints, _ = decided_at(reach, _share(reach, time - reached))
-        away = max(abs(a - b) for a, b in zip(values[subject.joints], joints, strict=True))
-        require(away <= subject.follows_within, f"{time - reached:.3f} s on, a joint is {away:.4f} rad off")
+        joints, _ = expected_position(reach, _path_share(reach, time - reached))
+        away = max(abs(a - b) for a, b in zip(values[subject.joint_variable], joints, strict=True))
+        require(
+            away <= subject.tracking_tolerance, f"{time - reached:.3f} s on, a joint is {away:.4f} rad off"
+        )
 
 
-def a_rule_named_ends_arm_and_base_together(subject: Subject) -> None:
+def a_broken_rule_stops_arm_and_base(subject: PlantUnderTest) -> None:
     """A rule that is named while both move: both end, within one tick, and both come to rest."""
-    if not subject.together:
+    if not subject.parallel_actions:
         return
     with subject.plant() as plant:
-        motions = [begun(plant, subject.together[0])]
-        require(plant.advance(Watch(), plant.now() + _APART) == {}, "the base ended before the arm began")
-        motions.append(begun(plant, subject.together[1]))
-        _named_midway(subject, plant, motions, _APART)
+        motions = [begin_motion(plant, subject.parallel_actions[0])]
+        require(
+            plant.advance(RecordingMonitor(), plant.now() + _START_DELAY_S) == {},
+            "the base ended before the arm began",
+        )
+        motions.append(begin_motion(plant, subject.parallel_actions[1]))
+        _stop_midway(subject, plant, motions, _START_DELAY_S)
 
 
-def _pressed(subject: Subject, plant: Plant) -> tuple[Trajectory, Motion, Servo]:
-    """The last of `pressing`, begun after the others; its plan and what that says of feedback."""
-    *before, action = subject.pressing
+def _begin_contact(subject: PlantUnderTest, plant: Plant) -> tuple[Trajectory, MotionHandle, ServoBounds]:
+    """The last of `contact_actions`, begun after the others; its plan and what that says of feedback."""
+    *before, action = subject.contact_actions
     for one in before:
-        over = ended(plant, begun(plant, one), Watch())
+        over = wait_for_end(plant, begin_motion(plant, one), RecordingMonitor())
         require(over.completed, f"`{one.kind}`, on the way to contact, was not completed: {over.reason}")
     plan = plant.plan(action)
     servo = plan.servo if isinstance(plan, Trajectory) else None
-    require(servo is not None, f"`{action.kind}`, the last of `pressing`, is not under feedback: {plan}")
+    require(
+        servo is not None, f"`{action.kind}`, the last of `contact_actions`, is not under feedback: {plan}"
+    )
     assert isinstance(plan, Trajectory)  # noqa: S101  for the type checker
     assert servo is not None  # noqa: S101  for the type checker
-    return plan, _begun_as(plant, action, plan), servo
+    return plan, _begin_planned(plant, action, plan), servo
 
 
-def _begun_as(plant: Plant, action: Any, plan: Trajectory) -> Motion:
+def _begin_planned(plant: Plant, action: Any, plan: Trajectory) -> MotionHandle:
     motion = plant.begin(action, plan)
-    require(not isinstance(motion, Completion), f"it cannot begin what it has planned just before: {motion}")
-    assert not isinstance(motion, Completion)  # noqa: S101  for the type checker
+    require(
+        not isinstance(motion, MotionCompletion), f"it cannot begin what it has planned just before: {motion}"
+    )
+    assert not isinstance(motion, MotionCompletion)  # noqa: S101  for the type checker
     return motion
 
 
-def _until_all_ended(plant: Plant, motions: Sequence[Motion], watch: Watch) -> Mapping[Motion, Completion]:
-    over: dict[Motion, Completion] = {}
-    latest = plant.now() + PATIENCE
+def _advance_until_all_end(
+    plant: Plant, motions: Sequence[MotionHandle], watch: RecordingMonitor
+) -> Mapping[MotionHandle, MotionCompletion]:
+    over: dict[MotionHandle, MotionCompletion] = {}
+    latest = plant.now() + MOTION_TIMEOUT_S
     while len(over) < len(motions):
-        require(plant.now() < latest, f"{motions} have not ended after {PATIENCE:g} s")
+        require(plant.now() < latest, f"{motions} have not ended after {MOTION_TIMEOUT_S:g} s")
         over.update(plant.advance(watch, latest))
     return over
 
 
-def _named_midway(subject: Subject, plant: Plant, motions: Sequence[Motion], after: float) -> None:
-    watch = Watch(names=plant.now() + after)
-    over = plant.advance(watch, plant.now() + PATIENCE)
-    expected = dict.fromkeys(motions, Completion(False, f"monitor:{RULE}"))
+def _stop_midway(
+    subject: PlantUnderTest, plant: Plant, motions: Sequence[MotionHandle], after: float
+) -> None:
+    watch = RecordingMonitor(names=plant.now() + after)
+    over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
+    expected = dict.fromkeys(motions, MotionCompletion(False, f"monitor:{MONITOR_RULE}"))
     require(over == expected, f"a rule was named while {motions} were under way, and ended were {over}")
     named = [time for time, _ in watch.seen if time >= watch.names]
     require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
     took = plant.now() - named[0]
-    require(took <= subject.stops_within + 2 * subject.tick, f"coming to rest took {took:.3f} s")
+    require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
     before = values_of(plant.observe())
-    require(plant.advance(Watch(), plant.now() + 0.2) == {}, "something ends that has ended before")
-    unchanged(subject, before, values_of(plant.observe()), "after both came to rest")
+    require(
+        plant.advance(RecordingMonitor(), plant.now() + 0.2) == {}, "something ends that has ended before"
+    )
+    require_unchanged(subject, before, values_of(plant.observe()), "after both came to rest")
 
 
-def _share(plan: Trajectory, since: float) -> float:
+def _path_share(plan: Trajectory, since: float) -> float:
     return max(0.0, min(1.0, since / plan.duration))
 
 
-def _stated(plan: Trajectory) -> list[Sequence[float]]:
+def _path_points(plan: Trajectory) -> list[Sequence[float]]:
     """Points of every path."""
     return [
-        point(path, number / (_SAMPLES * len(path)))
-        for path in plan.paths
+        path_point(path, number / (_SAMPLES * len(path)))
+        for path in plan.joint_paths
         for number in range(_SAMPLES * len(path) + 1)
     ]
 
 
-def _farthest(joints: Joints, stated: Sequence[float], slack: Joints) -> float:
+def _max_excess(joints: JointVector, stated: Sequence[float], slack: JointVector) -> float:
     """By how much the joint farthest from a point is beyond its slack, rad."""
     return max(abs(a - b) - s for a, b, s in zip(joints, stated, slack, strict=True))

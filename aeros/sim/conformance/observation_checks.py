@@ -8,12 +8,19 @@ from math import isfinite
 from typing import Any, Final
 
 from aeros.runtime.ports import Plant
-from aeros.sim.conformance.plant_under_test import PATIENCE, Subject, Watch, begun, ended, require
+from aeros.sim.conformance.plant_under_test import (
+    MOTION_TIMEOUT_S,
+    PlantUnderTest,
+    RecordingMonitor,
+    begin_motion,
+    require,
+    wait_for_end,
+)
 
-_REST: Final = 1.0  # s
+_IDLE_S: Final = 1.0  # s
 
 
-def the_clock_never_goes_back(subject: Subject) -> None:
+def the_clock_never_goes_back(subject: PlantUnderTest) -> None:
     """`now` is never less than before, whatever is called in between, nor is a time that the monitor sees."""
     with subject.plant() as plant:
         times = [plant.now()]
@@ -22,13 +29,13 @@ def the_clock_never_goes_back(subject: Subject) -> None:
             times.append(plant.now())
 
         note(plant.observe())
-        note(plant.plan(subject.moving))
-        moving, watch = begun(plant, subject.moving), Watch()
+        note(plant.plan(subject.motion_action))
+        moving, watch = begin_motion(plant, subject.motion_action), RecordingMonitor()
         note(moving)
         for _ in range(3):
             note(plant.advance(watch, plant.now() + 0.1))
         plant.halt(moving)
-        note(ended(plant, moving, watch))
+        note(wait_for_end(plant, moving, watch))
         plant.stop()
         note(None)
     for sequence in (times, [time for time, _ in watch.seen]):
@@ -38,24 +45,24 @@ def the_clock_never_goes_back(subject: Subject) -> None:
     require(times[-1] > times[0], "the clock stands still while something moves")
 
 
-def no_reading_is_of_the_future_and_each_is_taken_anew(subject: Subject) -> None:
+def readings_are_fresh_and_never_in_the_future(subject: PlantUnderTest) -> None:
     """Each reading has its own time, at most `now`; it is taken again in motion, and while nothing moves."""
     with subject.plant() as plant:
-        before = _timely(plant)
-        ended(plant, begun(plant, subject.moving), Watch())
-        after = _timely(plant)
-        plant.advance(Watch(), plant.now() + _REST)
-        rested = _timely(plant)
-    name = subject.joints
+        before = _require_timely(plant)
+        wait_for_end(plant, begin_motion(plant, subject.motion_action), RecordingMonitor())
+        after = _require_timely(plant)
+        plant.advance(RecordingMonitor(), plant.now() + _IDLE_S)
+        rested = _require_timely(plant)
+    name = subject.joint_variable
     require(name in before and name in after and name in rested, f"`{name}` is not measured")
     require(after[name] > before[name], f"`{name}` was moved, and its reading is still of {before[name]} s")
     require(
         rested[name] > after[name],
-        f"`{name}` is still of {after[name]} s though nothing moved for {_REST:g} s since",
+        f"`{name}` is still of {after[name]} s though nothing moved for {_IDLE_S:g} s since",
     )
 
 
-def _timely(plant: Plant) -> dict[str, float]:
+def _require_timely(plant: Plant) -> dict[str, float]:
     times = {name: reading.time for name, reading in plant.observe().items()}
     now = plant.now()
     for name, time in times.items():
@@ -66,11 +73,11 @@ def _timely(plant: Plant) -> dict[str, float]:
     return times
 
 
-def readings_are_of_the_types_that_the_port_has(subject: Subject) -> None:
+def readings_are_of_the_types_that_the_port_has(subject: PlantUnderTest) -> None:
     """bool, finite float, str, or a tuple of floats or of bools: exactly, as the gate compares types so."""
     with subject.plant() as plant:
         readings = [plant.observe()]
-        ended(plant, begun(plant, subject.moving), Watch())
+        wait_for_end(plant, begin_motion(plant, subject.motion_action), RecordingMonitor())
         readings.append(plant.observe())
     for reading in readings:
         for name, measured in reading.items():
@@ -82,15 +89,15 @@ def _is_scalar(value: Any) -> bool:
     return type(value) in (bool, str) or (type(value) is float and isfinite(value))
 
 
-def the_monitor_looks_before_the_first_tick_and_after_each(subject: Subject) -> None:
+def the_monitor_runs_before_the_first_tick_and_after_each(subject: PlantUnderTest) -> None:
     """Its times are one period apart, the first that of the beginning, the last that of the end.
 
     It sees the joints, and last what is then measured of them.
     """
     with subject.plant() as plant:
-        motion, watch = begun(plant, subject.moving), Watch()
+        motion, watch = begin_motion(plant, subject.motion_action), RecordingMonitor()
         start = plant.now()
-        over = plant.advance(watch, start + PATIENCE)
+        over = plant.advance(watch, start + MOTION_TIMEOUT_S)
         end, measured = plant.now(), plant.observe()
     require(motion in over, "nothing else was under way, and `advance` came back without it")
     require(len(watch.seen) >= 2, f"the monitor looked {len(watch.seen)} times")
@@ -101,23 +108,28 @@ def the_monitor_looks_before_the_first_tick_and_after_each(subject: Subject) -> 
         late = max(b - a for a, b in pairwise(times)) - subject.period
         require(late <= rounding, f"the monitor did not look for {late + subject.period} s")
         require(abs(end - times[-1]) <= rounding, f"the monitor last looked at {times[-1]} s of {end} s")
-    require(len(watch.of(subject.joints)) == len(watch.seen), f"the monitor does not see `{subject.joints}`")
-    last = watch.of(subject.joints)[-1]
-    require(last == measured[subject.joints].value, "the monitor's last look is not what is measured then")
+    require(
+        len(watch.history(subject.joint_variable)) == len(watch.seen),
+        f"the monitor does not see `{subject.joint_variable}`",
+    )
+    last = watch.history(subject.joint_variable)[-1]
+    require(
+        last == measured[subject.joint_variable].value, "the monitor's last look is not what is measured then"
+    )
 
 
-def the_monitor_may_observe_and_changes_nothing_by_it(subject: Subject) -> None:
+def the_monitor_may_observe_and_changes_nothing_by_it(subject: PlantUnderTest) -> None:
     """What it observes at a tick is of that time, and the motion ends as it does unobserved."""
     ends = []
     for observes in (False, True):
         with subject.plant() as plant:
-            monitor = _Observing(plant) if observes else Watch()
-            ended(plant, begun(plant, subject.moving), monitor)
-            ends.append((plant.now(), plant.observe()[subject.joints].value))
+            monitor = _ObservingMonitor(plant) if observes else RecordingMonitor()
+            wait_for_end(plant, begin_motion(plant, subject.motion_action), monitor)
+            ends.append((plant.now(), plant.observe()[subject.joint_variable].value))
     require(ends[0] == ends[1], "a motion ends otherwise where the monitor observes")
 
 
-class _Observing(Watch):
+class _ObservingMonitor(RecordingMonitor):
     """Observes at every look."""
 
     def __init__(self, plant: Plant) -> None:

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from math import dist, inf
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Joints, Motion, Plant, Readings
+from aeros.runtime.ports import JointVector, MotionCompletion, MotionHandle, Plant, Readings
 from aeros.sim.clock import TICK
 from aeros.skill import Action
 
-RULE: Final = "conformance"
+MONITOR_RULE: Final = "conformance"
 """The rule that the suite's monitor names."""
 
-PATIENCE: Final = 120.0
+MOTION_TIMEOUT_S: Final = 120.0
 """Plant seconds after which a motion that has not ended never will."""
 
 
@@ -24,7 +24,7 @@ class ConformanceError(AssertionError):
 
 
 @dataclass(frozen=True)
-class Subject:
+class PlantUnderTest:
     """A kind of plant and what its author states of it; checks hold it to both.
 
     make: a new plant at rest, with nothing under way.  Each check makes its own and closes it.
@@ -35,7 +35,7 @@ class Subject:
     overshoots: by how much a measured speed may exceed the profile's peak, rad/s (or m/s).
     deceleration: greatest that a joint comes to rest with, rad/s²; () where joints are not moved.
     base_deceleration: greatest that the base comes to rest with, m/s²; 0 where it is not moved.
-    stops_within: longest time that coming to rest takes from the speeds of `moving`, s.
+    stops_within: longest time that coming to rest takes from the speeds of `motion_action`, s.
     noise: how much a measured joint (rad) or place (m) may change while nothing moves.
     skill: one that the plant has heard of, as `MODULE.SKILL`.
     pressing: actions of which the last moves in contact, under feedback, and the others bring the robot
@@ -45,26 +45,26 @@ class Subject:
     joints, base: the vocabulary's names for positions of joints and of the base.
     """
 
-    make: Callable[[], Plant]
-    moving: Action
-    beside: Action
+    make_plant: Callable[[], Plant]
+    motion_action: Action
+    parallel_action: Action
     period: float | None = TICK
-    follows_within: float = 0.0
-    overshoots: float = 0.0
-    deceleration: Joints = ()
+    tracking_tolerance: float = 0.0
+    max_overshoot: float = 0.0
+    deceleration: JointVector = ()
     base_deceleration: float = 0.0
-    stops_within: float = 0.0
+    max_stop_time: float = 0.0
     noise: float = 0.0
     skill: str = "module.skill"
-    pressing: tuple[Action, ...] = ()
-    together: tuple[Action, Action] | tuple[()] = ()
-    joints: str = "joint_position"
-    base: str = "base_position"
+    contact_actions: tuple[Action, ...] = ()
+    parallel_actions: tuple[Action, Action] | tuple[()] = ()
+    joint_variable: str = "joint_position"
+    base_variable: str = "base_position"
 
     @contextmanager
     def plant(self) -> Iterator[Plant]:
         """A new plant, closed again."""
-        plant = self.make()
+        plant = self.make_plant()
         try:
             yield plant
         finally:
@@ -76,23 +76,24 @@ class Subject:
         return self.period or 0.0
 
 
-class Watch:
+class RecordingMonitor:
     """A monitor that notes what it sees: (time, values) of each look.
 
-    names: it names `RULE` from this time on, plant seconds, though not in its first `passing` looks.
+    names: it names `MONITOR_RULE` from this time on, plant seconds, though not in its first `forward_to`
+        looks.
     """
 
-    def __init__(self, names: float = inf, passing: int = 0) -> None:
+    def __init__(self, names: float = inf, forward_to: int = 0) -> None:
         self.seen: list[tuple[float, Mapping[str, Any]]] = []
         self.names = names
-        self._passing = passing
+        self._passing = forward_to
 
     def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
         """Note it."""
         self.seen.append((now, dict(values)))
-        return RULE if now >= self.names and len(self.seen) > self._passing else None
+        return MONITOR_RULE if now >= self.names and len(self.seen) > self._passing else None
 
-    def of(self, name: str) -> list[Any]:
+    def history(self, name: str) -> list[Any]:
         """All values of `name`, in order."""
         return [values[name] for _, values in self.seen if name in values]
 
@@ -108,38 +109,43 @@ def values_of(readings: Readings) -> dict[str, Any]:
     return {name: reading.value for name, reading in readings.items()}
 
 
-def begun(plant: Plant, action: Action) -> Motion:
+def begin_motion(plant: Plant, action: Action) -> MotionHandle:
     """The motion of `action`, planned and begun as the runtime does it."""
     plan = plant.plan(action)
     require(
-        not isinstance(plan, Completion), f"it cannot plan `{action.kind}`, which it was said to do: {plan}"
+        not isinstance(plan, MotionCompletion),
+        f"it cannot plan `{action.kind}`, which it was said to do: {plan}",
     )
     motion = plant.begin(action, plan)
-    require(not isinstance(motion, Completion), f"it cannot begin what it has planned just before: {motion}")
-    assert not isinstance(motion, Completion)  # noqa: S101  for the type checker
+    require(
+        not isinstance(motion, MotionCompletion), f"it cannot begin what it has planned just before: {motion}"
+    )
+    assert not isinstance(motion, MotionCompletion)  # noqa: S101  for the type checker
     return motion
 
 
-def ended(plant: Plant, motion: Motion, watch: Watch) -> Completion:
+def wait_for_end(plant: Plant, motion: MotionHandle, watch: RecordingMonitor) -> MotionCompletion:
     """How `motion` ends, whatever else does before."""
-    latest = plant.now() + PATIENCE
+    latest = plant.now() + MOTION_TIMEOUT_S
     while plant.now() < latest:
         over = plant.advance(watch, latest)
         if motion in over:
             return over[motion]
-    raise ConformanceError(f"a motion has not ended after {PATIENCE:g} s")
+    raise ConformanceError(f"a motion has not ended after {MOTION_TIMEOUT_S:g} s")
 
 
-def unchanged(subject: Subject, before: Mapping[str, Any], after: Mapping[str, Any], meanwhile: str) -> None:
+def require_unchanged(
+    subject: PlantUnderTest, before: Mapping[str, Any], after: Mapping[str, Any], meanwhile: str
+) -> None:
     """Require that nothing moved: joints and places within noise, and no true became false or was lost."""
     require(before.keys() == after.keys(), f"{meanwhile}: other values are measured than before")
     for name, was in before.items():
         now = after[name]
-        if name == subject.joints or _is_place(was):
+        if name == subject.joint_variable or _is_position(was):
             require(dist(was, now) <= subject.noise, f"{meanwhile}: `{name}` went from {was} to {now}")
         elif isinstance(was, bool | str):
             require(was == now, f"{meanwhile}: `{name}` went from {was} to {now}")
 
 
-def _is_place(value: Any) -> bool:
+def _is_position(value: Any) -> bool:
     return isinstance(value, tuple) and len(value) == 3 and all(isinstance(part, float) for part in value)

@@ -7,100 +7,107 @@ from itertools import pairwise
 from math import dist, inf, isfinite, nan
 from typing import Any, Final
 
-from aeros.runtime.ports import Completion, Motionless, Trajectory
+from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.conformance.plant_under_test import (
     ConformanceError,
-    Subject,
-    Watch,
-    begun,
-    ended,
+    PlantUnderTest,
+    RecordingMonitor,
+    begin_motion,
     require,
-    unchanged,
+    require_unchanged,
     values_of,
+    wait_for_end,
 )
 from aeros.skill import Action
 
 
-def planning_moves_nothing(subject: Subject) -> None:
+def planning_moves_nothing(subject: PlantUnderTest) -> None:
     """`plan` says what would be done; nothing that is measured is different after it, or after some time."""
     with subject.plant() as plant:
         before = values_of(plant.observe())
         for _ in range(2):
-            plan = plant.plan(subject.moving)
+            plan = plant.plan(subject.motion_action)
             require(
-                isinstance(plan, Trajectory | Motionless), f"it cannot plan `{subject.moving.kind}`: {plan}"
+                isinstance(plan, Trajectory | NoMotion),
+                f"it cannot plan `{subject.motion_action.kind}`: {plan}",
             )
-        unchanged(subject, before, values_of(plant.observe()), "after `plan`")
-        ended(plant, begun(plant, subject.beside), Watch())
-        unchanged(subject, before, values_of(plant.observe()), "some time after `plan`, nothing begun")
+        require_unchanged(subject, before, values_of(plant.observe()), "after `plan`")
+        wait_for_end(plant, begin_motion(plant, subject.parallel_action), RecordingMonitor())
+        require_unchanged(
+            subject, before, values_of(plant.observe()), "some time after `plan`, nothing begun"
+        )
 
 
-def a_planned_motion_begins_where_the_robot_is(subject: Subject) -> None:
+def a_planned_motion_begins_where_the_robot_is(subject: PlantUnderTest) -> None:
     """A `Trajectory` takes time, its pieces join, and its first point is where the joints are measured."""
     with subject.plant() as plant:
         measured = values_of(plant.observe())
-        plan = plant.plan(subject.moving)
-    if isinstance(plan, Motionless):
-        require(bool(plan.why), "it says of an action that it moves nothing, and not why")
+        plan = plant.plan(subject.motion_action)
+    if isinstance(plan, NoMotion):
+        require(bool(plan.reason), "it says of an action that it moves nothing, and not why")
         return
-    require(isinstance(plan, Trajectory), f"it cannot plan `{subject.moving.kind}`: {plan}")
+    require(isinstance(plan, Trajectory), f"it cannot plan `{subject.motion_action.kind}`: {plan}")
     assert isinstance(plan, Trajectory)  # noqa: S101  for the type checker
     require(isfinite(plan.duration) and plan.duration > 0.0, f"a motion takes {plan.duration} s")
-    require(all(plan.paths) and bool(plan.paths), "a motion has a path without pieces")
-    for path in plan.paths:
+    require(all(plan.joint_paths) and bool(plan.joint_paths), "a motion has a path without pieces")
+    for path in plan.joint_paths:
         joins = pairwise(path)
         require(all(dist(a[3], b[0]) < 1e-9 for a, b in joins), "the pieces of a path do not join")
-    away = max(abs(a - b) for a, b in zip(plan.paths[0][0][0], measured[subject.joints], strict=True))
-    require(away <= subject.follows_within, f"a planned motion begins {away} rad from where the joints are")
+    away = max(
+        abs(a - b) for a, b in zip(plan.joint_paths[0][0][0], measured[subject.joint_variable], strict=True)
+    )
+    require(
+        away <= subject.tracking_tolerance, f"a planned motion begins {away} rad from where the joints are"
+    )
 
 
-def nothing_moves_before_time_goes_on(subject: Subject) -> None:
+def nothing_moves_before_time_goes_on(subject: PlantUnderTest) -> None:
     """`begin` begins; nothing that is measured is different before `advance`."""
     with subject.plant() as plant:
         before = values_of(plant.observe())
-        begun(plant, subject.moving)
-        unchanged(subject, before, values_of(plant.observe()), "after `begin`")
+        begin_motion(plant, subject.motion_action)
+        require_unchanged(subject, before, values_of(plant.observe()), "after `begin`")
 
 
-def a_stale_plan_is_refused(subject: Subject) -> None:
+def a_stale_plan_is_refused(subject: PlantUnderTest) -> None:
     """What was planned elsewhere is not what can be done here: begun with it, an action is refused.
 
     What moves nothing is the same everywhere.
     """
     with subject.plant() as plant:
-        stale = plant.plan(subject.moving)
-        ended(plant, begun(plant, subject.moving), Watch())
+        stale = plant.plan(subject.motion_action)
+        wait_for_end(plant, begin_motion(plant, subject.motion_action), RecordingMonitor())
         before = values_of(plant.observe())
-        begin = plant.begin(subject.moving, stale)
-        if isinstance(stale, Motionless):
+        begin = plant.begin(subject.motion_action, stale)
+        if isinstance(stale, NoMotion):
             return
-        require(isinstance(begin, Completion), "a plan from where the robot no longer is was begun")
-        _has_reason(begin, "a stale plan")
-        unchanged(subject, before, values_of(plant.observe()), "after a refusal")
+        require(isinstance(begin, MotionCompletion), "a plan from where the robot no longer is was begun")
+        _require_reason(begin, "a stale plan")
+        require_unchanged(subject, before, values_of(plant.observe()), "after a refusal")
 
 
-def bad_input_is_refused_with_a_reason_before_any_motion(subject: Subject) -> None:
+def invalid_input_is_rejected_with_a_reason_before_any_motion(subject: PlantUnderTest) -> None:
     """NaN, no number, nothing, too much, too few, what nobody heard of: `plan` and `begin` do not raise.
 
-    Each answers with a `Completion` that is not one, and says why; the plant still does what it can do.
+    Each answers with a `MotionCompletion` that is not one, and says why; the plant still does what it can do.
     """
     with subject.plant() as plant:
         before = values_of(plant.observe())
-        for what, action in bad_actions(subject):
+        for what, action in invalid_actions(subject):
             for ask in (plant.plan, plant.begin):
                 try:
                     answer = ask(action)
                 except Exception as error:
                     raise ConformanceError(f"{what} makes it raise {error!r}") from error
-                _has_reason(answer, what)
-        unchanged(subject, before, values_of(plant.observe()), "after bad input")
-        over = ended(plant, begun(plant, subject.moving), Watch())
+                _require_reason(answer, what)
+        require_unchanged(subject, before, values_of(plant.observe()), "after bad input")
+        over = wait_for_end(plant, begin_motion(plant, subject.motion_action), RecordingMonitor())
         require(over.completed, f"after bad input it no longer does what it can do: {over.reason}")
 
 
-def _has_reason(answer: object, what: str) -> None:
-    require(isinstance(answer, Completion), f"{what} is not refused: {answer!r}")
-    assert isinstance(answer, Completion)  # noqa: S101  for the type checker
+def _require_reason(answer: object, what: str) -> None:
+    require(isinstance(answer, MotionCompletion), f"{what} is not refused: {answer!r}")
+    assert isinstance(answer, MotionCompletion)  # noqa: S101  for the type checker
     said = isinstance(answer.reason, str) and bool(answer.reason.strip())
     require(not answer.completed and said, f"{what} is refused without a reason: {answer}")
     require(
@@ -108,32 +115,32 @@ def _has_reason(answer: object, what: str) -> None:
     )
 
 
-def bad_actions(subject: Subject) -> Iterator[tuple[str, Action]]:
+def invalid_actions(subject: PlantUnderTest) -> Iterator[tuple[str, Action]]:
     """Actions that nobody can do, each with what is wrong with it: mutants of those that the plant can."""
     yield "an unknown kind", Action("no such kind", {})
-    for kind, parameters in (subject.moving, subject.beside):
+    for kind, parameters in (subject.motion_action, subject.parallel_action):
         yield "an unknown parameter", Action(kind, {**parameters, "no_such_parameter": 1.0})
         for name, value in parameters.items():
             less = {other: one for other, one in parameters.items() if other != name}
             yield f"`{kind}` without `{name}`", Action(kind, less)
-            for bad in _bad(value):
+            for bad in _invalid_values(value):
                 yield f"`{kind}` with `{name}` = {bad!r:.40}", Action(kind, {**parameters, name: bad})
 
 
-_NUMBERS: Final[tuple[Any, ...]] = (nan, inf, -inf, 10**400, True, None, "1", (), (1.0,), {})
+_INVALID_NUMBERS: Final[tuple[Any, ...]] = (nan, inf, -inf, 10**400, True, None, "1", (), (1.0,), {})
 """What is no finite number."""
 
-_OTHERS: Final[tuple[Any, ...]] = (None, nan, 1.0, (), "no such word")
+_NON_NUMBERS: Final[tuple[Any, ...]] = (None, nan, 1.0, (), "no such word")
 """What is neither a known word nor a vector."""
 
 
-def _bad(value: Any) -> Iterator[Any]:
+def _invalid_values(value: Any) -> Iterator[Any]:
     """What is not of the type or form of `value`."""
     if isinstance(value, tuple):
-        yield from (*_OTHERS, value[:-1], (*value, 0.0))
+        yield from (*_NON_NUMBERS, value[:-1], (*value, 0.0))
         for index in range(len(value)):
-            yield from ((*value[:index], bad, *value[index + 1 :]) for bad in _NUMBERS)
+            yield from ((*value[:index], bad, *value[index + 1 :]) for bad in _INVALID_NUMBERS)
     elif isinstance(value, str):
-        yield from _OTHERS
+        yield from _NON_NUMBERS
     else:
-        yield from _NUMBERS
+        yield from _INVALID_NUMBERS

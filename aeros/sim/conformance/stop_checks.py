@@ -7,69 +7,82 @@ from itertools import pairwise
 from math import dist
 from typing import Any
 
-from aeros.runtime.ports import Completion, Motion, Plant
+from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant
 from aeros.sim.conformance.plant_under_test import (
-    PATIENCE,
-    RULE,
+    MONITOR_RULE,
+    MOTION_TIMEOUT_S,
     ConformanceError,
-    Subject,
-    Watch,
-    begun,
-    ended,
+    PlantUnderTest,
+    RecordingMonitor,
+    begin_motion,
     require,
-    unchanged,
+    require_unchanged,
     values_of,
+    wait_for_end,
 )
 
-_SOON = 0.3
+_INTERRUPT_AFTER_S = 0.3
 """When what moves is interrupted, s after its beginning: by then it moves."""
 
 
-def a_rule_named_at_once_keeps_everything_where_it_is(subject: Subject) -> None:
+def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
     """A rule that is named before the first tick: everything has ended, and nothing has moved."""
     with subject.plant() as plant:
         before = values_of(plant.observe())
-        motions = [begun(plant, subject.moving), begun(plant, subject.beside)]
-        _all_ended(plant.advance(Watch(names=plant.now()), plant.now() + PATIENCE), motions)
-        unchanged(subject, before, values_of(plant.observe()), "a rule was named before anything moved, and")
-        _over_for_good(subject, plant)
+        motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
+        _require_all_ended(
+            plant.advance(RecordingMonitor(names=plant.now()), plant.now() + MOTION_TIMEOUT_S), motions
+        )
+        require_unchanged(
+            subject, before, values_of(plant.observe()), "a rule was named before anything moved, and"
+        )
+        _require_ended_for_good(subject, plant)
 
 
-def a_named_rule_ends_everything_within_one_tick(subject: Subject) -> None:
+def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> None:
     """A rule that is named on the way: the monitor is not asked again, and everything comes to rest at once.
 
     Not sooner than the joints' limits allow, either.
     """
     with subject.plant() as plant:
-        motions = [begun(plant, subject.moving), begun(plant, subject.beside)]
+        motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
         # Without ticks time passes at the end of a motion alone: its second look is on the way.
-        watch = Watch(names=plant.now() + (_SOON if subject.period else 0.0), passing=1)
-        over = plant.advance(watch, plant.now() + PATIENCE)
-        _all_ended(over, motions)
+        watch = RecordingMonitor(
+            names=plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), forward_to=1
+        )
+        over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
+        _require_all_ended(over, motions)
         named = [time for time, _ in watch.seen[1:] if time >= watch.names]
         require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
         took = plant.now() - named[0]
-        require(took <= subject.stops_within + 2 * subject.tick, f"coming to rest took {took:.3f} s")
-        _came_to_rest(subject, watch, values_of(plant.observe()))
-        _over_for_good(subject, plant)
+        require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
+        _require_braking_distance(subject, watch, values_of(plant.observe()))
+        _require_ended_for_good(subject, plant)
 
 
-def a_halted_motion_comes_to_rest_while_others_go_on(subject: Subject) -> None:
+def a_halted_motion_comes_to_rest_while_others_go_on(subject: PlantUnderTest) -> None:
     """`halt` between two calls of `advance` brings that motion to rest, and the other to its own end."""
 
-    def halting(plant: Plant, motion: Motion, watch: Watch) -> Mapping[Motion, Completion]:
-        require(plant.advance(watch, plant.now() + _SOON) == {}, "something ended before it was halted")
+    def halting(
+        plant: Plant, motion: MotionHandle, watch: RecordingMonitor
+    ) -> Mapping[MotionHandle, MotionCompletion]:
+        require(
+            plant.advance(watch, plant.now() + _INTERRUPT_AFTER_S) == {},
+            "something ended before it was halted",
+        )
         plant.halt(motion)
         return {}
 
-    _halted(subject, halting)
+    _check_halt(subject, halting)
 
 
-def the_monitor_may_halt_a_motion(subject: Subject) -> None:
+def the_monitor_may_halt_a_motion(subject: PlantUnderTest) -> None:
     """`halt` from inside `advance`, by the monitor, does just the same."""
 
-    def halting(plant: Plant, motion: Motion, watch: Watch) -> Mapping[Motion, Completion]:
-        halts_at, is_halted = plant.now() + (_SOON if subject.period else 0.0), False
+    def halting(
+        plant: Plant, motion: MotionHandle, watch: RecordingMonitor
+    ) -> Mapping[MotionHandle, MotionCompletion]:
+        halts_at, is_halted = plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), False
 
         def monitor(now: float, values: Mapping[str, Any]) -> str | None:
             nonlocal is_halted
@@ -79,49 +92,62 @@ def the_monitor_may_halt_a_motion(subject: Subject) -> None:
             return watch(now, values) if now <= halts_at else None
 
         try:
-            return plant.advance(monitor, plant.now() + PATIENCE)
+            return plant.advance(monitor, plant.now() + MOTION_TIMEOUT_S)
         except Exception as error:
             raise ConformanceError(f"it raises {error!r} where the monitor halts a motion") from error
 
-    _halted(subject, halting)
+    _check_halt(subject, halting)
 
 
-def _halted(subject: Subject, halting: Callable[[Plant, Motion, Watch], Mapping[Motion, Completion]]) -> None:
+def _check_halt(
+    subject: PlantUnderTest,
+    halting: Callable[[Plant, MotionHandle, RecordingMonitor], Mapping[MotionHandle, MotionCompletion]],
+) -> None:
     with subject.plant() as plant:
-        moving, beside = begun(plant, subject.moving), begun(plant, subject.beside)
-        watch, since = Watch(), plant.now()
-        over = halting(plant, moving, watch) or plant.advance(Watch(), plant.now() + PATIENCE)
+        moving, beside = (
+            begin_motion(plant, subject.motion_action),
+            begin_motion(plant, subject.parallel_action),
+        )
+        watch, since = RecordingMonitor(), plant.now()
+        over = halting(plant, moving, watch) or plant.advance(
+            RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S
+        )
         require(set(over) == {moving}, f"one motion was halted, and ended were {sorted(over)}")
         how, took = over[moving], plant.now() - since
         require(not how.completed and bool(how.reason), f"a halted motion ended with {how}")
         require(not str(how.reason).startswith("monitor:"), f"halted, but in the monitor's name: {how}")
         require(
-            took <= _SOON + subject.stops_within + 2 * subject.tick,
-            f"coming to rest took {took - _SOON:.3f} s",
+            took <= _INTERRUPT_AFTER_S + subject.max_stop_time + 2 * subject.tick,
+            f"coming to rest took {took - _INTERRUPT_AFTER_S:.3f} s",
         )
-        _came_to_rest(subject, watch, values_of(plant.observe()))
-        require(ended(plant, beside, Watch()).completed, "what went on beside it is not completed")
+        _require_braking_distance(subject, watch, values_of(plant.observe()))
+        require(
+            wait_for_end(plant, beside, RecordingMonitor()).completed,
+            "what went on beside it is not completed",
+        )
 
 
-def stop_ends_everything(subject: Subject) -> None:
+def stop_ends_everything(subject: PlantUnderTest) -> None:
     """After `stop` everything is at rest, what was under way is not told of again, and new motions begin."""
     with subject.plant() as plant:
-        motions = [begun(plant, subject.moving), begun(plant, subject.beside)]
-        watch = Watch()
-        require(plant.advance(watch, plant.now() + _SOON) == {}, f"one of {motions} ended too soon")
+        motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
+        watch = RecordingMonitor()
+        require(
+            plant.advance(watch, plant.now() + _INTERRUPT_AFTER_S) == {}, f"one of {motions} ended too soon"
+        )
         since = plant.now()
         plant.stop()
         took = plant.now() - since
-        require(took <= subject.stops_within + 2 * subject.tick, f"coming to rest took {took:.3f} s")
-        _came_to_rest(subject, watch, values_of(plant.observe()))
-        _over_for_good(subject, plant)
+        require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
+        _require_braking_distance(subject, watch, values_of(plant.observe()))
+        _require_ended_for_good(subject, plant)
 
 
-def closing_twice_is_closing_once(subject: Subject) -> None:
+def close_is_idempotent(subject: PlantUnderTest) -> None:
     """`close` may be called again, also with something under way."""
-    plant = subject.make()
+    plant = subject.make_plant()
     try:
-        begun(plant, subject.moving)
+        begin_motion(plant, subject.motion_action)
     finally:
         plant.close()
     try:
@@ -130,45 +156,56 @@ def closing_twice_is_closing_once(subject: Subject) -> None:
         raise ConformanceError(f"closing it twice makes it raise {error!r}") from error
 
 
-def _all_ended(over: Mapping[Motion, Completion], motions: list[Motion]) -> None:
+def _require_all_ended(over: Mapping[MotionHandle, MotionCompletion], motions: list[MotionHandle]) -> None:
     require(set(over) == set(motions), f"a rule was named: of {motions}, {sorted(over)} have ended")
     for how in over.values():
-        require(how == Completion(False, f"monitor:{RULE}"), f"a rule was named, and one ended with {how}")
+        require(
+            how == MotionCompletion(False, f"monitor:{MONITOR_RULE}"),
+            f"a rule was named, and one ended with {how}",
+        )
 
 
-def _over_for_good(subject: Subject, plant: Plant) -> None:
+def _require_ended_for_good(subject: PlantUnderTest, plant: Plant) -> None:
     """Nothing goes on by itself; what is begun now goes its own way."""
     before = values_of(plant.observe())
-    new = begun(plant, subject.beside)
-    over = plant.advance(Watch(), plant.now() + PATIENCE)
-    require(over == {new: Completion(True)}, f"{new} was begun after all had ended; ended were {over}")
-    unchanged(subject, before, values_of(plant.observe()), "after everything came to rest")
+    new = begin_motion(plant, subject.parallel_action)
+    over = plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
+    require(over == {new: MotionCompletion(True)}, f"{new} was begun after all had ended; ended were {over}")
+    require_unchanged(subject, before, values_of(plant.observe()), "after everything came to rest")
 
 
-def _came_to_rest(subject: Subject, watch: Watch, after: Mapping[str, Any]) -> None:
+def _require_braking_distance(
+    subject: PlantUnderTest, watch: RecordingMonitor, after: Mapping[str, Any]
+) -> None:
     """From the speeds last seen joints and base went as far as coming to rest within limits takes, or so.
 
-    Braking evenly within `stops_within`, v·T/2, and two ticks until it begins; at least v²/2a.
+    Braking evenly within `max_stop_time`, v·T/2, and two ticks until it begins; at least v²/2a.
     """
     if subject.period is None:
         return
     if subject.deceleration:
-        (before, last), rest = list(pairwise(watch.of(subject.joints)))[-1], after[subject.joints]
+        (before, last), rest = (
+            list(pairwise(watch.history(subject.joint_variable)))[-1],
+            after[subject.joint_variable],
+        )
         speeds = [(b - a) / subject.period for a, b in zip(before, last, strict=True)]
         require(dist(speeds, [0.0] * len(speeds)) > 0.0, "nothing moved when it was to come to rest")
         for v, a, was, now in zip(speeds, subject.deceleration, last, rest, strict=True):
             way = (now - was) * (1.0 if v > 0.0 else -1.0)
-            _braked(subject, abs(v), a, way, "a joint", "rad")
+            _check_braking(subject, abs(v), a, way, "a joint", "rad")
     if subject.base_deceleration:
-        (before, last), rest = list(pairwise(watch.of(subject.base)))[-1], after[subject.base]
+        (before, last), rest = (
+            list(pairwise(watch.history(subject.base_variable)))[-1],
+            after[subject.base_variable],
+        )
         speed = dist(before, last) / subject.period
         require(speed > 0.0, "the base did not move when it was to come to rest")
-        _braked(subject, speed, subject.base_deceleration, dist(last, rest), "the base", "m")
+        _check_braking(subject, speed, subject.base_deceleration, dist(last, rest), "the base", "m")
 
 
-def _braked(subject: Subject, v: float, a: float, way: float, what: str, unit: str) -> None:
+def _check_braking(subject: PlantUnderTest, v: float, a: float, way: float, what: str, unit: str) -> None:
     assert subject.period is not None  # noqa: S101  for the type checker
-    most = v * (subject.stops_within / 2.0 + 2.0 * subject.period) + subject.follows_within
-    least = v * v / (2.0 * a) - subject.follows_within
+    most = v * (subject.max_stop_time / 2.0 + 2.0 * subject.period) + subject.tracking_tolerance
+    least = v * v / (2.0 * a) - subject.tracking_tolerance
     require(way <= most, f"coming to rest, {what} went on by {way:.4f} {unit}; {most:.4f} would be enough")
     require(way >= least - 1e-9, f"coming to rest within limits takes {least:.4f} {unit}; it took {way:.4f}")

@@ -17,7 +17,7 @@ from aeros.sim.sensors import SensorModel
 
 
 @dataclass(frozen=True, slots=True)
-class Hindrance:
+class Degradation:
     """How badly the robot's parts work; by default as they are built.
 
     friction: of the finger pads, at most; force: of the grip, N, at most.
@@ -27,26 +27,26 @@ class Hindrance:
 
     friction: float = inf
     force: float = inf
-    strength: float = 1.0
-    lag: int = 0
+    torque_share: float = 1.0
+    lag_ticks: int = 0
     sensors: Mapping[str, SensorModel] = field(default_factory=dict)
 
-    def worse(self, other: Hindrance) -> Hindrance:
+    def combine_worst(self, other: Degradation) -> Degradation:
         """Of each part what is the worse of the two."""
-        return Hindrance(
+        return Degradation(
             min(self.friction, other.friction),
             min(self.force, other.force),
-            min(self.strength, other.strength),
-            max(self.lag, other.lag),
-            _worse_each(self.sensors, other.sensors),
+            min(self.torque_share, other.torque_share),
+            max(self.lag_ticks, other.lag_ticks),
+            _worst_models(self.sensors, other.sensors),
         )
 
 
-UNHINDERED: Final = Hindrance()
+NO_DEGRADATION: Final = Degradation()
 """Every part as it is built."""
 
 
-class Hindered:
+class DegradationApplier:
     """Brings a hindrance to the robot's motors, pads and sensors, and takes it back.
 
     The arm follows a queue of what was commanded.  After a delay it catches up at twice the pace, so that
@@ -57,27 +57,27 @@ class Hindered:
         self._robot = stage.robot
         self._sensors = stage.sensors
         self._models = dict(stage.sensors.models)
-        self._before = UNHINDERED
+        self._before = NO_DEGRADATION
         self._late: deque[tuple[Vector, Vector]] = deque()
 
-    def apply(self, now: Hindrance) -> None:
+    def apply(self, now: Degradation) -> None:
         """Set motors, pads and sensors for the tick to come."""
         robot, before = self._robot, self._before
         if now.friction != before.friction:
             robot.set_finger_friction(min(now.friction, robot.finger_friction))
         if now.force != inf or before.force != inf:
             width, force = robot.grip_command
-            robot.drive_fingers(width, min(force, now.force))
-        if now.lag or self._late or now.strength != 1.0 or before.strength != 1.0:
-            q, qd = self._followed(now.lag)
-            robot.drive_arm(q, qd, now.strength)
+            robot.set_finger_motors(width, min(force, now.force))
+        if now.lag_ticks or self._late or now.torque_share != 1.0 or before.torque_share != 1.0:
+            q, qd = self._delayed_set_points(now.lag_ticks)
+            robot.set_arm_motors(q, qd, now.torque_share)
         if now.sensors != before.sensors:
-            models = _worse_each(self._models, now.sensors)
+            models = _worst_models(self._models, now.sensors)
             self._sensors.models.clear()
             self._sensors.models.update(models)
         self._before = now
 
-    def _followed(self, lag: int) -> tuple[Vector, Vector]:
+    def _delayed_set_points(self, lag: int) -> tuple[Vector, Vector]:
         """The set points that the arm follows in this tick, `lag` ticks late or on the way there."""
         commanded = (self._robot.q_command, self._robot.qd_command)
         if lag and not self._late:
@@ -91,19 +91,19 @@ class Hindered:
         return self._late.popleft()
 
 
-def _worse_each(
+def _worst_models(
     one: Mapping[str, SensorModel], other: Mapping[str, SensorModel]
 ) -> Mapping[str, SensorModel]:
     as_built = SensorModel()
     names = {**one, **other}
-    return {name: _worse(one.get(name, as_built), other.get(name, as_built)) for name in names}
+    return {name: _worst_model(one.get(name, as_built), other.get(name, as_built)) for name in names}
 
 
-def _worse(one: SensorModel, other: SensorModel) -> SensorModel:
+def _worst_model(one: SensorModel, other: SensorModel) -> SensorModel:
     """As noisy, as coarse, as late and as often interrupted as the worse of the two."""
     return SensorModel(
         max(one.noise, other.noise),
-        max(one.step, other.step),
+        max(one.resolution, other.resolution),
         max(one.latency, other.latency),
         max(one.dropout, other.dropout),
     )

@@ -14,56 +14,69 @@ from math import cos, pi, sin
 from numpy.random import Generator
 
 from aeros.sim.clock import TICK
-from aeros.sim.faults.degradation import UNHINDERED, Hindrance
-from aeros.sim.faults.model import Acting, Enter, Seen
-from aeros.sim.geometry import Triple, plus
+from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
+from aeros.sim.faults.model import DetectionFault, PersonEntersFault, PhysicalFault
+from aeros.sim.geometry import Vector3, add
 from aeros.sim.physics import PlantParts
-from aeros.sim.scenes.scene import Through
+from aeros.sim.scenes.scene import DetectionFilter
 from aeros.sim.sensors import SensorModel
-from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
+from aeros.spec.declared.faults import (
+    CommandDelayFault,
+    DisplacedDetectionFault,
+    GripForceFault,
+    ImpulseFault,
+    MissedDetectionFault,
+    PadFrictionFault,
+    SensorFault,
+    TorqueFault,
+)
 
 
-def acting(kind: Acting, source: Generator, name: str, stage: PlantParts) -> Iterator[Hindrance]:
+def physical_effect(
+    kind: PhysicalFault, source: Generator, name: str, stage: PlantParts
+) -> Iterator[Degradation]:
     """The fault, one item a tick.  `name`: of the fault, this time."""
     match kind:
-        case Bump():
+        case ImpulseFault():
             return _bump(kind, source, stage)
-        case Slip(friction, lasts):
-            return repeat(Hindrance(friction=friction), lasts)
-        case Loosen(force, lasts):
-            return repeat(Hindrance(force=force), lasts)
-        case Weaken(torque, lasts):
-            return repeat(Hindrance(strength=torque), lasts)
-        case Delay(by, lasts):
-            return repeat(Hindrance(lag=by), lasts)
-        case Misread(of, lasts, noise, latency, dropout):
+        case PadFrictionFault(friction, lasts):
+            return repeat(Degradation(friction=friction), lasts)
+        case GripForceFault(force, lasts):
+            return repeat(Degradation(force=force), lasts)
+        case TorqueFault(torque, lasts):
+            return repeat(Degradation(torque_share=torque), lasts)
+        case CommandDelayFault(by, lasts):
+            return repeat(Degradation(lag_ticks=by), lasts)
+        case SensorFault(of, lasts, noise, latency, dropout):
             model = SensorModel(noise=noise, latency=latency, dropout=dropout)
-            return repeat(Hindrance(sensors={of: model}), lasts)
-        case Enter(person):
-            stage.people.enter(replace(person, name=name))
+            return repeat(Degradation(sensors={of: model}), lasts)
+        case PersonEntersFault(person):
+            stage.people.add_person(replace(person, name=name))
             return iter(())
 
 
-def _bump(bump: Bump, source: Generator, stage: PlantParts) -> Iterator[Hindrance]:
-    way = _level(source) if bump.direction is None else bump.direction
-    force = bump.impulse / (bump.over * TICK)
-    body = stage.scene.thing(bump.thing)
-    for _ in range(bump.over):
+def _bump(bump: ImpulseFault, source: Generator, stage: PlantParts) -> Iterator[Degradation]:
+    way = _random_horizontal(source) if bump.direction is None else bump.direction
+    force = bump.impulse / (bump.duration_ticks * TICK)
+    body = stage.scene.body(bump.thing)
+    for _ in range(bump.duration_ticks):
         stage.world.push(body, (force * way[0], force * way[1], force * way[2]))
-        yield UNHINDERED
+        yield NO_DEGRADATION
 
 
-def seen(kind: Seen, source: Generator) -> Through:
+def detection_effect(kind: DetectionFault, source: Generator) -> DetectionFilter:
     """What comes of everything in one picture: nothing is shown, or all of it seems elsewhere alike."""
     match kind:
-        case Misplace(by, direction):
-            x, y, z = _level(source) if direction is None else direction
-            return lambda found: found and found._replace(place=plus(found.place, (by * x, by * y, by * z)))
-        case Miss():
+        case DisplacedDetectionFault(by, direction):
+            x, y, z = _random_horizontal(source) if direction is None else direction
+            return lambda found: (
+                found and found._replace(position=add(found.position, (by * x, by * y, by * z)))
+            )
+        case MissedDetectionFault():
             return lambda _: None
 
 
-def _level(source: Generator) -> Triple:
+def _random_horizontal(source: Generator) -> Vector3:
     """A level direction, any."""
     angle = float(source.uniform(-pi, pi))
     return (cos(angle), sin(angle), 0.0)

@@ -9,11 +9,20 @@ from math import hypot
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.ports import Triple
-from aeros.sim.bullet.people_file import person_of
+from aeros.runtime.ports import Vec3
+from aeros.sim.bullet.people_file import parse_person
 from aeros.sim.clock import TICK
-from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime, Opportunity, Seen
-from aeros.sim.gilbert_elliott import Channel, Process, shortest
+from aeros.sim.faults.model import (
+    CameraOpportunity,
+    DetectionFault,
+    Fault,
+    Opportunity,
+    PersonEntersFault,
+    PhysicalFault,
+    SkillOpportunity,
+    TimedOpportunity,
+)
+from aeros.sim.gilbert_elliott import GilbertElliottModel, GilbertElliottProcess, min_mean_burst
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import faults as declared
 from aeros.spec.declared.decode import decode
@@ -23,31 +32,31 @@ from aeros.spec.declared.faults import (
     Amount,
     Deviation,
     Direction,
+    DisplacedDetectionFault,
     Duration,
     Known,
     Mark,
-    Misplace,
-    Misread,
-    Miss,
+    MissedDetectionFault,
+    SensorFault,
     Share,
     marks_of,
 )
 from aeros.spec.declared.people import Person
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.expr.units import TIME, Dimension
 from aeros.spec.model.model import Declared
-from aeros.spec.text.fields import Number, Text
+from aeros.spec.text.fields import NumberField, TextField
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
 
-_PER: Final = ("skill", "look", "every")
+_OPPORTUNITY_KEYS: Final = ("skill", "look", "every")
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class FaultContext:
     """What a faults file may name.
 
     quantities: what the site says is measured; skills: as `MODULE.SKILL`.
@@ -65,13 +74,13 @@ def shipped_faults() -> dict[str, Path]:
     return shipped_files("faults")
 
 
-def read_faults(name_or_path: str, around: Surroundings) -> tuple[Fault, ...]:
+def read_faults(name_or_path: str, context: FaultContext) -> tuple[Fault, ...]:
     """Those of a file, or of a shipped one by its name; raises `UserError` with every problem there is."""
     path = find_file(name_or_path, shipped_faults(), "faults file", "no faults of that name come")
-    return faults_of(read_source(path), around)
+    return parse_faults(read_source(path), context)
 
 
-def faults_of(source: Source, around: Surroundings) -> tuple[Fault, ...]:
+def parse_faults(source: Source, around: FaultContext) -> tuple[Fault, ...]:
     """The faults that `source` declares; raises `UserError` with every problem there is."""
     sink = Diagnostics()
     node = read_yaml(source, sink)
@@ -81,15 +90,21 @@ def faults_of(source: Source, around: Surroundings) -> tuple[Fault, ...]:
     return tuple(one for one in found if one is not None)
 
 
-def _fault(name: str, one: declared.Fault, around: Surroundings, sink: Diagnostics) -> Fault | None:
+def _fault(name: str, one: declared.Fault, around: FaultContext, sink: Diagnostics) -> Fault | None:
     at = _opportunity(one.at, around, sink)
     process = _process(one, sink)
-    word = _the_one(one, tuple(KINDS), one.key_span, f"`{name}`", sink)
+    word = _exactly_one(one, tuple(KINDS), one.key_span, f"`{name}`", sink)
     kind = None if word is None else _kind(name, word, getattr(one, word), around, sink)
     if at is None or process is None or word is None or kind is None:
         return None
-    if isinstance(kind, Miss | Misplace) is not isinstance(at, OnLook):
-        wanted = "`look`" if isinstance(kind, Miss | Misplace) else "`skill` or `every`"
+    if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) is not isinstance(
+        at, CameraOpportunity
+    ):
+        wanted = (
+            "`look`"
+            if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault)
+            else "`skill` or `every`"
+        )
         sink.error(
             "AE208",
             f"`{word}` goes with {wanted} alone",
@@ -97,10 +112,12 @@ def _fault(name: str, one: declared.Fault, around: Surroundings, sink: Diagnosti
             help=("what a camera sees goes wrong by looks, what bodies and motors do by skills or by time",),
         )
         return None
-    return Fault(name, at, process, kind, None if one.at_most is None else one.at_most.value)
+    return Fault(name, at, process, kind, None if one.max_count is None else one.max_count.value)
 
 
-def _the_one(one: Any, names: tuple[str, ...], span: Span, what: str, sink: Diagnostics) -> str | None:
+def _exactly_one(
+    one: Any, names: tuple[str, ...], span: SourceSpan, what: str, sink: Diagnostics
+) -> str | None:
     """Which of the fields is there; reports where none is or several are."""
     there = [name for name in names if getattr(one, name) is not None]
     if len(there) == 1:
@@ -114,8 +131,8 @@ def _the_one(one: Any, names: tuple[str, ...], span: Span, what: str, sink: Diag
 # When.
 
 
-def _opportunity(at: declared.At, around: Surroundings, sink: Diagnostics) -> Opportunity | None:
-    word = _the_one(at, _PER, at.span, "`at`", sink)
+def _opportunity(at: declared.FaultTrigger, around: FaultContext, sink: Diagnostics) -> Opportunity | None:
+    word = _exactly_one(at, _OPPORTUNITY_KEYS, at.span, "`at`", sink)
     if word is None:
         return None
     after = 0 if at.after is None else _ticks(at.after, sink, least=0)
@@ -129,18 +146,18 @@ def _opportunity(at: declared.At, around: Surroundings, sink: Diagnostics) -> Op
     if at.skill is not None:
         if not _is_known(at.skill, around.skills, "skill of a loaded module", sink) or after is None:
             return None
-        return OnSkill(at.skill.value, after, at.once is not None)
+        return SkillOpportunity(at.skill.value, after, at.once is not None)
     if at.look is not None:
         known = _is_known(at.look, around.cameras, "camera of the scene", sink)
         if at.during is None:
-            return OnLook(at.look.value) if known else None
+            return CameraOpportunity(at.look.value) if known else None
         known = _is_known(at.during, around.skills, "skill of a loaded module", sink) and known
-        return OnLook(at.look.value, at.during.value) if known else None
+        return CameraOpportunity(at.look.value, at.during.value) if known else None
     period = None if at.every is None else _ticks(at.every, sink)
-    return None if period is None else OnTime(period)
+    return None if period is None else TimedOpportunity(period)
 
 
-def _is_known(name: Text, known: Collection[str], what: str, sink: Diagnostics) -> bool:
+def _is_known(name: TextField, known: Collection[str], what: str, sink: Diagnostics) -> bool:
     if name.value in known:
         return True
     near = did_you_mean(name.value, known)
@@ -153,10 +170,10 @@ def _is_known(name: Text, known: Collection[str], what: str, sink: Diagnostics) 
 # How often.
 
 
-def _process(one: declared.Fault, sink: Diagnostics) -> Process | None:
+def _process(one: declared.Fault, sink: Diagnostics) -> GilbertElliottProcess | None:
     rate, bursts = one.rate.value, one.bursts
     if bursts is None:
-        return Process(0.0, 0.0, 1.0, 1.0, float(rate))
+        return GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, float(rate))
     within = Fraction(1) if bursts.within is None else bursts.within.value
     between = Fraction(0) if bursts.between is None else bursts.between.value
     length = bursts.mean_length.value
@@ -169,7 +186,7 @@ def _process(one: declared.Fault, sink: Diagnostics) -> Process | None:
             help=("choose `between` below `rate` and `within` above it",),
         )
         return None
-    least = shortest((rate - between) / (within - between))
+    least = min_mean_burst((rate - between) / (within - between))
     if length < least:
         sink.error(
             "AE208",
@@ -178,15 +195,17 @@ def _process(one: declared.Fault, sink: Diagnostics) -> Process | None:
             help=(f"a `mean_length` of at least {float(least):.4g} gives it",),
         )
         return None
-    return Channel(rate, length, within, between).process()
+    return GilbertElliottModel(rate, length, within, between).process()
 
 
 # What.
 
 
-def _kind(name: str, word: str, one: Any, around: Surroundings, sink: Diagnostics) -> Acting | Seen | None:
+def _kind(
+    name: str, word: str, one: Any, around: FaultContext, sink: Diagnostics
+) -> PhysicalFault | DetectionFault | None:
     if isinstance(one, Person):
-        return Enter(person_of(name, one, sink))
+        return PersonEntersFault(parse_person(name, one, sink))
     kind, values = KINDS[word], dict[str, object]()
     for field, mark in marks_of(kind).items():
         written = getattr(one, field)
@@ -194,14 +213,14 @@ def _kind(name: str, word: str, one: Any, around: Surroundings, sink: Diagnostic
             values[field] = _value(mark, written, one, around, sink)
         if field == "of" and values[field] is None:
             return None  # what the other fields may be depends on it
-    if kind is Misread and values.keys() == {"of", "lasts"}:
+    if kind is SensorFault and values.keys() == {"of", "lasts"}:
         sink.error("AE208", "a misread needs `noise`, `latency` or `dropout`", one.span)
         return None
-    found: Acting | Seen | None = None if None in values.values() else kind(**values)
+    found: PhysicalFault | DetectionFault | None = None if None in values.values() else kind(**values)
     return found
 
 
-def _value(mark: Mark, written: Any, one: Any, around: Surroundings, sink: Diagnostics) -> object:
+def _value(mark: Mark, written: Any, one: Any, around: FaultContext, sink: Diagnostics) -> object:
     """Return the value in SI of a field of `one`, by its mark; None where it is wrong, and reported."""
     match mark:
         case Known(among=among, noun=noun):
@@ -218,7 +237,7 @@ def _value(mark: Mark, written: Any, one: Any, around: Surroundings, sink: Diagn
             return _direction(written, sink)
 
 
-def _deviation(text: Text, of: Text, around: Surroundings, sink: Diagnostics) -> float | None:
+def _deviation(text: TextField, of: TextField, around: FaultContext, sink: Diagnostics) -> float | None:
     """Return a standard deviation of the known quantity `of`; None where it is wrong and reported."""
     type_ = around.quantities[of.value].variable.type
     element = type_.element if isinstance(type_, FamilyType) else type_
@@ -228,17 +247,17 @@ def _deviation(text: Text, of: Text, around: Surroundings, sink: Diagnostics) ->
     return None
 
 
-def _direction(numbers: tuple[Number, ...], sink: Diagnostics) -> Triple | None:
+def _direction(numbers: tuple[NumberField, ...], sink: Diagnostics) -> Vec3 | None:
     """Return the direction with length 1; None where it has none, which is reported."""
     x, y, z = (float(number.value) for number in numbers)
     length = hypot(x, y, z)
     if not 1e-6 < length < 1e6:
-        sink.error("AE208", "a direction is not nothing", numbers[0].span.cover(numbers[-1].span))
+        sink.error("AE208", "a direction is not nothing", numbers[0].span.merge(numbers[-1].span))
         return None
     return (x / length, y / length, z / length)
 
 
-def _ticks(text: Text, sink: Diagnostics, *, least: int = 1) -> int | None:
+def _ticks(text: TextField, sink: Diagnostics, *, least: int = 1) -> int | None:
     """A time in whole ticks, rounded; at least `least`."""
     time = _quantity(text, TIME, LONGEST, sink)
     if time is None:
@@ -252,7 +271,7 @@ def _ticks(text: Text, sink: Diagnostics, *, least: int = 1) -> int | None:
     return None
 
 
-def _quantity(text: Text, dimension: Dimension, most: int, sink: Diagnostics) -> float | None:
+def _quantity(text: TextField, dimension: Dimension, most: int, sink: Diagnostics) -> float | None:
     value = elaborate_quantity(text, dimension, sink)
     if value is None:
         return None

@@ -13,18 +13,18 @@ from typing import NamedTuple
 
 from numpy.random import Generator
 
-from aeros.sim.faults.degradation import UNHINDERED, Hindered, Hindrance
-from aeros.sim.faults.effects import acting, seen
-from aeros.sim.faults.model import Fault, OnLook, OnSkill, OnTime, Opportunity
-from aeros.sim.faults.opportunities import Draws
+from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation, DegradationApplier
+from aeros.sim.faults.effects import detection_effect, physical_effect
+from aeros.sim.faults.model import CameraOpportunity, Fault, Opportunity, SkillOpportunity, TimedOpportunity
+from aeros.sim.faults.opportunities import OpportunitySampler
 from aeros.sim.physics import NoDisturbance, PlantParts
-from aeros.sim.randomness import Chance
-from aeros.sim.scenes.scene import Detected, Through
-from aeros.spec.declared.faults import Misplace, Miss
+from aeros.sim.randomness import RandomSource
+from aeros.sim.scenes.scene import DetectionFilter, OptionalDetection
+from aeros.spec.declared.faults import DisplacedDetectionFault, MissedDetectionFault
 from aeros.spec.diagnostics.errors import MisuseError
 
 
-class Happening(NamedTuple):
+class FaultEvent(NamedTuple):
     """Something a fault did, at a time on the plant's clock.
 
     event: `fault` when it begins, `fault-over` when it has ended, `fault-passed` when its opportunity was
@@ -40,94 +40,96 @@ class Happening(NamedTuple):
 
 
 @dataclass(eq=False)
-class _Waiting:
+class _PendingFault:
     """A fault whose opportunity is taken; `due` is the tick it begins at, None until something is held."""
 
     fault: Fault
-    on: OnSkill
+    opportunity_kind: SkillOpportunity
     opportunity: int
-    source: Generator
-    due: int | None
+    rng: Generator
+    start_tick: int | None
 
 
 @dataclass(eq=False)
-class _Acting:
+class _ActiveFault:
     """A fault that has begun, tick by tick."""
 
     fault: Fault
     opportunity: int
-    ticks: Iterator[Hindrance]
+    ticks: Iterator[Degradation]
 
 
-class Injector(NoDisturbance):
-    """Faults on one plant, in one run; `tell` hears of each as it happens."""
+class FaultInjector(NoDisturbance):
+    """Faults on one plant, in one run; `on_event` hears of each as it happens."""
 
-    def __init__(self, faults: Sequence[Fault], seed: int, tell: Callable[[Happening], None]) -> None:
-        chance = Chance(seed)
+    def __init__(self, faults: Sequence[Fault], seed: int, on_event: Callable[[FaultEvent], None]) -> None:
+        chance = RandomSource(seed)
         self._faults = tuple(faults)
-        self._draws = {fault.name: Draws(fault, chance) for fault in faults}
-        self._tell = tell
-        self._waiting: list[_Waiting] = []
-        self._acting: list[_Acting] = []
+        self._draws = {fault.name: OpportunitySampler(fault, chance) for fault in faults}
+        self._tell = on_event
+        self._waiting: list[_PendingFault] = []
+        self._acting: list[_ActiveFault] = []
         self._under_way: Counter[str] = Counter()
 
     @property
-    def alike(self) -> tuple[float, float]:
-        """Rates of all faults between which everything would be as it is; see `Draws.alike`."""
-        each = [draws.alike for draws in self._draws.values()]
+    def equivalent_rates(self) -> tuple[float, float]:
+        """Rates of all faults between which everything would be as it is; see `OpportunitySampler.equivalent_rates`."""
+        each = [draws.equivalent_rates for draws in self._draws.values()]
         return max((low for low, _ in each), default=0.0), min((high for _, high in each), default=1.0)
 
     def attach(self, stage: PlantParts) -> None:
         """See `NoDisturbance`."""
         self._stage = stage
         self._world = stage.world
-        self._hindered = Hindered(stage)
+        self._hindered = DegradationApplier(stage)
 
     def skill_began(self, skill: str) -> None:
         """Each fault on this skill has an opportunity."""
         self._under_way[skill] += 1
         for fault in self._faults:
             on = fault.opportunity
-            if isinstance(on, OnSkill) and on.skill == skill:
+            if isinstance(on, SkillOpportunity) and on.skill == skill:
                 source = self._draws[fault.name].next()
                 if source is not None:
-                    due = None if on.once_holding else self._world.ticks + on.after
-                    self._waiting.append(_Waiting(fault, on, self._number(fault), source, due))
+                    due = None if on.from_first_grip else self._world.ticks + on.delay_ticks
+                    self._waiting.append(_PendingFault(fault, on, self._last_opportunity(fault), source, due))
 
     def skill_ended(self, skill: str) -> None:
         """What waited for a time in this invocation passes."""
         self._under_way[skill] -= 1
-        passed = [one for one in self._waiting if one.on.skill == skill]
-        self._waiting = [one for one in self._waiting if one.on.skill != skill]
+        passed = [one for one in self._waiting if one.opportunity_kind.skill == skill]
+        self._waiting = [one for one in self._waiting if one.opportunity_kind.skill != skill]
         for one in passed:
-            self._say("fault-passed", one.fault, one.opportunity, f"passes: `{skill}` ended before")
+            self._emit("fault-passed", one.fault, one.opportunity, f"passes: `{skill}` ended before")
 
     def before_tick(self) -> None:
         """Begin what is due, let everything act that has begun, and bring it to motors and pads."""
-        self._begin_by_time()
-        self._begin_waiting()
-        now = UNHINDERED
+        self._begin_timed()
+        self._begin_pending()
+        now = NO_DEGRADATION
         for one in list(self._acting):
             hindrance = next(one.ticks, None)
             if hindrance is not None:
-                now = now.worse(hindrance)
+                now = now.combine_worst(hindrance)
             else:
                 self._acting.remove(one)
-                self._say("fault-over", one.fault, one.opportunity, "is over")
+                self._emit("fault-over", one.fault, one.opportunity, "is over")
         self._hindered.apply(now)
 
-    def detection_filter(self, camera: str) -> Through:
+    def detection_filter(self, camera: str) -> DetectionFilter:
         """Each fault on this camera has an opportunity; a miss hides whatever others made of a thing."""
         happening = []
         for fault in self._faults:
             kind = fault.kind
-            if isinstance(kind, Miss | Misplace) and self._is_look(fault.opportunity, camera):
+            if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) and self._is_opportunity(
+                fault.opportunity, camera
+            ):
                 source = self._draws[fault.name].next()
                 if source is not None:
-                    self._say("fault", fault, self._number(fault), "happens")
-                    happening.append(seen(kind, source))
+                    self._emit("fault", fault, self._last_opportunity(fault), "happens")
+                    happening.append(detection_effect(kind, source))
 
-        def through(found: Detected) -> Detected:
+        def through(found: OptionalDetection) -> OptionalDetection:
             for one in happening:
                 found = one(found)
             return found
@@ -136,46 +138,46 @@ class Injector(NoDisturbance):
 
     # Inside.
 
-    def _is_look(self, on: Opportunity, camera: str) -> bool:
+    def _is_opportunity(self, on: Opportunity, camera: str) -> bool:
         """Whether a picture that `camera` takes now is an opportunity."""
-        if not isinstance(on, OnLook) or on.camera != camera:
+        if not isinstance(on, CameraOpportunity) or on.camera != camera:
             return False
-        return on.during is None or self._under_way[on.during] > 0
+        return on.while_skill is None or self._under_way[on.while_skill] > 0
 
-    def _begin_by_time(self) -> None:
+    def _begin_timed(self) -> None:
         ticks = self._world.ticks
         for fault in self._faults:
             on = fault.opportunity
-            if isinstance(on, OnTime) and ticks > 0 and ticks % on.period == 0:
+            if isinstance(on, TimedOpportunity) and ticks > 0 and ticks % on.period_ticks == 0:
                 source = self._draws[fault.name].next()
                 if source is not None:
-                    self._begin(fault, self._number(fault), source)
+                    self._begin(fault, self._last_opportunity(fault), source)
 
-    def _begin_waiting(self) -> None:
+    def _begin_pending(self) -> None:
         if not self._waiting:
             return
         ticks = self._world.ticks
-        holding = any(one.due is None for one in self._waiting) and self._stage.robot.is_holding()
+        holding = any(one.start_tick is None for one in self._waiting) and self._stage.robot.is_holding()
         for one in self._waiting:
-            if one.due is None and holding:
-                one.due = ticks + one.on.after
-        due = [one for one in self._waiting if one.due is not None and one.due <= ticks]
+            if one.start_tick is None and holding:
+                one.start_tick = ticks + one.opportunity_kind.delay_ticks
+        due = [one for one in self._waiting if one.start_tick is not None and one.start_tick <= ticks]
         self._waiting = [one for one in self._waiting if one not in due]
         for one in due:
-            self._begin(one.fault, one.opportunity, one.source)
+            self._begin(one.fault, one.opportunity, one.rng)
 
     def _begin(self, fault: Fault, opportunity: int, source: Generator) -> None:
-        if isinstance(fault.kind, Miss | Misplace):
+        if isinstance(fault.kind, MissedDetectionFault | DisplacedDetectionFault):
             raise MisuseError(f"`{fault.name}` is of what a camera sees, and goes with its looks")
         name = f"{fault.name} {opportunity}"
-        ticks = acting(fault.kind, source, name, self._stage)
-        self._acting.append(_Acting(fault, opportunity, ticks))
-        self._say("fault", fault, opportunity, "begins")
+        ticks = physical_effect(fault.kind, source, name, self._stage)
+        self._acting.append(_ActiveFault(fault, opportunity, ticks))
+        self._emit("fault", fault, opportunity, "begins")
 
-    def _number(self, fault: Fault) -> int:
+    def _last_opportunity(self, fault: Fault) -> int:
         """Which opportunity of this fault was drawn last."""
         return self._draws[fault.name].count
 
-    def _say(self, event: str, fault: Fault, opportunity: int, what: str) -> None:
+    def _emit(self, event: str, fault: Fault, opportunity: int, what: str) -> None:
         text = f"fault `{fault.name}` {what} (opportunity {opportunity})"
-        self._tell(Happening(self._world.time, event, fault.name, text, opportunity))
+        self._tell(FaultEvent(self._world.time, event, fault.name, text, opportunity))

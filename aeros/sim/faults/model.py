@@ -5,52 +5,69 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aeros.sim.bullet.people import Person
-from aeros.sim.gilbert_elliott import Process
-from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
+from aeros.sim.gilbert_elliott import GilbertElliottProcess
+from aeros.spec.declared.faults import (
+    CommandDelayFault,
+    DisplacedDetectionFault,
+    GripForceFault,
+    ImpulseFault,
+    MissedDetectionFault,
+    PadFrictionFault,
+    SensorFault,
+    TorqueFault,
+)
 
 
 @dataclass(frozen=True, slots=True)
-class OnSkill:
-    """Each invocation of `skill`; begins `after` ticks in, counted from the first hold if `once_holding`.
+class SkillOpportunity:
+    """Each invocation of `skill`; begins `delay_ticks` ticks in, counted from the first hold if `from_first_grip`.
 
     An invocation that ends before that lets the fault pass.
     """
 
     skill: str
-    after: int
-    once_holding: bool
+    delay_ticks: int
+    from_first_grip: bool
 
 
 @dataclass(frozen=True, slots=True)
-class OnLook:
-    """Each picture that `camera` takes; where `during` names a skill, while that is under way."""
+class CameraOpportunity:
+    """Each picture that `camera` takes; where `while_skill` names a skill, while that is under way."""
 
     camera: str
-    during: str | None = None
+    while_skill: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class OnTime:
-    """The end of each `period` ticks of the plant's clock."""
+class TimedOpportunity:
+    """The end of each `period_ticks` ticks of the plant's clock."""
 
-    period: int
+    period_ticks: int
 
 
-Opportunity = OnSkill | OnLook | OnTime
+Opportunity = SkillOpportunity | CameraOpportunity | TimedOpportunity
 """What a fault's rate is per."""
 
 
 @dataclass(frozen=True, slots=True)
-class Enter:
+class PersonEntersFault:
     """Somebody comes, and goes their way."""
 
     person: Person
 
 
-Acting = Bump | Slip | Loosen | Weaken | Delay | Misread | Enter
+PhysicalFault = (
+    ImpulseFault
+    | PadFrictionFault
+    | GripForceFault
+    | TorqueFault
+    | CommandDelayFault
+    | SensorFault
+    | PersonEntersFault
+)
 """What acts on bodies, motors and sensors, tick by tick."""
 
-Seen = Miss | Misplace
+DetectionFault = MissedDetectionFault | DisplacedDetectionFault
 """What acts on a picture's evaluation."""
 
 
@@ -63,6 +80,6 @@ class Fault:
 
     name: str
     opportunity: Opportunity
-    process: Process
-    kind: Acting | Seen
-    at_most: int | None = None
+    process: GilbertElliottProcess
+    kind: PhysicalFault | DetectionFault
+    max_count: int | None = None

@@ -9,18 +9,26 @@ from math import inf
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.ports import Body, Completion, Monitor, Motion, Plan, Reading, Readings
-from aeros.sim.hosting.wire import Line, body_heard, heard, plan_heard
+from aeros.runtime.ports import (
+    Monitor,
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
+    Reading,
+    Readings,
+    RobotBody,
+)
+from aeros.sim.hosting.wire import MessageChannel, decode_body, decode_plan, decode_value
 from aeros.skill import Action
 
-PATIENCE: Final = 600.0
+HOST_TIMEOUT_S: Final = 600.0
 """Real seconds for a hosted plant to answer: a tick of physics takes a millisecond, a picture far more."""
 
 
 class RemotePlant:
     """Implements `aeros.runtime.ports.Plant` by the plant hosted at `path`.
 
-    Raises `LostError`, which is a `ConnectionError`, where that is gone.
+    Raises `ConnectionLostError`, which is a `ConnectionError`, where that is gone.
     """
 
     def __init__(self, path: Path) -> None:
@@ -30,78 +38,85 @@ class RemotePlant:
         except OSError:
             connection.close()
             raise
-        self._line = Line(connection, PATIENCE)
-        self._body: Body | None = None
-        self._planned: tuple[int, Plan] | None = None
+        self._line = MessageChannel(connection, HOST_TIMEOUT_S)
+        self._body: RobotBody | None = None
+        self._planned: tuple[int, PlannedMotion] | None = None
         self._is_open = True
 
     def now(self) -> float:
         """See `Plant`."""
-        return float(self._ask("now"))
+        return float(self._call("now"))
 
     def observe(self) -> Readings:
         """See `Plant`."""
-        told = self._ask("observe")
-        return {name: Reading(heard(value), time) for name, (value, time) in told.items()}
+        told = self._call("observe")
+        return {name: Reading(decode_value(value), time) for name, (value, time) in told.items()}
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """See `Plant`."""
-        untold = _untold(action)
+        untold = _encoding_problem(action)
         if untold is not None:
             return untold
-        told = self._ask("plan", **_told(action))
+        told = self._call("plan", **_encode_action(action))
         if "body" in told:
-            self._body = body_heard(told["body"])
-        plan = plan_heard(told["plan"], self._body)
+            self._body = decode_body(told["body"])
+        plan = decode_plan(told["plan"], self._body)
         self._planned = (told["number"], plan)
         return plan
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """See `Plant`."""
-        untold = _untold(action)
+        untold = _encoding_problem(action)
         if untold is not None:
             return untold
         number = None
         if decided is not None:
             # What is none of this plant's own plans is none of the host's either.
             number = self._planned[0] if self._planned and self._planned[1] is decided else -1
-        told = self._ask("begin", plan=number, **_told(action))
-        return Completion(told["completed"], told["reason"]) if isinstance(told, dict) else Motion(told)
+        told = self._call("begin", plan=number, **_encode_action(action))
+        return (
+            MotionCompletion(told["completed"], told["reason"])
+            if isinstance(told, dict)
+            else MotionHandle(told)
+        )
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """See `Plant`; the host waits at every tick for what `monitor` says of it."""
-        self._line.say({"do": "advance", "until": None if until == inf else until})
+        self._line.send({"do": "advance", "until": None if until == inf else until})
         failure: BaseException | None = None
-        while "is" not in (message := self._line.hear()):
-            measured = {name: heard(value) for name, value in message["measured"].items()}
+        while "is" not in (message := self._line.receive()):
+            measured = {name: decode_value(value) for name, value in message["measured"].items()}
             try:
                 rule = monitor(message["tick"], measured)
             except BaseException as raised:
                 failure, rule = raised, "the monitor failed"
-            self._line.say({"rule": rule})
+            self._line.send({"rule": rule})
         if failure is not None:
             raise failure
-        return {Motion(motion): Completion(how["completed"], how["reason"]) for motion, how in message["is"]}
+        return {
+            MotionHandle(motion): MotionCompletion(how["completed"], how["reason"])
+            for motion, how in message["is"]
+        }
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         """See `Plant`."""
-        self._ask("halt", motion=motion)
+        self._call("halt", motion=motion)
 
     def stop(self) -> None:
         """See `Plant`."""
-        self._ask("stop")
+        self._call("stop")
 
     def skill_began(self, skill: str) -> None:
         """See `Plant`."""
-        self._ask("skill-began", skill=skill)
+        self._call("skill-began", skill=skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
         """See `Plant`."""
-        self._ask("skill-ended", skill=skill, finished=finished)
+        self._call("skill-ended", skill=skill, finished=finished)
 
-    def end(self) -> None:
+    def shut_down_host(self) -> None:
         """Let the host end with its plant, and leave."""
-        self._ask("end")
+        self._call("end")
         self.close()
 
     def close(self) -> None:
@@ -111,24 +126,24 @@ class RemotePlant:
             with suppress(OSError):
                 self._line.close()
 
-    def _ask(self, what: str, **about: Any) -> Any:
-        self._line.say({"do": what, **about})
-        return self._line.hear()["is"]
+    def _call(self, what: str, **about: Any) -> Any:
+        self._line.send({"do": what, **about})
+        return self._line.receive()["is"]
 
 
-def _untold(action: Action) -> Completion | None:
+def _encoding_problem(action: Action) -> MotionCompletion | None:
     """Why an action cannot be put into words, if so; no plant knows what to do with such a value."""
     for name, value in action.parameters.items():
-        if not _is_plain(value):
-            return Completion(False, f"bad parameter: `{name}` is of a type that no plant knows")
+        if not _is_json_value(value):
+            return MotionCompletion(False, f"bad parameter: `{name}` is of a type that no plant knows")
     return None
 
 
-def _is_plain(value: object) -> bool:
+def _is_json_value(value: object) -> bool:
     if type(value) is tuple:
-        return all(map(_is_plain, value))
+        return all(map(_is_json_value, value))
     return type(value) in (bool, int, float, str)
 
 
-def _told(action: Action) -> dict[str, Any]:
+def _encode_action(action: Action) -> dict[str, Any]:
     return {"kind": action.kind, "parameters": dict(action.parameters)}

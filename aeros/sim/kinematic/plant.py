@@ -11,9 +11,9 @@ from typing import Any
 
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
-from aeros.sim.kinematic.robot import BLOCKED, KinematicRobot
+from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.motions import BlockedError
 from aeros.sim.ticked_plant import TickingPlant
 
@@ -25,10 +25,12 @@ class KinematicPlant(TickingPlant):
         self._scene = scene
         self._ticks = 0
         self._load = 0.0
-        self._arm = KinematicRobot(scene.robot, scene.lay(Chance(seed)))
+        self._arm = KinematicRobot(scene.robot, scene.build(RandomSource(seed)))
         super().__init__(self._arm, scene.cameras)
-        for camera in scene.watching:
-            self._show({name: Reading(value, 0.0) for name, value in self._see(camera).items()})
+        for camera in scene.initial_cameras:
+            self._publish_detection(
+                {name: Reading(value, 0.0) for name, value in self._detect(camera).items()}
+            )
 
     def now(self) -> float:
         """Simulated seconds since the scene was laid out."""
@@ -49,17 +51,17 @@ class KinematicPlant(TickingPlant):
 
     # Inside.
 
-    def _see(self, camera: str) -> Mapping[str, Any]:
-        return self._scene.look(camera, self._state, self._robot.tool_command()[1], self.now())
+    def _detect(self, camera: str) -> Mapping[str, Any]:
+        return self._scene.detect(camera, self._state, self._robot.tool_command()[1], self.now())
 
-    def _pass_tick(self) -> None:
+    def _step_world(self) -> None:
         self._arm.tick()
         self._ticks += 1
         self._scene.tick()
 
     def _check_tracking(self) -> None:
-        before, self._load = self._load, self._robot.wrist_load()
-        if self._load > BLOCKED and self._load > before:
+        before, self._load = self._load, self._robot.wrist_vertical_force()
+        if self._load > BLOCKING_FORCE and self._load > before:
             raise BlockedError(f"blocked: the hand presses down with {self._load:.0f} N")
 
 

@@ -7,12 +7,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.geometry import Pose, Triple, of_frame
+from aeros.sim.geometry import Pose, Vector3, to_world
 
-CELL: Final = 0.01
+CELL_SIZE: Final = 0.01
 """Edge of a cell, m."""
 
-GAP: Final = 0.0015
+WIPING_GAP: Final = 0.0015
 """Distance of the wiping face below which a cell under it is wiped, m."""
 
 
@@ -20,7 +20,9 @@ class DirtMap:
     """Which cells of a rectangle (corners in m, x and y of W) have been wiped."""
 
     def __init__(self, low: tuple[float, float], high: tuple[float, float]) -> None:
-        self._x, self._y = (np.arange(a + CELL / 2, b, CELL) for a, b in zip(low, high, strict=True))
+        self._x, self._y = (
+            np.arange(a + CELL_SIZE / 2, b, CELL_SIZE) for a, b in zip(low, high, strict=True)
+        )
         self.wiped: NDArray[np.bool_] = np.zeros((len(self._y), len(self._x)), dtype=np.bool_)
         """Whether each cell is wiped; rows from the least y, columns from the least x."""
 
@@ -29,18 +31,18 @@ class DirtMap:
         """Share of wiped cells, in [0, 1]."""
         return int(np.count_nonzero(self.wiped)) / self.wiped.size
 
-    def wipe(self, pose: Pose, size: Triple) -> None:
-        """Wipe the cells whose centres are under a box's bottom face, nearer than `GAP`.
+    def wipe(self, pose: Pose, size: Vector3) -> None:
+        """Wipe the cells whose centres are under a box's bottom face, nearer than `WIPING_GAP`.
 
         pose: of the box's middle in W; size: its edges, m.  The box lies within 45° of upright.
         """
         width, depth, height = (edge / 2.0 for edge in size)
-        mx, my, mz = of_frame(pose, (0.0, 0.0, -height))
-        ahead, aside = of_frame(pose, (1.0, 0.0, -height)), of_frame(pose, (0.0, 1.0, -height))
+        mx, my, mz = to_world(pose, (0.0, 0.0, -height))
+        ahead, aside = to_world(pose, (1.0, 0.0, -height)), to_world(pose, (0.0, 1.0, -height))
         ax, ay, az = ahead[0] - mx, ahead[1] - my, ahead[2] - mz
         bx, by, bz = aside[0] - mx, aside[1] - my, aside[2] - mz
         # Where the face is above a cell: its centre is middle + a·ahead + b·aside in x and y.
         x, y, turn = self._x - mx, (self._y - my)[:, None], ax * by - ay * bx
         a = (by / turn) * x - (bx / turn) * y
         b = (ax / turn) * y - (ay / turn) * x
-        self.wiped |= (np.abs(a) < width) & (np.abs(b) < depth) & (mz + az * a + bz * b < GAP)
+        self.wiped |= (np.abs(a) < width) & (np.abs(b) < depth) & (mz + az * a + bz * b < WIPING_GAP)

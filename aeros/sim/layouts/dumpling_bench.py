@@ -8,8 +8,8 @@ from __future__ import annotations
 from math import dist, pi
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.geometry import Camera, Pose, Triple, in_frame, minus, of_frame, turned
-from aeros.sim.randomness import Chance
+from aeros.sim.geometry import Camera, Pose, Vector3, subtract, to_frame, to_world, yaw_orientation
+from aeros.sim.randomness import RandomSource
 
 PRESS: Final = (0.50, 0.0, 0.094)
 """Middle of the press's hinge in W, m: its bed is 80 mm high, so that fingers reach past its sides."""
@@ -35,7 +35,7 @@ POT_INNER: Final = (0.16, 0.17, 0.05)
 FILLING: Final = (0.022, 0.017)
 """Side and height of the filling, m: 1 mm higher than the closed wrapper's gap, so that it is pressed."""
 
-SPREAD: Final = 0.03
+POSITION_SPREAD: Final = 0.03
 """Tray and stand are up to this far from their nominal place in x and in y, m."""
 
 HINGE_TO_PLATE: Final = 0.022
@@ -44,7 +44,7 @@ HINGE_TO_PLATE: Final = 0.022
 PLATE_HALF: Final = (0.021, 0.028, 0.003)
 """Half edges of a plate, m (models/wrapper.urdf)."""
 
-FOLDED: Final = 160.0 * pi / 180.0
+CLOSED_FOLD_ANGLE: Final = 160.0 * pi / 180.0
 """Fold from which a wrapper counts as closed, rad."""
 
 SEALING_FORCE: Final = 1.0
@@ -53,18 +53,18 @@ SEALING_FORCE: Final = 1.0
 COOKING_TIME: Final = 5.0
 """Dwell in the pot that cooks, s."""
 
-BELONGS: Final[Triple] = (PRESS[0], PRESS[1], PRESS[2] - 0.011)
+ALIGNED_POSITION: Final[Vector3] = (PRESS[0], PRESS[1], PRESS[2] - 0.011)
 """Where wrapper_position belongs: the hinges meet (8 mm half gap + 3 mm half plate)."""
 
 
 CAMERAS: Final[tuple[str, ...]] = ("overhead", "side")
 
-OVERHEAD: Final = Camera(
+OVERHEAD_CAMERA: Final = Camera(
     eye=(0.45, 0.01, 1.2), target=(0.45, 0.01, 0.0), up=(1.0, 0.0, 0.0), field_of_view=33.0
 )
 """The camera over the bench: its picture is 0.95 m wide and 0.71 m high, 3 mm a pixel."""
 
-SIDE: Final = Camera(
+SIDE_CAMERA: Final = Camera(
     eye=(0.80, -0.22, 0.16), target=(0.52, 0.0, 0.095), field_of_view=18.0, width=160, height=120
 )
 """The camera at the press: it sees between the plates of a dumpling in it, 1 mm a pixel."""
@@ -73,7 +73,7 @@ CLOSED_HEIGHT: Final = 0.025
 """From the middle of plate A up to the outside of plate B on it, m (models/wrapper.urdf)."""
 
 
-class WrapperSight(NamedTuple):
+class WrapperDetection(NamedTuple):
     """A wrapper as a picture shows it, in W.
 
     hinge: the middle of its hinge line at the mid thickness of plate A, m.
@@ -81,49 +81,49 @@ class WrapperSight(NamedTuple):
     fold: rad; None where it is not seen, as of one that stands on its edge.
     """
 
-    hinge: Triple
+    hinge: Vector3
     yaw: float
     fold: float | None
 
     @property
     def is_closed(self) -> bool:
         """Whether it is not seen to be open."""
-        return self.fold is None or self.fold > FOLDED
+        return self.fold is None or self.fold > CLOSED_FOLD_ANGLE
 
     @property
-    def middle(self) -> Triple:
+    def middle(self) -> Vector3:
         """The middle of plate A."""
-        return of_frame(Pose(self.hinge, turned(self.yaw)), (HINGE_TO_PLATE, 0.0, 0.0))
+        return to_world(Pose(self.hinge, yaw_orientation(self.yaw)), (HINGE_TO_PLATE, 0.0, 0.0))
 
-    def carries(self, filling: Triple) -> bool:
+    def carries(self, filling: Vector3) -> bool:
         """Whether the middle of a filling is over plate A and at rest height, within 6 mm."""
-        return _is_on(Pose(self.middle, turned(self.yaw)), filling)
+        return _is_filling_on_plate(Pose(self.middle, yaw_orientation(self.yaw)), filling)
 
 
-class Layout(NamedTuple):
+class BenchLayout(NamedTuple):
     """Where things are at the start: tray and stand by their middles, wrapper (its plate A), filling."""
 
     tray: Pose
-    stand: Triple
+    stand: Vector3
     wrapper: Pose
     filling: Pose
 
 
-def lay_bench(chance: Chance) -> Layout:
+def sample_bench_layout(random: RandomSource) -> BenchLayout:
     """Channels of chance: tray, wrapper, stand.  Wrapper and filling begin 1 mm above what they lie on."""
-    draw = [float(part) for part in chance.on("tray").uniform(-1.0, 1.0, 3)]
-    x, y = TRAY[0] + SPREAD * draw[0], TRAY[1] + SPREAD * draw[1]
+    draw = [float(part) for part in random.generator("tray").uniform(-1.0, 1.0, 3)]
+    x, y = TRAY[0] + POSITION_SPREAD * draw[0], TRAY[1] + POSITION_SPREAD * draw[1]
     yaw = 0.4 * draw[2]
-    off = [float(part) for part in chance.on("wrapper").uniform(-1.0, 1.0, 3)]
-    tilt = turned(yaw + 0.05 * off[2])
+    off = [float(part) for part in random.generator("wrapper").uniform(-1.0, 1.0, 3)]
+    tilt = yaw_orientation(yaw + 0.05 * off[2])
     hinge = Pose((x + 0.003 * off[0], y + 0.003 * off[1], TRAY[2] + PLATE_HALF[2] + 0.001), tilt)
-    aside = [float(part) for part in chance.on("stand").uniform(-1.0, 1.0, 3)]
-    u, v = STAND[0] + SPREAD * aside[0], STAND[1] + SPREAD * aside[1]
-    return Layout(
-        Pose((x, y, TRAY[2] / 2), turned(yaw)),
+    aside = [float(part) for part in random.generator("stand").uniform(-1.0, 1.0, 3)]
+    u, v = STAND[0] + POSITION_SPREAD * aside[0], STAND[1] + POSITION_SPREAD * aside[1]
+    return BenchLayout(
+        Pose((x, y, TRAY[2] / 2), yaw_orientation(yaw)),
         (u, v, STAND[2] / 2),
-        Pose(of_frame(hinge, (HINGE_TO_PLATE, 0.0, 0.0)), tilt),
-        Pose((u, v, STAND[2] + FILLING[1] / 2 + 0.001), turned(0.05 * aside[2])),
+        Pose(to_world(hinge, (HINGE_TO_PLATE, 0.0, 0.0)), tilt),
+        Pose((u, v, STAND[2] + FILLING[1] / 2 + 0.001), yaw_orientation(0.05 * aside[2])),
     )
 
 
@@ -132,62 +132,64 @@ class Dumpling(NamedTuple):
 
     plate: Pose
     fold: float
-    filling: Triple
+    filling: Vector3
 
     @property
-    def hinge(self) -> Triple:
+    def hinge(self) -> Vector3:
         """The middle of the wrapper's hinge line at mid thickness."""
-        return of_frame(self.plate, (-HINGE_TO_PLATE, 0.0, 0.0))
+        return to_world(self.plate, (-HINGE_TO_PLATE, 0.0, 0.0))
 
     @property
     def is_filled(self) -> bool:
         """The filling's middle is over plate A and at rest height, within 6 mm."""
-        return _is_on(self.plate, self.filling)
+        return _is_filling_on_plate(self.plate, self.filling)
 
     @property
     def is_closed(self) -> bool:
         """Folded over its filling."""
-        return self.fold > FOLDED and self.is_filled
+        return self.fold > CLOSED_FOLD_ANGLE and self.is_filled
 
 
-def _is_on(plate: Pose, filling: Triple) -> bool:
-    x, y, z = in_frame(plate, filling)
+def _is_filling_on_plate(plate: Pose, filling: Vector3) -> bool:
+    x, y, z = to_frame(plate, filling)
     above = z - PLATE_HALF[2] - FILLING[1] / 2
     return abs(x) < PLATE_HALF[0] and abs(y) < PLATE_HALF[1] and abs(above) < 0.006
 
 
-def known_of_bench(handle: Triple, pressed: float) -> dict[str, Any]:
+def bench_measurements(handle: Vector3, pressed: float) -> dict[str, Any]:
     """Where press and pot are, which is surveyed, and what the press's encoder and load cell tell.
 
     press_position: where wrapper_position belongs.
     handle: of the press.  pressed: force of the lid's plate on the filling, N.
     """
     return {
-        "press_position": BELONGS,
+        "press_position": ALIGNED_POSITION,
         "press_handle_position": handle,
         "press_force": pressed,
         "pot_position": (POT[0], POT[1], POT[2] + POT_INNER[2]),
     }
 
 
-class Inspector:
+class DumplingTracker:
     """What pictures have shown of the dumpling, and the press's load cell has felt, so far.
 
     wrapper: as the last picture from above shows it.
     """
 
     def __init__(self) -> None:
-        self.wrapper: WrapperSight | None = None
+        self.wrapper: WrapperDetection | None = None
         self._pressed = False
         self._wrapped = False
         self._in_pot_since: float | None = None
         self._cooked = False
 
-    def feel(self, force: float) -> None:
+    def add_press_force(self, force: float) -> None:
         """Note the force on the filling, N: what was pressed stays so until it is seen open."""
         self._pressed = self._pressed or force > SEALING_FORCE
 
-    def look_down(self, wrapper: WrapperSight | None, filling: Triple | None, time: float) -> dict[str, Any]:
+    def add_overhead_view(
+        self, wrapper: WrapperDetection | None, filling: Vector3 | None, time: float
+    ) -> dict[str, Any]:
         """What a picture from above, taken at `time`, tells; None for what it does not show.
 
         Supplied dough and filling stay "on the workspace" as parts of the dumpling, and so does filling
@@ -200,8 +202,8 @@ class Inspector:
             return {**seen, **dict.fromkeys(names), "filling_on_workspace": None}
         if not wrapper.is_closed:
             self._pressed = self._wrapped = False
-        self._note_pot(wrapper, filling, time)
-        dx, dy, dz = minus(wrapper.hinge, BELONGS)
+        self._update_cooking(wrapper, filling, time)
+        dx, dy, dz = subtract(wrapper.hinge, ALIGNED_POSITION)
         # One that stands on its edge may be open: unless it was wrapped, no filling is known to be in it.
         hidden = filling is None and wrapper.is_closed and (wrapper.fold is not None or self._wrapped)
         on_press = dist((dx, dy), (0.0, 0.0)) < 0.04 and abs(dz) < 0.015
@@ -220,7 +222,7 @@ class Inspector:
             "dumpling_cooked": self._cooked,
         }
 
-    def look_across(self, filled: bool) -> dict[str, Any]:
+    def add_side_view(self, filled: bool) -> dict[str, Any]:
         """What a picture from the side tells of what was seen from above before: whether it is a dumpling.
 
         filled: whether it shows filling between the plates, and none beside.
@@ -229,8 +231,8 @@ class Inspector:
         self._wrapped = closed and filled and self._pressed
         return {"dumpling_wrapped": self._wrapped}
 
-    def _note_pot(self, wrapper: WrapperSight, filling: Triple | None, time: float) -> None:
-        if not _inside_pot(wrapper.middle) or not (filling is None or _inside_pot(filling)):
+    def _update_cooking(self, wrapper: WrapperDetection, filling: Vector3 | None, time: float) -> None:
+        if not _is_in_pot(wrapper.middle) or not (filling is None or _is_in_pot(filling)):
             self._in_pot_since = None
             return
         if self._in_pot_since is None:
@@ -238,7 +240,7 @@ class Inspector:
         self._cooked = self._cooked or (self._wrapped and time - self._in_pot_since >= COOKING_TIME)
 
 
-def _inside_pot(place: Triple) -> bool:
-    dx, dy, dz = minus(place, POT)
+def _is_in_pot(place: Vector3) -> bool:
+    dx, dy, dz = subtract(place, POT)
     within = abs(dx) < POT_INNER[0] / 2 and abs(dy) < POT_INNER[1] / 2
     return within and 0.0 < dz < POT_INNER[2]

@@ -10,9 +10,9 @@ from __future__ import annotations
 from math import cos, dist, hypot, sin
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.detected_object import Sight
-from aeros.sim.geometry import Camera, Triple, minus, plus
-from aeros.sim.randomness import Chance
+from aeros.sim.detected_object import DetectedObject
+from aeros.sim.geometry import Camera, Vector3, add, subtract
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 
 BASE_HEIGHT: Final = 0.30
@@ -23,22 +23,22 @@ ROBOT: Final = RobotOptions(carriage=True, base=(0.0, 0.0, BASE_HEIGHT))
 STATION: Final = (1.25, 0.20)
 """Nominal place of the arm's base for picking, m."""
 
-AHEAD: Final = 0.58
+STATION_TO_STAND: Final = 0.58
 """From the arm's base at the station to the middle of the stand, m."""
 
-STAND: Final = (0.26, 0.50, 0.40)
+STAND_SIZE: Final = (0.26, 0.50, 0.40)
 """Edges of both stands, m."""
 
 DELIVERY: Final = (1.70, -1.10)
 """Nominal place where the can is to stand, m."""
 
-CAN: Final = (0.022, 0.08)
+CAN_SIZE: Final = (0.022, 0.08)
 """Radius and height of the can, m."""
 
-ROLLING: Final = 0.001
+CAN_ROLLING_RESISTANCE: Final = 0.001
 """Lever of the can's rolling resistance, m."""
 
-DECOY: Final[Triple] = (0.04, 0.04, 0.05)
+DECOY_SIZE: Final[Vector3] = (0.04, 0.04, 0.05)
 """Edges of the decoy, m."""
 
 STATION_SPREAD: Final = 0.08
@@ -50,119 +50,120 @@ CAN_SPREAD: Final = (0.05, 0.12)
 DELIVERY_SPREAD: Final = 0.05
 """The place to deliver to is up to this far from its nominal place in x and in y, m."""
 
-ARRIVED: Final = 0.03
+STATION_TOLERANCE: Final = 0.03
 """Distance from the station within which the base is at it, m."""
 
-FRESH: Final = 30.0
+MAX_DETECTION_AGE: Final = 30.0
 """Age up to which a detection counts, s."""
 
-REACH: Final = (0.50, 0.70)
+GRASP_REACH: Final = (0.50, 0.70)
 """From the arm's base, level: where it takes things up, m; nearer ones on the floor are at the carriage."""
 
-SIDEWAYS: Final = 0.15
+MAX_LATERAL_OFFSET: Final = 0.15
 """How far to the side of the arm's base at most: farther, its elbow is where the stand is."""
 
-FLOOR: Final = ((-0.5, 1.6), (-1.4, 0.6))
+FLOOR_BOUNDS: Final = ((-0.5, 1.6), (-1.4, 0.6))
 """Where the arm's base may be in x and in y, m: the site's `floor`."""
 
-DELIVERED: Final = 0.03
+DELIVERY_TOLERANCE: Final = 0.03
 """Distance from where it belongs within which the can is delivered, m."""
 
-MAST: Final[Triple] = (0.05, 0.20, 0.85)
+MAST_CAMERA_OFFSET: Final[Vector3] = (0.05, 0.20, 0.85)
 """The mast camera's eye from the arm's base, m: over the carriage's left edge."""
 
-MAST_TARGET: Final[Triple] = (0.58, 0.0, 0.12)
+MAST_TARGET: Final[Vector3] = (0.58, 0.0, 0.12)
 """What the mast camera looks at, from the arm's base, m."""
 
-HAND_EYE: Final = (0.07, 0.06)
+HAND_CAMERA_OFFSET: Final = (0.07, 0.06)
 """The hand camera's eye from the tool: along the tool's x axis and up, m.  It looks straight down."""
 
 CAMERAS: Final[tuple[str, ...]] = ("mast", "hand")
 
 
-class Layout(NamedTuple):
+class RoomLayout(NamedTuple):
     """Where things are at the start, in W: middles; `stands` of their tops' rectangles at floor level."""
 
-    station: Triple
-    can: Triple
-    decoy: Triple
-    delivery: Triple
-    stands: tuple[Triple, Triple]
+    station: Vector3
+    can: Vector3
+    decoy: Vector3
+    delivery: Vector3
+    stands: tuple[Vector3, Vector3]
 
 
-def lay_room(chance: Chance) -> Layout:
+def sample_room_layout(chance: RandomSource) -> RoomLayout:
     """Channels of chance: station, can, delivery.  Can and decoy begin 1 mm above their stand."""
-    dx, dy = (STATION_SPREAD * float(part) for part in chance.on("station").uniform(-1.0, 1.0, 2))
+    dx, dy = (STATION_SPREAD * float(part) for part in chance.generator("station").uniform(-1.0, 1.0, 2))
     station = (STATION[0] + dx, STATION[1] + dy, BASE_HEIGHT)
-    x, y = station[0] + AHEAD, station[1]
-    draw = [float(part) for part in chance.on("can").uniform(-1.0, 1.0, 2)]
+    x, y = station[0] + STATION_TO_STAND, station[1]
+    draw = [float(part) for part in chance.generator("can").uniform(-1.0, 1.0, 2)]
     u, v = x + CAN_SPREAD[0] * draw[0], y + CAN_SPREAD[1] * draw[1]
     aside = y - 0.17 if v > y else y + 0.17
-    dx, dy = (DELIVERY_SPREAD * float(part) for part in chance.on("delivery").uniform(-1.0, 1.0, 2))
-    delivery = (DELIVERY[0] + dx, DELIVERY[1] + dy, STAND[2] + CAN[1] / 2)
-    return Layout(
+    dx, dy = (DELIVERY_SPREAD * float(part) for part in chance.generator("delivery").uniform(-1.0, 1.0, 2))
+    delivery = (DELIVERY[0] + dx, DELIVERY[1] + dy, STAND_SIZE[2] + CAN_SIZE[1] / 2)
+    return RoomLayout(
         station,
-        (u, v, STAND[2] + CAN[1] / 2 + 0.001),
-        (x, aside, STAND[2] + DECOY[2] / 2 + 0.001),
+        (u, v, STAND_SIZE[2] + CAN_SIZE[1] / 2 + 0.001),
+        (x, aside, STAND_SIZE[2] + DECOY_SIZE[2] / 2 + 0.001),
         delivery,
-        ((x, y, STAND[2] / 2), (delivery[0], delivery[1], STAND[2] / 2)),
+        ((x, y, STAND_SIZE[2] / 2), (delivery[0], delivery[1], STAND_SIZE[2] / 2)),
     )
 
 
-def camera_at(name: str, base: Triple, tool: Triple, yaw: float) -> Camera:
+def camera_at(name: str, base: Vector3, tool: Vector3, yaw: float) -> Camera:
     """The camera `name` of a robot whose arm's base and tool are there, the tool at `yaw`."""
     if name == "mast":
-        return Camera(plus(base, MAST), plus(base, MAST_TARGET))
+        return Camera(add(base, MAST_CAMERA_OFFSET), add(base, MAST_TARGET))
     if name == "hand":
-        ahead, above = HAND_EYE
-        eye = plus(tool, (ahead * cos(yaw), ahead * sin(yaw), above))
-        below = plus(eye, (0.0, 0.0, -1.0))
+        ahead, above = HAND_CAMERA_OFFSET
+        eye = add(tool, (ahead * cos(yaw), ahead * sin(yaw), above))
+        below = add(eye, (0.0, 0.0, -1.0))
         return Camera(eye, below, up=(cos(yaw), sin(yaw), 0.0), field_of_view=70.0)
     raise KeyError(name)
 
 
-class Seen(NamedTuple):
+class LastDetection(NamedTuple):
     """Where the last picture showed the can, and when, s."""
 
-    place: Triple
+    place: Vector3
     time: float
 
 
-def station_for(station: Triple, seen: Seen | None) -> Triple:
+def station_for(station: Vector3, seen: LastDetection | None) -> Vector3:
     """Where the arm's base is to be for the can: the station, unless it was seen out of reach from there."""
     if seen is None:
         return station
     away, aside = dist(seen.place[:2], station[:2]), abs(seen.place[1] - station[1])
-    if REACH[0] <= away <= REACH[1] and aside <= SIDEWAYS:
+    if GRASP_REACH[0] <= away <= GRASP_REACH[1] and aside <= MAX_LATERAL_OFFSET:
         return station
-    (west, east), (south, north) = FLOOR
-    x, y = seen.place[0] - AHEAD, seen.place[1]
+    (west, east), (south, north) = FLOOR_BOUNDS
+    x, y = seen.place[0] - STATION_TO_STAND, seen.place[1]
     return (min(east, max(west, x)), min(north, max(south, y)), station[2])
 
 
-def measured_in_room(
-    laid: Layout, base: Triple, held: bool, seen: Seen | None, time: float
+def room_measurements(
+    layout: RoomLayout, base: Vector3, held: bool, seen: LastDetection | None, time: float
 ) -> dict[str, Any]:
     """Station and place to deliver to, and the task's predicates but for `object_delivered`.
 
-    object_detected holds for `FRESH` seconds after a picture in which the can was found, and while
+    object_detected holds for `MAX_DETECTION_AGE` seconds after a picture in which the can was found, and
+    while
     it is felt in the hand: an interrupted delivery need not look for what it carries.
     delivery_position is where the can's middle belongs.
     held: whether the can is, as felt.
     seen: in the last picture, None where the can was not in it, or has been held since.
     """
-    fresh = seen if seen is not None and time - seen.time <= FRESH else None
-    station = station_for(laid.station, fresh)
+    fresh = seen if seen is not None and time - seen.time <= MAX_DETECTION_AGE else None
+    station = station_for(layout.station, fresh)
     return {
         "station_position": station,
-        "delivery_position": laid.delivery,
-        "robot_at_target": dist(base[:2], station[:2]) < ARRIVED,
+        "delivery_position": layout.delivery,
+        "robot_at_target": dist(base[:2], station[:2]) < STATION_TOLERANCE,
         "object_detected": fresh is not None or held,
         "object_grasped": held,
     }
 
 
-def seen_by(camera: str, found: Sight | None, delivery: Triple) -> dict[str, Any]:
+def camera_measurements(camera: str, found: DetectedObject | None, delivery: Vector3) -> dict[str, Any]:
     """What a picture by `camera` says of the can, by vocabulary name.
 
     The mast alone sees whether there is room for a hand around it, and whether it is where it belongs,
@@ -170,17 +171,17 @@ def seen_by(camera: str, found: Sight | None, delivery: Triple) -> dict[str, Any
     """
     if found is None:
         return {"object_delivered": False} if camera == "mast" else {}
-    seen: dict[str, Any] = {"object_position": found.place, "object_lying": found.axis is not None}
+    seen: dict[str, Any] = {"object_position": found.position, "object_lying": found.axis is not None}
     if found.axis is not None:
         seen["object_yaw"] = found.axis
     if camera == "mast":
         # What a picture does not show is not known any more.
         seen["object_push_start"], seen["object_push_way"] = found.push or (None, None)
-        dx, dy, dz = minus(found.place, delivery)
-        lies = CAN[0] - CAN[1] / 2 if found.axis is not None else 0.0
+        dx, dy, dz = subtract(found.position, delivery)
+        lies = CAN_SIZE[0] - CAN_SIZE[1] / 2 if found.axis is not None else 0.0
         seen |= {
-            "object_free": found.grip is not None,
-            "object_yaw": found.axis or found.grip or 0.0,
-            "object_delivered": hypot(dx, dy) < DELIVERED and abs(dz - lies) < 0.01,
+            "object_free": found.grip_yaw is not None,
+            "object_yaw": found.axis or found.grip_yaw or 0.0,
+            "object_delivered": hypot(dx, dy) < DELIVERY_TOLERANCE and abs(dz - lies) < 0.01,
         }
     return seen

@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from math import dist
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.detected_object import Sight
-from aeros.sim.geometry import Camera, Pose, Triple, turned
-from aeros.sim.randomness import Chance
+from aeros.sim.detected_object import DetectedObject
+from aeros.sim.geometry import Camera, Pose, Vector3, yaw_orientation
+from aeros.sim.randomness import RandomSource
 
-AREA: Final = ((0.35, -0.15), (0.65, 0.15))
+WIPING_AREA: Final = ((0.35, -0.15), (0.65, 0.15))
 """Lowest and highest corner (x, y) of the area to wipe, m."""
 
-SPONGE: Final = (0.10, 0.07, 0.03)
+SPONGE_SIZE: Final = (0.10, 0.07, 0.03)
 """Edges of the sponge's foam, m (models/sponge.urdf)."""
 
-REST: Final = (0.45, 0.34)
+SPONGE_REST: Final = (0.45, 0.34)
 """Nominal middle of the sponge's rest, m."""
 
 BIN: Final = (0.45, -0.50, 0.005)
@@ -25,66 +25,66 @@ BIN: Final = (0.45, -0.50, 0.005)
 BIN_INNER: Final = (0.18, 0.16, 0.08)
 """Length, width and depth of the bin, m."""
 
-CUBE: Final = 0.04
+CUBE_EDGE: Final = 0.04
 """Edge of the first piece of clutter, m."""
 
-CAN: Final = (0.02, 0.05)
+CAN_SIZE: Final = (0.02, 0.05)
 """Radius and height of the second piece of clutter, m."""
 
-CLUTTER: Final = ((0.38, -0.255), (0.56, -0.255))
+CLUTTER_POSITIONS: Final = ((0.38, -0.255), (0.56, -0.255))
 """Nominal places of the pieces, m: beside the area, so that wiping may come first, and clear
 of the bin by the width of the hand."""
 
-SPREAD: Final = 0.03
+POSITION_SPREAD: Final = 0.03
 """Clutter and the sponge's rest are up to this far from their nominal places in x and in y, m."""
 
-WIPED: Final = 0.95
+WIPED_THRESHOLD: Final = 0.95
 """Share of wiped cells from which the table counts as wiped."""
 
-PRESSING: Final = 1.0
+WIPING_FORCE: Final = 1.0
 """Force of the sponge on the table above which it wipes, N."""
 
-RETURNED: Final = 0.03
+REST_TOLERANCE: Final = 0.03
 """Distance from its rest within which the sponge is at it, m."""
 
 CAMERAS: Final[tuple[str, ...]] = ("mast", "overhead")
 
-MAST: Final = Camera(eye=(0.95, -0.05, 1.0), target=(0.45, -0.08, 0.0), field_of_view=55.0)
+MAST_CAMERA: Final = Camera(eye=(0.95, -0.05, 1.0), target=(0.45, -0.08, 0.0), field_of_view=55.0)
 """The camera on a mast across the table from the robot: it sees area, rest, bin and the clutter's places,
 and an arm that is drawn in hides none of them."""
 
-OVERHEAD: Final = Camera(
+OVERHEAD_CAMERA: Final = Camera(
     eye=(0.47, -0.06, 1.45), target=(0.47, -0.06, 0.0), up=(1.0, 0.0, 0.0), field_of_view=36.0
 )
 """The camera over the table: its picture is 1.23 m wide and 0.92 m high, 4 mm a pixel."""
 
 
-class Layout(NamedTuple):
+class TableLayout(NamedTuple):
     """Where things are at the start: where the sponge belongs, the sponge, cube and can."""
 
-    rest: Triple
+    rest: Vector3
     sponge: Pose
     cube: Pose
     can: Pose
 
 
-def lay_table(chance: Chance) -> Layout:
+def sample_table_layout(chance: RandomSource) -> TableLayout:
     """Channels of chance: rest, clutter.  Things begin 1 mm above what they lie on."""
-    dx, dy, turn = (float(part) for part in chance.on("rest").uniform(-1.0, 1.0, 3))
-    rest = (REST[0] + SPREAD * dx, REST[1] + SPREAD * dy, SPONGE[2] / 2)
-    draw = [float(part) for part in chance.on("clutter").uniform(-1.0, 1.0, 5)]
-    (x, y), (u, v) = CLUTTER
-    cube = (x + SPREAD * draw[0], y + SPREAD * draw[1], CUBE / 2 + 0.001)
-    can = (u + SPREAD * draw[3], v + SPREAD * draw[4], CAN[1] / 2 + 0.001)
-    return Layout(
+    dx, dy, turn = (float(part) for part in chance.generator("rest").uniform(-1.0, 1.0, 3))
+    rest = (SPONGE_REST[0] + POSITION_SPREAD * dx, SPONGE_REST[1] + POSITION_SPREAD * dy, SPONGE_SIZE[2] / 2)
+    draw = [float(part) for part in chance.generator("clutter").uniform(-1.0, 1.0, 5)]
+    (x, y), (u, v) = CLUTTER_POSITIONS
+    cube = (x + POSITION_SPREAD * draw[0], y + POSITION_SPREAD * draw[1], CUBE_EDGE / 2 + 0.001)
+    can = (u + POSITION_SPREAD * draw[3], v + POSITION_SPREAD * draw[4], CAN_SIZE[1] / 2 + 0.001)
+    return TableLayout(
         rest,
-        Pose((rest[0], rest[1], rest[2] + 0.001), turned(0.1 * turn)),
-        Pose(cube, turned(0.5 * draw[2])),
-        Pose(can, turned(0.0)),
+        Pose((rest[0], rest[1], rest[2] + 0.001), yaw_orientation(0.1 * turn)),
+        Pose(cube, yaw_orientation(0.5 * draw[2])),
+        Pose(can, yaw_orientation(0.0)),
     )
 
 
-def known_of_table(rest: Triple, wiped: float) -> dict[str, Any]:
+def table_measurements(rest: Vector3, wiped: float) -> dict[str, Any]:
     """Where sponge and clutter belong, which is surveyed, and what contact tells of wiping.
 
     wiped: share of cells.
@@ -93,37 +93,39 @@ def known_of_table(rest: Triple, wiped: float) -> dict[str, Any]:
         "sponge_rest_position": rest,
         "bin_position": (BIN[0], BIN[1], BIN[2] + BIN_INNER[2]),
         "wiped_fraction": wiped,
-        "table_wiped": wiped >= WIPED,
+        "table_wiped": wiped >= WIPED_THRESHOLD,
     }
 
 
-def seen_on_table(rest: Triple, sponge: Sight | None, pieces: Sequence[Sight]) -> dict[str, Any]:
+def table_detections(
+    rest: Vector3, sponge: DetectedObject | None, pieces: Sequence[DetectedObject]
+) -> dict[str, Any]:
     """What a picture from above tells of sponge and clutter; None for what it does not show.
 
     clutter_position and clutter_yaw are of the first piece outside the bin.  A piece that the picture
     does not show is not on the table.
     """
-    loose = [piece for piece in pieces if not _in_bin(piece.place)]
-    at_rest = sponge is not None and dist(sponge.place, rest) < RETURNED
+    loose = [piece for piece in pieces if not _in_bin(piece.position)]
+    at_rest = sponge is not None and dist(sponge.position, rest) < REST_TOLERANCE
     return {
         "sponge_seen": sponge is not None,
-        "sponge_position": None if sponge is None else sponge.place,
-        "sponge_yaw": None if sponge is None else sponge.grip,
-        "clutter_position": loose[0].place if loose else None,
-        "clutter_yaw": loose[0].grip if loose else None,
+        "sponge_position": None if sponge is None else sponge.position,
+        "sponge_yaw": None if sponge is None else sponge.grip_yaw,
+        "clutter_position": loose[0].position if loose else None,
+        "clutter_yaw": loose[0].grip_yaw if loose else None,
         "clutter_on_table": bool(loose),
-        "wiping_area_clear": not any(_in_area(piece.place) for piece in loose),
+        "wiping_area_clear": not any(_in_area(piece.position) for piece in loose),
         "table_organized": not loose and at_rest,
     }
 
 
-def _in_bin(place: Triple) -> bool:
+def _in_bin(place: Vector3) -> bool:
     length, width, depth = BIN_INNER
     beside = abs(place[0] - BIN[0]) < length / 2 and abs(place[1] - BIN[1]) < width / 2
     return beside and BIN[2] < place[2] < BIN[2] + depth
 
 
-def _in_area(place: Triple) -> bool:
+def _in_area(place: Vector3) -> bool:
     """Whether a piece's middle is where sponge and fingers pass (60 mm around the area)."""
-    low, high = AREA
+    low, high = WIPING_AREA
     return all(a - 0.06 < at < b + 0.06 for a, at, b in zip(low, place, high, strict=False))

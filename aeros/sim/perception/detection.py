@@ -13,50 +13,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeros.sim.bullet.world import Image
-from aeros.sim.detected_object import Push, Sight
-from aeros.sim.geometry import Camera, Triple, plus
+from aeros.sim.detected_object import DetectedObject, Push
+from aeros.sim.geometry import Camera, Vector3, add
 
-PIXELS_MIN: Final = 25
+MIN_PIXELS: Final = 25
 """Fewest pixels of a detection: less is noise or an object mostly hidden."""
 
-DOMINANCE: Final = 2.0
+RED_DOMINANCE: Final = 2.0
 """How many times red exceeds green and blue in a red pixel, whatever the light."""
 
-BRIGHTNESS: Final = 60
+MIN_BRIGHTNESS: Final = 60
 """Least red of a red pixel (of 255)."""
 
-YELLOW: Final = (0.6, 0.5)
+YELLOW_RATIOS: Final = (0.6, 0.5)
 """Of a yellow pixel's red, green is more than the first share and blue less than the second."""
 
-FACE: Final = 0.004
+TOP_FACE_DEPTH: Final = 0.004
 """Depth below the highest point that still belongs to the top face, m."""
 
-HAND: Final = (0.06, 0.115)
+HAND_HALF_EXTENT: Final = (0.06, 0.115)
 """Half of the room that hand and flange take, along and across the hand's x axis, m: and a centimetre."""
 
-OVER: Final = 0.02
+HAND_CLEARANCE: Final = 0.02
 """How far over what is gripped the hand passes, m; lower things are between or beside its fingers."""
 
-_PUSHING: Final = ((0.035, 0.11), (0.046, 0.046))
+_PUSH_HALF_EXTENTS: Final = ((0.035, 0.11), (0.046, 0.046))
 """The same of a hand that pushes, and of its wrist, which may touch what is beside it, m."""
 
-_BEHIND: Final = 0.08
+_PUSH_START_OFFSET: Final = 0.08
 """How far behind a can's middle fingers come down to push it, m: 40 mm from its end."""
 
-_ASIDE: Final = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
+_PUSH_LATERAL_OFFSETS: Final = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
 """How far off its axis they may, m: farther, they miss the end of a can of 22 mm radius."""
 
-_STEP: Final = 0.02
+_SEARCH_STEP: Final = 0.02
 """Distance of the places at which room is looked for, m."""
 
-_FARTHEST: Final = 0.45
+_SEARCH_RADIUS: Final = 0.45
 """How far from where something lies that is done, m: over half of a stand's length."""
 
-_WAYS: Final = (0.0, pi / 2.0)
+_GRIP_HEADINGS: Final = (0.0, pi / 2.0)
 """Headings of a hand for what can be gripped at any."""
 
 
-def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight | None:
+def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float]) -> DetectedObject | None:
     """The one red cylinder of known `size` (radius and height, m) in `image`; None when not seen.
 
     What is highest of it tells how it is: a disc, and it stands; a strip as long as it, and it lies.
@@ -66,15 +66,15 @@ def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight |
     radius, height = size
     rgb = image.rgb.astype(np.float64)
     others = np.maximum(rgb[:, :, 1], rgb[:, :, 2])
-    red = (rgb[:, :, 0] > BRIGHTNESS) & (rgb[:, :, 0] > DOMINANCE * others)
-    if int(red.sum()) < PIXELS_MIN:
+    red = (rgb[:, :, 0] > MIN_BRIGHTNESS) & (rgb[:, :, 0] > RED_DOMINANCE * others)
+    if int(red.sum()) < MIN_PIXELS:
         return None
-    everything = points_of(image.depth, camera)
+    everything = point_cloud(image.depth, camera)
     points = everything[red]
     top = float(points[:, 2].max())
-    face = points[points[:, 2] > top - FACE]
+    face = points[points[:, 2] > top - TOP_FACE_DEPTH]
     level = float(np.median(face[:, 2]))
-    along = _longest(face[:, :2])
+    along = _principal_direction(face[:, :2])
     low, high = _extent(face[:, :2], along)
     lies = float((high - low)[0]) > (2.0 * radius + height) / 2.0
     heading = atan2(along[1], along[0]) if lies else 0.0
@@ -85,15 +85,15 @@ def find_red(image: Image, camera: Camera, size: tuple[float, float]) -> Sight |
     x, y = u * along + v * np.array((-along[1], along[0]))
     place = (float(x), float(y), level - (radius if lies else height / 2.0))
     axis = (heading + pi / 2.0) % pi - pi / 2.0 if lies else None
-    ways = (axis,) if axis is not None else _WAYS
+    ways = (axis,) if axis is not None else _GRIP_HEADINGS
     # What a hand would meet, as far as it is seen.
-    higher = everything[everything[:, :, 2] > top + OVER]
+    higher = everything[everything[:, :, 2] > top + HAND_CLEARANCE]
     grip = next((way for way in ways if _has_room(higher, place, way)), None)
     is_stuck = axis is not None and grip is None
-    return Sight(place, axis, grip, _push_along(higher, place, heading) if is_stuck else None)
+    return DetectedObject(place, axis, grip, _shortest_push(higher, place, heading) if is_stuck else None)
 
 
-def _longest(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _principal_direction(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """The direction, of length 1, in which `points` (n, 2) spread most."""
     away = points - points.mean(axis=0)
     _, vectors = np.linalg.eigh(away.T @ away)
@@ -108,7 +108,7 @@ def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[
 
 
 def _has_room(
-    points: NDArray[np.float64], place: Triple, yaw: float, half: tuple[float, float] = HAND
+    points: NDArray[np.float64], place: Vector3, yaw: float, half: tuple[float, float] = HAND_HALF_EXTENT
 ) -> bool:
     """Whether none of `points` (n, 3) is where a hand at `yaw` over `place` would be."""
     ahead = (cos(yaw), sin(yaw))
@@ -119,20 +119,20 @@ def _has_room(
     return not bool(inside.any())
 
 
-def _push_along(points: NDArray[np.float64], place: Triple, axis: float) -> Push | None:
+def _shortest_push(points: NDArray[np.float64], place: Vector3, axis: float) -> Push | None:
     """The shortest push along `axis` to where a hand has room, from where a hand across it has room.
 
     The fingers push as near to the axis as that leaves it.
     """
     x, y, z = place
-    for away in np.arange(_STEP, _FARTHEST, _STEP).tolist():
+    for away in np.arange(_SEARCH_STEP, _SEARCH_RADIUS, _SEARCH_STEP).tolist():
         for u, v in ((cos(axis), sin(axis)), (-cos(axis), -sin(axis))):
             way = (away * u, away * v, 0.0)
-            if not _has_room(points, plus(place, way), axis):
+            if not _has_room(points, add(place, way), axis):
                 continue
-            for aside in _ASIDE:
-                start = (x - _BEHIND * u - aside * v, y - _BEHIND * v + aside * u, z)
-                if all(_has_room(points, start, axis + pi / 2.0, half) for half in _PUSHING):
+            for aside in _PUSH_LATERAL_OFFSETS:
+                start = (x - _PUSH_START_OFFSET * u - aside * v, y - _PUSH_START_OFFSET * v + aside * u, z)
+                if all(_has_room(points, start, axis + pi / 2.0, half) for half in _PUSH_HALF_EXTENTS):
                     return Push(start, way)
     return None
 
@@ -140,11 +140,13 @@ def _push_along(points: NDArray[np.float64], place: Triple, axis: float) -> Push
 def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which pixels of a picture (height, width, 3) are as yellow as a sponge."""
     red, green, blue = (rgb[:, :, channel] for channel in range(3))
-    yellow: NDArray[np.bool_] = (red > BRIGHTNESS) & (green > YELLOW[0] * red) & (blue < YELLOW[1] * red)
+    yellow: NDArray[np.bool_] = (
+        (red > MIN_BRIGHTNESS) & (green > YELLOW_RATIOS[0] * red) & (blue < YELLOW_RATIOS[1] * red)
+    )
     return yellow
 
 
-def points_of(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+def point_cloud(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
     """The point in W of every pixel, (height, width, 3)."""
     eye = np.array(camera.eye)
     forward = np.array(camera.target) - eye

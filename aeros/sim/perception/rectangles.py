@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.perception.detection import FACE
+from aeros.sim.perception.detection import TOP_FACE_DEPTH
 
 _HEADINGS: Final = np.arange(0.0, pi / 2.0, pi / 360.0)
 """Those that are tried, rad: half a degree is finer than a picture of a hundred pixels shows."""
@@ -24,7 +24,7 @@ class Rectangle(NamedTuple):
     width: float
 
 
-def rectangle_around(points: NDArray[np.float64]) -> Rectangle:
+def min_area_rectangle(points: NDArray[np.float64]) -> Rectangle:
     """The rectangle of least area around `points` (n, 2), n > 0."""
     ways = np.stack((np.cos(_HEADINGS), np.sin(_HEADINGS)))
     along = points @ ways
@@ -45,10 +45,10 @@ def rectangle_around(points: NDArray[np.float64]) -> Rectangle:
 
 def top_face(points: NDArray[np.float64]) -> tuple[Rectangle, float]:
     """The rectangle around what is highest of `points` (n, 3), n > 0, and its height, m."""
-    face = points[points[:, 2] > points[:, 2].max() - FACE]
-    return rectangle_around(face[:, :2]), float(np.median(face[:, 2]))
+    face = points[points[:, 2] > points[:, 2].max() - TOP_FACE_DEPTH]
+    return min_area_rectangle(face[:, :2]), float(np.median(face[:, 2]))
 
 
-def turned_into(heading: float, period: float) -> float:
+def wrap_heading(heading: float, period: float) -> float:
     """The same heading of what looks alike when turned by `period`, within half a period of 0."""
     return (heading + period / 2.0) % period - period / 2.0

@@ -9,8 +9,8 @@ from __future__ import annotations
 from math import ceil, dist, sqrt
 from typing import Final, NamedTuple
 
-from aeros.runtime.ports import Ball, Body, Triple
-from aeros.sim.robot.kinematics import FLANGE, LENGTHS, OFFSETS, TOOL_OFFSET, TWISTS
+from aeros.runtime.ports import Ball, RobotBody, Vec3
+from aeros.sim.robot.kinematics import DH_LENGTHS, DH_OFFSETS, DH_TWISTS, FLANGE, TOOL_OFFSET
 
 
 class Capsule(NamedTuple):
@@ -18,12 +18,12 @@ class Capsule(NamedTuple):
 
     link: str
     joint: int
-    a: Triple
-    b: Triple
+    a: Vec3
+    b: Vec3
     radius: float
 
 
-def _hand(x: float, y: float, z: float) -> Triple:
+def _hand_point(x: float, y: float, z: float) -> Vec3:
     """A point of the hand in the last joint's frame: the hand is mounted turned by −45°."""
     c = sqrt(0.5)
     return (c * (x + y), c * (y - x), FLANGE + z)
@@ -38,13 +38,13 @@ CAPSULES: Final = (
     Capsule("link5", 5, (0.0, 0.064, 0.002), (0.0, 0.010, -0.241), 0.0685),
     Capsule("link6", 6, (0.087, 0.008, 0.0), (0.021, 0.012, 0.005), 0.0755),
     Capsule("link7", 7, (-0.005, -0.005, 0.073), (0.033, 0.033, 0.080), 0.050),
-    Capsule("hand", 7, _hand(0.0, -0.079, 0.021), _hand(0.0, 0.062, 0.031), 0.050),
+    Capsule("hand", 7, _hand_point(0.0, -0.079, 0.021), _hand_point(0.0, 0.062, 0.031), 0.050),
     # Both fingers, however far apart: 66 mm to each side, from 58 to 113 mm beyond the flange.
-    Capsule("fingers", 7, _hand(0.0, -0.042, 0.086), _hand(0.0, 0.042, 0.086), 0.039),
+    Capsule("fingers", 7, _hand_point(0.0, -0.042, 0.086), _hand_point(0.0, 0.042, 0.086), 0.039),
 )
 
 
-def balls_of(capsule: Capsule) -> tuple[Ball, ...]:
+def enclosing_balls(capsule: Capsule) -> tuple[Ball, ...]:
     """Balls that enclose the capsule: centres on its segment, both ends among them, ℓ ≤ r/2 apart.
 
     The stretch of ℓ around a centre lies within √(r² + (ℓ/2)²) of it, and each end in that end's ball.
@@ -65,8 +65,8 @@ def balls_of(capsule: Capsule) -> tuple[Ball, ...]:
     )
 
 
-PANDA: Final = Body(
-    rows=tuple(zip(LENGTHS, TWISTS, OFFSETS, strict=True)),
-    tool=(0.0, 0.0, TOOL_OFFSET),
-    balls=tuple(ball for capsule in CAPSULES for ball in balls_of(capsule)),
+PANDA_BODY: Final = RobotBody(
+    dh_rows=tuple(zip(DH_LENGTHS, DH_TWISTS, DH_OFFSETS, strict=True)),
+    tool_offset=(0.0, 0.0, TOOL_OFFSET),
+    balls=tuple(ball for capsule in CAPSULES for ball in enclosing_balls(capsule)),
 )

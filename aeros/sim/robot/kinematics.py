@@ -23,16 +23,16 @@ FLANGE: Final = 0.107
 FLANGE_TO_TOOL: Final = 0.1034
 """Flange to tool centre point along the tool's axis, m (Franka Hand's F_T_NE)."""
 
-READY: Final = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
+READY_POSTURE: Final = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
 """Franka's ready posture, rad: where arms start, and what the spare degree of freedom leans to."""
 
-LENGTHS: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
-OFFSETS: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
-TWISTS: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
+DH_LENGTHS: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
+DH_OFFSETS: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
+DH_TWISTS: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
 TOOL_OFFSET: Final = FLANGE + FLANGE_TO_TOOL
 
-_LEAN: Final = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
-"""Joints that lean to `READY`; 1 and 7 follow the target's bearing and yaw instead."""
+_NULLSPACE_WEIGHTS: Final = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
+"""Joints that lean to `READY_POSTURE`; 1 and 7 follow the target's bearing and yaw instead."""
 
 _DAMPING: Final = 1e-2
 """Damping per squared pose error: large far from the target, vanishing at the solution."""
@@ -45,16 +45,18 @@ _LOWEST, _HIGHEST = Q_MIN + _LIMIT_MARGIN, Q_MAX - _LIMIT_MARGIN
 _TOLERANCE: Final = 2e-5
 """Pose error of a solution, m and rad."""
 
-_SIX: Final = np.eye(6)
-_SLIGHT: Final = 1e-6 * _SIX
+_IDENTITY_6: Final = np.eye(6)
+_SMALL_DAMPING: Final = 1e-6 * _IDENTITY_6
 """Damping of a step from near by."""
 
 
-_THREE: Final = np.eye(3)
-_COS, _SIN = np.cos(TWISTS)[:, None], np.sin(TWISTS)[:, None]
+_IDENTITY_3: Final = np.eye(3)
+_COS, _SIN = np.cos(DH_TWISTS)[:, None], np.sin(DH_TWISTS)[:, None]
 """Of each joint's twist."""
 
-_ORIGINS: Final = np.stack((LENGTHS, -_SIN[:, 0] * OFFSETS, _COS[:, 0] * OFFSETS), axis=1)[:, None, :, None]
+_ORIGINS: Final = np.stack((DH_LENGTHS, -_SIN[:, 0] * DH_OFFSETS, _COS[:, 0] * DH_OFFSETS), axis=1)[
+    :, None, :, None
+]
 """Each joint's origin in the frame before it."""
 
 _MOUNTING: Final = np.array(
@@ -67,7 +69,7 @@ _MOUNTING: Final = np.array(
 """The hand is mounted turned by -45° about the flange's axis."""
 
 
-def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
+def forward_kinematics(q: Vector) -> tuple[Vector, Vector, Vector]:
     """Tool positions (n, 3), rotations (n, 3, 3) and Jacobians (n, 6, 7) in B, for q of shape (n, 7)."""
     n = len(q)
     c, s = np.cos(q.T), np.sin(q.T)
@@ -76,7 +78,7 @@ def forward(q: Vector) -> tuple[Vector, Vector, Vector]:
     turns[:, :, 1, 0], turns[:, :, 1, 1], turns[:, :, 1, 2] = s * _COS, c * _COS, -_SIN
     turns[:, :, 2, 0], turns[:, :, 2, 1], turns[:, :, 2, 2] = s * _SIN, c * _SIN, _COS
     rotations = np.empty((8, n, 3, 3))
-    rotations[0] = _THREE
+    rotations[0] = _IDENTITY_3
     for i in range(7):
         np.matmul(rotations[i], turns[i], out=rotations[i + 1])
     origins = np.cumsum((rotations[:7] @ _ORIGINS)[..., 0], axis=0)
@@ -98,7 +100,7 @@ def _cross(a: Vector, b: Vector) -> Vector:
     return out
 
 
-def down(yaw: Vector) -> Vector:
+def downward_rotations(yaw: Vector) -> Vector:
     """Rotations (n, 3, 3) of a tool that points down, turned by `yaw` about the vertical."""
     c, s = np.cos(yaw), np.sin(yaw)
     out = np.zeros((len(yaw), 3, 3))
@@ -116,70 +118,70 @@ def pose_error(p_BT: Vector, R_BT: Vector, p_target: Vector, R_target: Vector) -
     return error
 
 
-def solve(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
+def solve_ik(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
     """Joint positions (n, 7) whose tools are at `p_BT`, down, at `yaw`; None when not all exist.
 
     Damped least squares from `start` (n, 7); the spare degree of freedom minimises the distance to
-    `READY`, which makes the solution a function of the pose, so arms do not drift over many moves.
+    `READY_POSTURE`, which makes the solution a function of the pose, so arms do not drift over many moves.
     Accuracy: 0.02 mm and 0.02 mrad.  Solutions keep 0.02 rad inside the official limits.
     """
-    R_target = down(yaw)
-    q = _inside(start)
+    R_target = downward_rotations(yaw)
+    q = _clamp_to_limits(start)
     for _ in range(60):
-        p, R, J = forward(q)
+        p, R, J = forward_kinematics(q)
         error = pose_error(p, R, p_BT, R_target)
         # An upside-down tool has a vanishing first-order error; the third axis tells them apart.
         flipped = R[:, 2, 2] > 0.0
         JT = J.transpose(0, 2, 1)
         damping = 1e-9 + _DAMPING * np.sum(error * error, axis=1)
-        A = J @ JT + damping[:, None, None] * _SIX
-        lean = _LEAN * (READY - q)
+        A = J @ JT + damping[:, None, None] * _IDENTITY_6
+        lean = _NULLSPACE_WEIGHTS * (READY_POSTURE - q)
         inner = np.linalg.solve(A, np.stack((error, (J @ lean[:, :, None])[:, :, 0]), axis=2))
         step = (JT @ inner[:, :, :1])[:, :, 0]
         null = lean - (JT @ inner[:, :, 1:])[:, :, 0]
         length = np.sum(null * null, axis=1)
-        curvature = np.sum(_LEAN * null * null, axis=1) / np.maximum(length, 1e-18)
+        curvature = np.sum(_NULLSPACE_WEIGHTS * null * null, axis=1) / np.maximum(length, 1e-18)
         drift = null / np.maximum(curvature, 0.2)[:, None]
         if not flipped.any() and np.abs(error).max() < _TOLERANCE and np.abs(drift).max() < 1e-3:
             return q
         move = step + 0.7 * drift
         largest = np.abs(move).max(axis=1, keepdims=True)
-        q = _inside(q + move * np.minimum(1.0, 0.4 / np.maximum(largest, 1e-12)))
-    p, R, _ = forward(q)
+        q = _clamp_to_limits(q + move * np.minimum(1.0, 0.4 / np.maximum(largest, 1e-12)))
+    p, R, _ = forward_kinematics(q)
     good = np.abs(pose_error(p, R, p_BT, R_target)).max() < _TOLERANCE and not (R[:, 2, 2] > 0.0).any()
     return q if good else None
 
 
-def solve_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
-    """Joint positions (7,) for one pose, tried from `start`, from `READY` and from turned postures."""
+def solve_ik_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
+    """Joint positions (7,) for one pose, tried from `start`, from `READY_POSTURE` and from turned postures."""
     bearing = float(np.arctan2(p_BT[1], p_BT[0]))
-    turned = READY.copy()
+    turned = READY_POSTURE.copy()
     turned[0] = np.clip(bearing, Q_MIN[0], Q_MAX[0])
     turned[6] = np.clip(pi / 4 + bearing - yaw, Q_MIN[6], Q_MAX[6])
     low = turned + np.array([0.0, 0.6, 0.0, -0.4, 0.0, 0.3, 0.0])
     far = turned + np.array([0.0, 0.8, 0.0, 1.0, 0.0, 0.0, 0.0])
-    for guess in (start, turned, low, far, READY):
-        found = solve(p_BT[None, :], np.array([yaw]), guess[None, :])
+    for guess in (start, turned, low, far, READY_POSTURE):
+        found = solve_ik(p_BT[None, :], np.array([yaw]), guess[None, :])
         if found is not None:
             solution: Vector = found[0]
             return solution
     return None
 
 
-def track(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
+def ik_step(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
     """Joint positions (7,) one Newton step from `q` towards a pose nearby, for servoing every tick.
 
     The spare degree of freedom goes half of its way to `posture` (7,).
     """
-    p, R, J = forward(q[None, :])
-    error = pose_error(p, R, p_BT[None, :], down(np.array([yaw])))[0]
+    p, R, J = forward_kinematics(q[None, :])
+    error = pose_error(p, R, p_BT[None, :], downward_rotations(np.array([yaw])))[0]
     jacobian = J[0]
     lean = 0.5 * (posture - q)
-    inner = np.linalg.solve(jacobian @ jacobian.T + _SLIGHT, error - jacobian @ lean)
-    return _inside(q + lean + jacobian.T @ inner)
+    inner = np.linalg.solve(jacobian @ jacobian.T + _SMALL_DAMPING, error - jacobian @ lean)
+    return _clamp_to_limits(q + lean + jacobian.T @ inner)
 
 
-def _inside(q: Vector) -> Vector:
+def _clamp_to_limits(q: Vector) -> Vector:
     """The nearest joint positions that solutions keep to."""
     # As np.clip, which takes five times as long at these sizes.
     nearest: Vector = np.minimum(np.maximum(q, _LOWEST), _HIGHEST)

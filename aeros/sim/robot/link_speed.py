@@ -11,25 +11,27 @@ from math import cos, sin, sqrt
 from typing import Final
 
 from aeros.kinematic_chain import Triple, mounting_of
-from aeros.sim.robot.body import CAPSULES, PANDA
+from aeros.sim.robot.body import CAPSULES, PANDA_BODY
 
-_POINTS: Final = tuple(
+_FOLLOWED_POINTS: Final = tuple(
     tuple(
         dict.fromkeys(
             (
                 *(end for one in CAPSULES if one.joint == joint for end in (one.a, one.b)),
-                *((PANDA.tool,) if joint == len(PANDA.rows) else ()),
+                *((PANDA_BODY.tool_offset,) if joint == len(PANDA_BODY.dh_rows) else ()),
             )
         )
     )
-    for joint in range(1, len(PANDA.rows) + 1)
+    for joint in range(1, len(PANDA_BODY.dh_rows) + 1)
 )
 
-_CHAIN: Final = tuple((*mounting_of(row), points) for row, points in zip(PANDA.rows, _POINTS, strict=True))
+_CHAIN: Final = tuple(
+    (*mounting_of(row), points) for row, points in zip(PANDA_BODY.dh_rows, _FOLLOWED_POINTS, strict=True)
+)
 """Of each joint: its `Mounting`, and the points that it carries, in its frame, m."""
 
 
-def link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
+def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
     """Speed in W of the fastest of the followed points, m/s.
 
     base: velocity of the arm's base, which does not turn, m/s.  Velocities go up the chain in each link's own

@@ -16,11 +16,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from aeros.runtime.ports import Motionless, Path, Plan, Servo, Trajectory
+from aeros.runtime.ports import JointPath, NoMotion, PlannedMotion, ServoBounds, Trajectory
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import Triple
-from aeros.sim.robot.body import PANDA
-from aeros.sim.robot.kinematics import track
+from aeros.sim.geometry import Vector3
+from aeros.sim.robot.body import PANDA_BODY
+from aeros.sim.robot.kinematics import ik_step
 from aeros.sim.robot.limits import (
     FINGER_GAP_MAX,
     GRIP_FORCE_MAX,
@@ -31,7 +31,7 @@ from aeros.sim.robot.limits import (
     TOOL_SPEED_MAX,
     Vector,
 )
-from aeros.sim.robot.parameters import Parameters, RefusedError
+from aeros.sim.robot.parameters import ActionParameters, ActionRejectedError
 from aeros.sim.robot.profile import (
     ACCELERATION_TO_MEAN,
     JERK_TO_MEAN,
@@ -44,17 +44,17 @@ from aeros.sim.robot.profile import (
     straight_path,
     straight_profile,
 )
-from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, PARTS, Robot
+from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, BRAKED_PARTS, Robot
 
-Motion = Iterator[None]
+MotionTicks = Iterator[None]
 
 
-class Planned(NamedTuple):
+class PreparedMotion(NamedTuple):
     """What will be done, the motion that does just that, and which parts of the robot it moves."""
 
-    plan: Plan
-    motion: Motion
-    moves: frozenset[str] = frozenset()
+    plan: PlannedMotion
+    motion: MotionTicks
+    moved_parts: frozenset[str] = frozenset()
 
 
 _ARM: Final = frozenset(("arm",))
@@ -67,23 +67,23 @@ SETTLE_TICKS: Final = 60
 REST_SPEED: Final = 0.01
 """Joint speed below which the arm rests, rad/s."""
 
-ARRIVAL: Final = 0.01
+ARRIVAL_TOLERANCE: Final = 0.01
 """Distance from the target beyond which a move did not arrive, m."""
 
-JOINT_ARRIVAL: Final = 0.01
+JOINT_ARRIVAL_TOLERANCE: Final = 0.01
 """Distance of a joint from its target beyond which a move did not arrive, rad."""
 
-_DESCENT: Final = 0.006
+_CONTACT_SPEED: Final = 0.006
 """Speed of approach to a surface and greatest speed of force control, m/s."""
 
-_DESCENT_CHANGE: Final = 0.5 * TICK
+_CONTACT_SPEED_STEP: Final = 0.5 * TICK
 """Greatest change of that speed per tick, m/s (0.5 m/s²)."""
 
 _SERVO_GAIN: Final = 0.6
 """Share of the way to the servo target made per tick: smooth, and lags by about a tick."""
 
 _SERVO_RATE: Final = QD_MAX / 2.0
-_SERVO_CHANGE: Final = QDD_MAX * TICK / 2.0
+_SERVO_RATE_STEP: Final = QDD_MAX * TICK / 2.0
 """Greatest speed of a joint under feedback, rad/s, and change of it per tick."""
 
 _FORCE_GAIN: Final = 0.0005
@@ -92,20 +92,20 @@ _FORCE_GAIN: Final = 0.0005
 _FORCE_FILTER: Final = 0.3
 """Weight of a new reading of the wrist's force sensor per tick (14 Hz): it also feels the hand accelerate."""
 
-_SLOWEST: Final = 1e-3
+_MIN_SPEED: Final = 1e-3
 """Least speed of a move, m/s."""
 
-_BASE_SHARE: Final = 0.999
+_BASE_LIMIT_SHARE: Final = 0.999
 """Share of the asked speed and of its acceleration limit that the base takes: rounding must pass neither."""
 
-_SEARCH: Final = 0.02
+_SURFACE_SEARCH_DEPTH: Final = 0.02
 """How far below its target a slide looks for the surface, m."""
 
 
-_LANE_SPACING: Final = 0.005
+_SLIDE_PATH_SPACING: Final = 0.005
 """Distance in height of the paths that a slide is planned as, m."""
 
-_SLACK: Final = 0.01
+_MAX_PATH_DEVIATION: Final = 0.01
 """Distance from the nearest of them that a slide may servo a joint to, rad."""
 
 
@@ -113,71 +113,73 @@ class BlockedError(Exception):
     """The motion was under way and something holds the robot back; the message says where."""
 
 
-def plan_stop(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_stop(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
     """`stop {}`: come to rest and hold."""
-    parameters.done()
-    return Planned(Motionless("it brings to rest what moves"), robot.stopping(), PARTS)
+    parameters.reject_unread()
+    return PreparedMotion(NoMotion("it brings to rest what moves"), robot.brake(), BRAKED_PARTS)
 
 
-def plan_wait(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_wait(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
     """`wait {duration: s}`: hold for a while."""
     duration = parameters.number("duration", 0.0, 600.0)
-    parameters.done()
-    return Planned(Motionless("it waits"), _wait(ceil(duration / TICK)))
+    parameters.reject_unread()
+    return PreparedMotion(NoMotion("it waits"), _wait(ceil(duration / TICK)))
 
 
-def _wait(ticks: int) -> Motion:
+def _wait(ticks: int) -> MotionTicks:
     for _ in range(ticks):
         yield
 
 
-def plan_move_tool(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
     """`move_tool {target: m, yaw: rad, speed: m/s}`: straight, as seen from the base, peaking at `speed`."""
-    p_WT = parameters.triple("target")
+    p_WT = parameters.position("target")
     yaw = parameters.number("yaw", -pi, pi)
-    speed = parameters.number("speed", _SLOWEST, TOOL_SPEED_MAX)
-    parameters.done()
+    speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
+    parameters.reject_unread()
     p_BT, yaw_now = robot.tool_command()
     yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
-    base = robot.sense().base_position
-    target = np.array(p_WT) - np.array(base if drive is None else _end_of(drive))
+    base = robot.read_sensors().base_position
+    target = np.array(p_WT) - np.array(base if drive is None else _base_destination(drive))
     try:
-        profile = straight_profile(robot.q_command, (p_BT, yaw_now), (target, yaw), _own_speed(speed, drive))
+        profile = straight_profile(
+            robot.q_command, (p_BT, yaw_now), (target, yaw), _relative_speed(speed, drive)
+        )
     except UnreachableError as reason:
-        raise RefusedError(f"unreachable: {reason}") from reason
-    trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
-    return Planned(trajectory, _move_tool(robot, profile, p_WT), _ARM)
+        raise ActionRejectedError(f"unreachable: {reason}") from reason
+    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
+    return PreparedMotion(trajectory, _move_tool(robot, profile, p_WT), _ARM)
 
 
 _NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
-def _own_speed(speed: float, drive: Trajectory | None) -> float:
+def _relative_speed(speed: float, drive: Trajectory | None) -> float:
     """What is left for the arm's own motion of a speed in W, m/s, while the base drives."""
     if drive is None:
         return speed
-    carried = PEAK_TO_MEAN * hypot(*drive.way) / drive.duration
-    if speed - carried < _SLOWEST:
-        raise RefusedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
+    carried = PEAK_TO_MEAN * hypot(*drive.base_path) / drive.duration
+    if speed - carried < _MIN_SPEED:
+        raise ActionRejectedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
     return speed - carried
 
 
-def _end_of(drive: Trajectory) -> Triple:
+def _base_destination(drive: Trajectory) -> Vector3:
     """Where in W the base comes to rest."""
-    x, y, z = (b + w for b, w in zip(drive.base, drive.way, strict=True))
+    x, y, z = (b + w for b, w in zip(drive.base, drive.base_path, strict=True))
     return (x, y, z)
 
 
-def _move_tool(robot: Robot, profile: JointProfile, p_WT: Triple) -> Motion:
-    yield from _along(robot, profile)
+def _move_tool(robot: Robot, profile: JointProfile, p_WT: Vector3) -> MotionTicks:
+    yield from _follow_profile(robot, profile)
     if robot.base_speed_command.any():
         while robot.base_speed_command.any():
             yield
         yield from settle(robot)
-    _arrived(robot, p_WT)
+    _check_arrival(robot, p_WT)
 
 
-def _along(robot: Robot, profile: JointProfile) -> Motion:
+def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
     for position, speed in zip(*profile.sample(), strict=True):
         robot.command(position, speed)
         yield
@@ -185,117 +187,119 @@ def _along(robot: Robot, profile: JointProfile) -> Motion:
     yield from settle(robot)
 
 
-def plan_move_joints(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_move_joints(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
     """`move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool nowhere faster than `speed`."""
     limits = zip(Q_MIN.tolist(), Q_MAX.tolist(), strict=True)
     target = np.array([parameters.number(f"q{i}", *limit) for i, limit in enumerate(limits, 1)])
-    speed = parameters.number("speed", _SLOWEST, TOOL_SPEED_MAX)
-    parameters.done()
-    base = robot.sense().base_position
+    speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
+    parameters.reject_unread()
+    base = robot.read_sensors().base_position
     try:
-        profile = joint_profile(robot.q_command, target, _own_speed(speed, drive))
+        profile = joint_profile(robot.q_command, target, _relative_speed(speed, drive))
     except UnreachableError as reason:
-        raise RefusedError(f"unreachable: {reason}") from reason
-    trajectory = Trajectory(PANDA, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
-    return Planned(trajectory, _move_joints(robot, profile, target), _ARM)
+        raise ActionRejectedError(f"unreachable: {reason}") from reason
+    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
+    return PreparedMotion(trajectory, _move_joints(robot, profile, target), _ARM)
 
 
-def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> Motion:
-    yield from _along(robot, profile)
-    miss = float(np.abs(np.array(robot.sense().q) - target).max())
-    if miss > JOINT_ARRIVAL:
+def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> MotionTicks:
+    yield from _follow_profile(robot, profile)
+    miss = float(np.abs(np.array(robot.read_sensors().q) - target).max())
+    if miss > JOINT_ARRIVAL_TOLERANCE:
         raise BlockedError(f"blocked: a joint rests {miss:.3f} rad from its target")
 
 
-def settle(robot: Robot) -> Motion:
+def settle(robot: Robot) -> MotionTicks:
     """Wait until the arm rests, at most `SETTLE_TICKS`."""
     for _ in range(SETTLE_TICKS):
         yield
-        if max(map(abs, robot.sense().qd)) < REST_SPEED:
+        if max(map(abs, robot.read_sensors().qd)) < REST_SPEED:
             return
 
 
-def _arrived(robot: Robot, p_WT: Triple) -> None:
-    miss = float(np.linalg.norm(np.array(robot.sense().tool_position) - np.array(p_WT)))
-    if miss > ARRIVAL:
+def _check_arrival(robot: Robot, p_WT: Vector3) -> None:
+    miss = float(np.linalg.norm(np.array(robot.read_sensors().tool_position) - np.array(p_WT)))
+    if miss > ARRIVAL_TOLERANCE:
         raise BlockedError(f"blocked: the tool rests {1000 * miss:.0f} mm from its target")
 
 
-def plan_grip(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_grip(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
     """`grip {width: m, force: N}`: move the fingers to `width`; ends when they rest."""
     width = parameters.number("width", 0.0, FINGER_GAP_MAX)
     force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
-    parameters.done()
-    return Planned(Motionless("it moves the fingers alone"), _grip(robot, width, force))
+    parameters.reject_unread()
+    return PreparedMotion(NoMotion("it moves the fingers alone"), _grip(robot, width, force))
 
 
-def _grip(robot: Robot, width: float, force: float) -> Motion:
+def _grip(robot: Robot, width: float, force: float) -> MotionTicks:
     robot.grip(width, force)
     still = 0
     for _ in range(480):
         yield
-        still = still + 1 if robot.sense().finger_speed < 1e-3 else 0
+        still = still + 1 if robot.read_sensors().finger_speed < 1e-3 else 0
         if still >= 24:
             return
     raise BlockedError("blocked: the fingers do not come to rest")
 
 
-def plan_slide(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_slide(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
     """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
 
     First descends until the wrist feels half the force, at most 20 mm below the target's z, then
     moves while integral control on z holds the force, at least half a second.  The descent is slow
     (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
     """
-    p_WT = parameters.triple("target")
+    p_WT = parameters.position("target")
     force = parameters.number("force", 0.5, 60.0)
     speed = parameters.number("speed", 1e-3, 0.5)
-    parameters.done()
+    parameters.reject_unread()
     if drive is not None:
-        raise RefusedError("the base drives: what is pressed on would be dragged along")
+        raise ActionRejectedError("the base drives: what is pressed on would be dragged along")
     start, yaw = robot.tool_command()
-    base = robot.sense().base_position
+    base = robot.read_sensors().base_position
     target = np.array(p_WT) - np.array(base)
-    lowest = float(target[2]) - _SEARCH
+    lowest = float(target[2]) - _SURFACE_SEARCH_DEPTH
     q = robot.q_command
     try:
         # Along and down together are no faster than asked; slower than twice the descent is not worth it.
-        along = sqrt(max(speed * speed - _DESCENT * _DESCENT, speed * speed / 4.0))
-        ticks = straight_profile(q, (start, yaw), (_at(target, start[2]), yaw), along).ticks
+        along = sqrt(max(speed * speed - _CONTACT_SPEED * _CONTACT_SPEED, speed * speed / 4.0))
+        ticks = straight_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
         # Wherever the surface is: down over the start, then along at that height.
-        paths = [straight_path(q, (start, yaw), (_at(start, lowest), yaw))]
-        heights = np.arange(lowest, max(start[2], lowest) + _LANE_SPACING, _LANE_SPACING)
-        paths += [straight_path(q, (_at(start, h), yaw), (_at(target, h), yaw)) for h in heights]
+        paths = [straight_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
+        heights = np.arange(lowest, max(start[2], lowest) + _SLIDE_PATH_SPACING, _SLIDE_PATH_SPACING)
+        paths += [
+            straight_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights
+        ]
     except UnreachableError as reason:
-        raise RefusedError(f"unreachable: {reason}") from reason
+        raise ActionRejectedError(f"unreachable: {reason}") from reason
     ticks = max(ticks, 120)
-    servo = _servo(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
-    trajectory = Trajectory(PANDA, tuple(paths), base, _NOWHERE, ticks * TICK, servo)
-    return Planned(trajectory, _slide(robot, target, force, ticks, lowest, _Lanes(paths)), _ARM)
+    servo = _servo_plan(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
+    trajectory = Trajectory(PANDA_BODY, tuple(paths), base, _NOWHERE, ticks * TICK, servo)
+    return PreparedMotion(trajectory, _slide(robot, target, force, ticks, lowest, _SlidePaths(paths)), _ARM)
 
 
-def _at(p: Vector, height: float) -> Vector:
+def _at_height(p: Vector, height: float) -> Vector:
     return np.array([p[0], p[1], height])
 
 
-def _servo(distance: float, duration: float) -> Servo:
-    """What `_follow` holds the joints to, and the set point's own rates: along, and in height."""
-    rise = _DESCENT_CHANGE / TICK
-    return Servo(
-        slack=(_SLACK,) * 7,
+def _servo_plan(distance: float, duration: float) -> ServoBounds:
+    """What `_servo_tick` holds the joints to, and the set point's own rates: along, and in height."""
+    rise = _CONTACT_SPEED_STEP / TICK
+    return ServoBounds(
+        joint_tolerance=(_MAX_PATH_DEVIATION,) * 7,
         speed=tuple((QD_MAX / 2.0).tolist()),
         acceleration=tuple((QDD_MAX / 2.0).tolist()),
         jerk=tuple((QDD_MAX / TICK).tolist()),
-        tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _DESCENT),
+        tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _CONTACT_SPEED),
         tool_acceleration=hypot(ACCELERATION_TO_MEAN * distance / duration**2, rise),
         tool_jerk=hypot(JERK_TO_MEAN * distance / duration**3, 2.0 * rise / TICK),
     )
 
 
-class _Lanes:
+class _SlidePaths:
     """The paths of a slide, sampled, so that leaving them is noticed."""
 
-    def __init__(self, paths: list[Path]) -> None:
+    def __init__(self, paths: list[JointPath]) -> None:
         corners = np.concatenate([np.array(path) for path in paths])
         u = np.linspace(0.0, 1.0, 4)[None, :, None]
         v = 1.0 - u
@@ -312,78 +316,80 @@ class _Lanes:
             return self._asked[1]
         away = np.abs(np.subtract(self._by_joint, q[:, None], out=self._away), out=self._away).max(axis=0)
         index = int(away.argmin())
-        if away[index] > _SLACK:
+        if away[index] > _MAX_PATH_DEVIATION:
             raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
         nearest: Vector = self._q[index]
         self._asked = (q, nearest)
         return nearest
 
 
-def _slide(robot: Robot, target: Vector, force: float, ticks: int, lowest: float, lanes: _Lanes) -> Motion:
+def _slide(
+    robot: Robot, target: Vector, force: float, ticks: int, lowest: float, lanes: _SlidePaths
+) -> MotionTicks:
     yield from settle(robot)
-    tare = robot.wrist_load()
+    tare = robot.wrist_vertical_force()
     start, yaw = robot.tool_command()
     p_BT = start.copy()
     pressed = pace = 0.0
     while pressed < force / 2.0:
-        pace = min(_DESCENT, pace + _DESCENT_CHANGE)
+        pace = min(_CONTACT_SPEED, pace + _CONTACT_SPEED_STEP)
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
             raise BlockedError("no contact: the surface is not where the target says")
-        _follow(robot, p_BT, yaw, lanes)
+        _servo_tick(robot, p_BT, yaw, lanes)
         yield
-        pressed += _FORCE_FILTER * (robot.wrist_load() - tare - pressed)
+        pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
     share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     for part in share:
-        pressed += _FORCE_FILTER * (robot.wrist_load() - tare - pressed)
-        wanted = min(_DESCENT, max(-_DESCENT, _FORCE_GAIN * (force - pressed)))
-        pace = min(pace + _DESCENT_CHANGE, max(pace - _DESCENT_CHANGE, wanted))
+        pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
+        wanted = min(_CONTACT_SPEED, max(-_CONTACT_SPEED, _FORCE_GAIN * (force - pressed)))
+        pace = min(pace + _CONTACT_SPEED_STEP, max(pace - _CONTACT_SPEED_STEP, wanted))
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
             raise BlockedError("no contact: the surface fell away")
         p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
-        _follow(robot, p_BT, yaw, lanes)
+        _servo_tick(robot, p_BT, yaw, lanes)
         yield
     robot.hold_arm()
     yield from settle(robot)
 
 
-def _follow(robot: Robot, p_BT: Vector, yaw: float, lanes: _Lanes) -> None:
+def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, lanes: _SlidePaths) -> None:
     """One tick of servoing, at most half of any joint's speed and acceleration limit."""
     here = robot.q_command
-    rate = _SERVO_GAIN * (track(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
+    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
     before = robot.qd_command
     rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
-    rate = np.minimum(np.maximum(rate, before - _SERVO_CHANGE), before + _SERVO_CHANGE)
+    rate = np.minimum(np.maximum(rate, before - _SERVO_RATE_STEP), before + _SERVO_RATE_STEP)
     q = here + rate * TICK
     lanes.nearest(q)
     robot.command(q, rate)
 
 
-def plan_move_base(robot: Robot, parameters: Parameters, drive: Trajectory | None) -> Planned:
+def plan_move_base(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
     """`move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest."""
     x = parameters.number("x", -10.0, 10.0)
     y = parameters.number("y", -10.0, 10.0)
     speed = parameters.number("speed", 1e-3, 1.0)
-    parameters.done()
+    parameters.reject_unread()
     if not robot.has_carriage:
-        raise RefusedError("unknown kind: `move_base` on a robot without a carriage")
+        raise ActionRejectedError("unknown kind: `move_base` on a robot without a carriage")
     target = np.array([x, y])
     way = target - robot.base_origin - robot.base_command
     distance = float(np.linalg.norm(way))
-    most = BASE_ACCELERATION_MAX * _BASE_SHARE
+    most = BASE_ACCELERATION_MAX * _BASE_LIMIT_SHARE
     slowest = ceil((ACCELERATION_TO_MEAN * distance / most) ** 0.5 / TICK)
-    ticks = max(minimum_jerk_ticks(distance, speed * _BASE_SHARE), slowest, 1)
+    ticks = max(minimum_jerk_ticks(distance, speed * _BASE_LIMIT_SHARE), slowest, 1)
     rest = robot.q_command.tolist()
     at_rest = (tuple(rest),) * 4
     px, py = (robot.base_origin + robot.base_command).tolist()
-    base = (px, py, robot.sense().base_position[2])
+    base = (px, py, robot.read_sensors().base_position[2])
     travel = (float(way[0]), float(way[1]), 0.0)
-    trajectory = Trajectory(PANDA, ((at_rest,),), base, travel, ticks * TICK)
-    return Planned(trajectory, _move_base(robot, target, way, ticks), _BASE)
+    trajectory = Trajectory(PANDA_BODY, ((at_rest,),), base, travel, ticks * TICK)
+    return PreparedMotion(trajectory, _move_base(robot, target, way, ticks), _BASE)
 
 
-def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> Motion:
+def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> MotionTicks:
     start = robot.base_command
     share, rate, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     for part, pace in zip(share, rate / (ticks * TICK), strict=True):
@@ -391,13 +397,13 @@ def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> Motion:
         yield
     robot.hold_base()
     yield from _wait(SETTLE_TICKS)
-    at = np.array(robot.sense().base_position[:2])
+    at = np.array(robot.read_sensors().base_position[:2])
     miss = float(np.linalg.norm(at - target))
-    if miss > ARRIVAL:
+    if miss > ARRIVAL_TOLERANCE:
         raise BlockedError(f"blocked: the base rests {1000 * miss:.0f} mm from its target")
 
 
-PLANNERS: Final[dict[str, Callable[[Robot, Parameters, Trajectory | None], Planned]]] = {
+PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {
     "stop": plan_stop,
     "wait": plan_wait,
     "move_tool": plan_move_tool,

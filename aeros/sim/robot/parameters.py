@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from aeros.sim.geometry import Triple
+from aeros.sim.geometry import Vector3
 
 
-class RefusedError(Exception):
+class ActionRejectedError(Exception):
     """The plant cannot do this action; the message says why.  Raised before any motion."""
 
 
-class Parameters:
-    """The parameters of one action; each is read once, and `done` refuses those never read."""
+class ActionParameters:
+    """The parameters of one action; each is read once, and `reject_unread` refuses those never read."""
 
     def __init__(self, values: Mapping[str, Any]) -> None:
         self._values = dict(values)
@@ -22,35 +22,35 @@ class Parameters:
         """A number in [low, high], SI; both ends are finite."""
         return self._check(name, self._take(name), low, high)
 
-    def triple(self, name: str, reach: float = 10.0) -> Triple:
-        """A position in W, m, each coordinate within ±`reach`."""
+    def position(self, name: str, limit: float = 10.0) -> Vector3:
+        """A position in W, m, each coordinate within ±`limit`."""
         value = self._take(name)
         if not isinstance(value, tuple) or len(value) != 3:
-            raise RefusedError(f"bad parameter: `{name}` is not a 3-tuple")
-        x, y, z = (self._check(name, part, -reach, reach) for part in value)
+            raise ActionRejectedError(f"bad parameter: `{name}` is not a 3-tuple")
+        x, y, z = (self._check(name, part, -limit, limit) for part in value)
         return (x, y, z)
 
-    def word(self, name: str) -> str:
+    def string(self, name: str) -> str:
         """A string."""
         value = self._take(name)
         if not isinstance(value, str):
-            raise RefusedError(f"bad parameter: `{name}` is not a string")
+            raise ActionRejectedError(f"bad parameter: `{name}` is not a string")
         return value
 
-    def done(self) -> None:
+    def reject_unread(self) -> None:
         """Refuse what nobody read."""
         if self._values:
-            raise RefusedError(f"unknown parameter: `{min(self._values)}`")
+            raise ActionRejectedError(f"unknown parameter: `{min(self._values)}`")
 
     def _take(self, name: str) -> Any:
         if name not in self._values:
-            raise RefusedError(f"missing parameter: `{name}`")
+            raise ActionRejectedError(f"missing parameter: `{name}`")
         return self._values.pop(name)
 
     @staticmethod
     def _check(name: str, value: Any, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
-            raise RefusedError(f"bad parameter: `{name}` is not a number")
+            raise ActionRejectedError(f"bad parameter: `{name}` is not a number")
         if not low <= value <= high:
-            raise RefusedError(f"out of range: `{name}` is outside [{low:g}, {high:g}]")
+            raise ActionRejectedError(f"out of range: `{name}` is outside [{low:g}, {high:g}]")
         return float(value)

@@ -14,9 +14,9 @@ from typing import Final
 
 import numpy as np
 
-from aeros.runtime.ports import Path
+from aeros.runtime.ports import JointPath
 from aeros.sim.clock import TICK
-from aeros.sim.robot.kinematics import forward, solve, solve_one
+from aeros.sim.robot.kinematics import forward_kinematics, solve_ik, solve_ik_one
 from aeros.sim.robot.limits import (
     QD_MAX,
     QDD_MAX,
@@ -36,13 +36,13 @@ ACCELERATION_TO_MEAN: Final = 5.7736
 JERK_TO_MEAN: Final = 60.0
 """Peak jerk of it over distance per cubed duration, at both ends."""
 
-_SHARE: Final = 0.5
+_LIMIT_SHARE: Final = 0.5
 """Share of the joint speed and acceleration limits a profile may use: tracking and stopping need the rest."""
 
-_SPACING: Final = 0.01
+_WAYPOINT_SPACING: Final = 0.01
 """Distance between solved waypoints, m (and 0.05 rad of yaw): chords stay within 0.01 mm of the line."""
 
-_LARGEST_JUMP: Final = 0.25
+_MAX_JOINT_STEP: Final = 0.25
 """Joint change between waypoints above which two solutions lie on different branches, rad."""
 
 
@@ -50,28 +50,28 @@ class UnreachableError(Exception):
     """No motion inside the limits does what was asked; the message says why."""
 
 
-_UNDER: Final = 0.99
+_SPEED_MARGIN: Final = 0.99
 """Share of the asked speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
 decision's own bound takes as much."""
 
 
-_TILTED: Final = 1e-3
+_MAX_TILT: Final = 1e-3
 """Angle of the tool from pointing down above which a start is off its line, rad."""
 
-_STRAYING: Final = 0.9
+_OFF_LINE_SPEED_SHARE: Final = 0.9
 """Share of a speed limit that a tool may use on its way to its line, as sampled."""
 
-_STRAYING_CHANGE: Final = 0.1
+_OFF_LINE_ACCELERATION_SHARE: Final = 0.1
 """Share of an acceleration limit likewise: of a path that bends, the decision's bound is up to eight times
 what is sampled."""
 
-_FINE: Final = 30
+_MIN_OFF_LINE_PIECES: Final = 30
 """Fewest pieces of such a path: of few long ones the decision's bounds are wide."""
 
-_FEWEST: Final = 24
+_MIN_TICKS: Final = 24
 """Fewest ticks of a profile (0.1 s), however short its way."""
 
-_LOOKS: Final = 8
+_SAMPLES_PER_PIECE: Final = 8
 """Samples of each piece of a path for that."""
 
 
@@ -79,7 +79,7 @@ _LOOKS: Final = 8
 class JointProfile:
     """A path and the ticks it takes."""
 
-    path: Path
+    path: JointPath
     ticks: int
 
     def sample(self) -> tuple[Vector, Vector]:
@@ -109,18 +109,18 @@ def straight_profile(
     Poses are (p_BT in m, yaw in rad), the tool pointing down.  `peak_speed` bounds the tool's speed,
     m/s; joint limits may make it slower.  Raises `UnreachableError`.
     """
-    distance, turn, pieces = _measure(start, end)
+    distance, turn, pieces = _line_geometry(start, end)
     is_tilted = _is_tilted(q_start)
     if is_tilted:
-        pieces = max(pieces, _FINE)
+        pieces = max(pieces, _MIN_OFF_LINE_PIECES)
     path = _spline(_joint_path(q_start, start, end, pieces))
     ticks = max(
-        minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX) * _UNDER),
-        minimum_jerk_ticks(turn, YAW_SPEED_MAX * _SHARE),
-        _FEWEST,
+        minimum_jerk_ticks(distance, min(peak_speed, TOOL_SPEED_MAX) * _SPEED_MARGIN),
+        minimum_jerk_ticks(turn, YAW_SPEED_MAX * _LIMIT_SHARE),
+        _MIN_TICKS,
     )
     if is_tilted:
-        ticks = max(ticks, _straying_ticks(path, min(peak_speed, TOOL_SPEED_MAX)))
+        ticks = max(ticks, _off_line_ticks(path, min(peak_speed, TOOL_SPEED_MAX)))
     return _within_limits(path, ticks)
 
 
@@ -130,9 +130,9 @@ def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointPro
     `peak_speed` bounds the tool's speed, m/s, wherever that takes it; limits may make it slower.
     Raises `UnreachableError`.
     """
-    share = np.linspace(0.0, 1.0, _FINE + 1)
+    share = np.linspace(0.0, 1.0, _MIN_OFF_LINE_PIECES + 1)
     path = _spline(q_start + share[:, None] * (q_end - q_start))
-    ticks = max(_straying_ticks(path, min(peak_speed, TOOL_SPEED_MAX)), _FEWEST)
+    ticks = max(_off_line_ticks(path, min(peak_speed, TOOL_SPEED_MAX)), _MIN_TICKS)
     return _within_limits(path, ticks)
 
 
@@ -141,29 +141,29 @@ def _within_limits(path: Vector, ticks: int) -> JointProfile:
     for _ in range(12):
         _, qd, qdd = _sample(path, ticks)
         excess = max(
-            float((np.abs(qd) / (QD_MAX * _SHARE)).max()),
-            float(np.sqrt((np.abs(qdd) / (QDD_MAX * _SHARE)).max())),
+            float((np.abs(qd) / (QD_MAX * _LIMIT_SHARE)).max()),
+            float(np.sqrt((np.abs(qdd) / (QDD_MAX * _LIMIT_SHARE)).max())),
         )
         if excess <= 1.0:
-            return JointProfile(as_path(path), ticks)
+            return JointProfile(to_port_path(path), ticks)
         ticks = ceil(ticks * excess * 1.01)
     raise UnreachableError("no duration brings the joint speeds inside the limits")
 
 
-def straight_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> Path:
+def straight_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> JointPath:
     """The path of a straight line whose solutions are sought from `q_guess`.  Raises `UnreachableError`."""
-    q_start = solve_one(*start, q_guess)
+    q_start = solve_ik_one(*start, q_guess)
     if q_start is None:
-        raise UnreachableError(f"no joint position puts the tool at {_spell(start[0])}")
-    _, _, pieces = _measure(start, end)
-    return as_path(_spline(_joint_path(q_start, start, end, pieces)))
+        raise UnreachableError(f"no joint position puts the tool at {_format_point(start[0])}")
+    _, _, pieces = _line_geometry(start, end)
+    return to_port_path(_spline(_joint_path(q_start, start, end, pieces)))
 
 
-def _measure(start: tuple[Vector, float], end: tuple[Vector, float]) -> tuple[float, float, int]:
+def _line_geometry(start: tuple[Vector, float], end: tuple[Vector, float]) -> tuple[float, float, int]:
     """Distance, turn and the number of pieces between two poses."""
     distance = float(np.linalg.norm(end[0] - start[0]))
     turn = abs(end[1] - start[1])
-    return distance, turn, max(2, ceil(max(distance / _SPACING, turn / 0.05)))
+    return distance, turn, max(2, ceil(max(distance / _WAYPOINT_SPACING, turn / 0.05)))
 
 
 def _joint_path(
@@ -171,57 +171,59 @@ def _joint_path(
 ) -> Vector:
     """Joint waypoints (pieces + 1, 7) on the line, the first exactly `q_start`."""
     (p_start, yaw_start), (p_end, yaw_end) = start, end
-    q_end = solve_one(p_end, yaw_end, q_start)
+    q_end = solve_ik_one(p_end, yaw_end, q_start)
     if q_end is None:
         raise UnreachableError(
-            f"no joint position puts the tool at {_spell(p_end)} with yaw {yaw_end:.3f} rad"
+            f"no joint position puts the tool at {_format_point(p_end)} with yaw {yaw_end:.3f} rad"
         )
     share = np.linspace(0.0, 1.0, pieces + 1)
     guess = q_start + share[:, None] * (q_end - q_start)
     line = p_start + share[:, None] * (p_end - p_start)
-    path = solve(line, yaw_start + share * (yaw_end - yaw_start), guess)
+    path = solve_ik(line, yaw_start + share * (yaw_end - yaw_start), guess)
     if path is None:
-        raise UnreachableError(f"the straight line to {_spell(p_end)} leaves the arm's reach")
+        raise UnreachableError(f"the straight line to {_format_point(p_end)} leaves the arm's reach")
     # The start may be off the solver's posture (after a stop); let the difference fade out.
     fade = 1.0 - minimum_jerk(share)[0]
     joined: Vector = path + fade[:, None] * (q_start - path[0])
-    if float(np.abs(np.diff(joined, axis=0)).max()) > _LARGEST_JUMP:
-        raise UnreachableError(f"the straight line to {_spell(p_end)} needs a change of posture")
+    if float(np.abs(np.diff(joined, axis=0)).max()) > _MAX_JOINT_STEP:
+        raise UnreachableError(f"the straight line to {_format_point(p_end)} needs a change of posture")
     return joined
 
 
 def _is_tilted(q: Vector) -> bool:
     """Whether the tool does not point down."""
-    _, turned, _ = forward(q[None, :])
-    return float(-turned[0, 2, 2]) < cos(_TILTED)
+    _, turned, _ = forward_kinematics(q[None, :])
+    return float(-turned[0, 2, 2]) < cos(_MAX_TILT)
 
 
-def _straying_ticks(path: Vector, peak_speed: float) -> int:
+def _off_line_ticks(path: Vector, peak_speed: float) -> int:
     """Ticks that keep the tool inside its limits on the way to its line, wherever on it timing is fastest."""
-    step = 1.0 / _LOOKS
+    step = 1.0 / _SAMPLES_PER_PIECE
     u = np.arange(0.0, 1.0, step)[:, None]
     v = 1.0 - u
     a, b, c, d = (path[:, None, corner] for corner in range(4))
     q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, path.shape[2])
-    places, turned, _ = forward(np.vstack((q, path[-1, 3])))
+    places, turned, _ = forward_kinematics(np.vstack((q, path[-1, 3])))
     turns = np.swapaxes(turned[:-1], 1, 2) @ turned[1:]
     # Of small turns the skew-symmetric part is the axis times the angle.
     turning = [turns[:, i, j] - turns[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))]
     step /= len(path)
     return max(
-        _ticks_of(np.diff(places, axis=0) / step, step, peak_speed, TOOL_ACCELERATION_MAX),
-        _ticks_of(np.stack(turning, axis=1) / 2.0 / step, step, YAW_SPEED_MAX, TURNING_ACCELERATION_MAX),
+        _ticks_for_limits(np.diff(places, axis=0) / step, step, peak_speed, TOOL_ACCELERATION_MAX),
+        _ticks_for_limits(
+            np.stack(turning, axis=1) / 2.0 / step, step, YAW_SPEED_MAX, TURNING_ACCELERATION_MAX
+        ),
     )
 
 
-def _ticks_of(first: Vector, step: float, speed: float, acceleration: float) -> int:
+def _ticks_for_limits(first: Vector, step: float, speed: float, acceleration: float) -> int:
     """From derivatives by s, `step` apart: ẋ = x'·ṡ and ẍ = x''·ṡ² + x'·s̈, each factor at its greatest."""
     most = float(np.linalg.norm(first, axis=1).max())
     second = float(np.linalg.norm(np.diff(first, axis=0) / step, axis=1).max())
     bend = second * PEAK_TO_MEAN**2 + most * ACCELERATION_TO_MEAN
     duration = max(
-        PEAK_TO_MEAN * most / (speed * _STRAYING),
-        sqrt(bend / (acceleration * _STRAYING_CHANGE)),
+        PEAK_TO_MEAN * most / (speed * _OFF_LINE_SPEED_SHARE),
+        sqrt(bend / (acceleration * _OFF_LINE_ACCELERATION_SHARE)),
     )
     return ceil(duration / TICK)
 
@@ -243,7 +245,7 @@ def _spline(points: Vector) -> Vector:
     return np.stack((a, a + slopes[:-1] / 3.0, b - slopes[1:] / 3.0, b), axis=1)
 
 
-def as_path(pieces: Vector) -> Path:
+def to_port_path(pieces: Vector) -> JointPath:
     """Control points (pieces, 4, 7) as the plant's port has them."""
     return tuple((tuple(a), tuple(b), tuple(c), tuple(d)) for a, b, c, d in pieces.tolist())
 
@@ -263,5 +265,5 @@ def _sample(pieces: Vector, ticks: int) -> tuple[Vector, Vector, Vector]:
     return q, dq * rate, ddq * rate**2 + dq * bend
 
 
-def _spell(p: Vector) -> str:
+def _format_point(p: Vector) -> str:
     return f"({p[0]:.3f}, {p[1]:.3f}, {p[2]:.3f}) m"

@@ -18,8 +18,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import Triple
-from aeros.sim.robot.kinematics import READY, forward
+from aeros.sim.geometry import Vector3
+from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
 from aeros.sim.robot.limits import QDD_MAX, Vector
 
 BASE_ACCELERATION_MAX: Final = 1.0
@@ -28,15 +28,15 @@ BASE_ACCELERATION_MAX: Final = 1.0
 _STOP_SHARE: Final = 0.9
 """Share of the acceleration limits a protective stop uses."""
 
-_LAG: Final = 0.006
-_RATE_LAG: Final = 0.05
+_MAX_JOINT_LAG: Final = 0.006
+_MAX_RATE_LAG: Final = 0.05
 """Distance from its set point beyond which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
 
 _BASE_LAG: Final = 0.005
 _BASE_RATE_LAG: Final = 0.02
 """The same of the carriage, m and m/s (seen at most: 0.0018 and 0.0021)."""
 
-PARTS: Final = frozenset(("arm", "base"))
+BRAKED_PARTS: Final = frozenset(("arm", "base"))
 """What has to be brought to rest; the fingers keep their grip."""
 
 HOLDING_FORCE: Final = 0.3
@@ -54,8 +54,8 @@ class RobotOptions:
     """
 
     carriage: bool = False
-    base: Triple = (0.0, 0.0, 0.0)
-    posture: tuple[float, ...] = tuple(float(q) for q in READY)
+    base: Vector3 = (0.0, 0.0, 0.0)
+    posture: tuple[float, ...] = tuple(float(q) for q in READY_POSTURE)
     finger_friction: float = 1.0
 
 
@@ -65,12 +65,12 @@ class RobotState(NamedTuple):
     q: tuple[float, ...]
     qd: tuple[float, ...]
     torque: tuple[float, ...]
-    tool_position: Triple
+    tool_position: Vector3
     tool_speed: float
     finger_gap: float
     finger_speed: float
-    base_position: Triple
-    base_velocity: Triple
+    base_position: Vector3
+    base_velocity: Vector3
 
 
 class Robot(ABC):
@@ -112,21 +112,21 @@ class Robot(ABC):
         if self.has_carriage:
             self.command_base(self.base_command, np.zeros(2))
 
-    def yield_here(self) -> None:
+    def yield_to_contact(self) -> None:
         """Take what is measured for set points: stop pushing against what holds arm or carriage."""
-        state = self.sense()
+        state = self.read_sensors()
         self.q_command = np.array(state.q)
         self.base_command = np.array(state.base_position[:2]) - self.base_origin
         self.hold()
 
-    def stopping(self, parts: Collection[str] = PARTS) -> Iterator[None]:
+    def brake(self, parts: Collection[str] = BRAKED_PARTS) -> Iterator[None]:
         """Bring those of arm and carriage to rest, all joints together, one tick per item, then hold.
 
         Braking is even, as hard as keeps every joint inside its limit; see `_braking`.  What does
         not follow, as something is in its way, is braked from where it is, not torn to where it should be.
         """
-        q, qd = self.followed()
-        xy, speed = self.followed_base()
+        q, qd = self.followed_set_points()
+        xy, speed = self.followed_base_set_points()
         arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
         base_time = float(np.linalg.norm(speed)) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
         for arm, base in zip_longest(_braking(arm_time), _braking(base_time)):
@@ -140,20 +140,22 @@ class Robot(ABC):
         if "base" in parts:
             self.hold_base()
 
-    def followed(self) -> tuple[Vector, Vector]:
+    def followed_set_points(self) -> tuple[Vector, Vector]:
         """Set points, but of joints that do not follow them those that they would follow.
 
         A joint that follows is a tick ahead: its motor is given a position and the speed there at once.
         """
-        state = self.sense()
+        state = self.read_sensors()
         qd = np.array(state.qd)
         q = np.array(state.q) - qd * TICK
-        is_off = (np.abs(q - self.q_command) > _LAG) | (np.abs(qd - self.qd_command) > _RATE_LAG)
+        is_off = (np.abs(q - self.q_command) > _MAX_JOINT_LAG) | (
+            np.abs(qd - self.qd_command) > _MAX_RATE_LAG
+        )
         return np.where(is_off, q, self.q_command), np.where(is_off, qd, self.qd_command)
 
-    def followed_base(self) -> tuple[Vector, Vector]:
+    def followed_base_set_points(self) -> tuple[Vector, Vector]:
         """The same of the carriage, along x and y."""
-        state = self.sense()
+        state = self.read_sensors()
         speed = np.array(state.base_velocity[:2])
         xy = np.array(state.base_position[:2]) - self.base_origin - speed * TICK
         is_off = (np.abs(xy - self.base_command) > _BASE_LAG) | (
@@ -164,7 +166,7 @@ class Robot(ABC):
     # Sensors.
 
     @abstractmethod
-    def sense(self) -> RobotState:
+    def read_sensors(self) -> RobotState:
         """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
 
     @abstractmethod
@@ -179,7 +181,7 @@ class Robot(ABC):
         """
 
     @abstractmethod
-    def wrist_load(self) -> float:
+    def wrist_vertical_force(self) -> float:
         """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
 
         Compare with a reading taken before contact: it may include the weight of hand and load.
@@ -192,7 +194,7 @@ class Robot(ABC):
 
     def tool_command(self) -> tuple[Vector, float]:
         """The pose the arm is commanded to: tool position in B, m, and yaw, rad in (-π, π]."""
-        p_BT, R_BT, _ = forward(self.q_command[None, :])
+        p_BT, R_BT, _ = forward_kinematics(self.q_command[None, :])
         return p_BT[0], float(np.arctan2(R_BT[0, 1, 0], R_BT[0, 0, 0]))
 
     def tracking_error(self, state: RobotState) -> float:

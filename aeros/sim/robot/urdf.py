@@ -12,10 +12,10 @@ from typing import Final
 from xml.parsers import expat
 
 from aeros.spec.diagnostics.codes import Diagnostics, quoted
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.text.files import read_source
 
-_NUMBERS: Final[Mapping[str, Mapping[str, int]]] = {
+_NUMERIC_ATTRIBUTES: Final[Mapping[str, Mapping[str, int]]] = {
     "origin": {"xyz": 3, "rpy": 3},
     "axis": {"xyz": 3},
     "box": {"size": 3},
@@ -31,10 +31,10 @@ _NUMBERS: Final[Mapping[str, Mapping[str, int]]] = {
 }
 """How many numbers the attributes of an element hold."""
 
-_POSITIVE: Final = {"box", "sphere", "cylinder", "capsule"}
+_POSITIVE_ELEMENTS: Final = {"box", "sphere", "cylinder", "capsule"}
 """Elements whose numbers are lengths of a body."""
 
-_LARGEST: Final = 1e6
+_MAX_NUMBER: Final = 1e6
 """Beyond which no number of a thing in a cell has a meaning, SI."""
 
 
@@ -68,7 +68,7 @@ class _Reader:
         self._is_first = True
         self.links = 0
 
-    def span(self, at: int) -> Span:
+    def span(self, at: int) -> SourceSpan:
         """The tag that begins at byte `at`."""
         start = len(self._bytes[:at].decode(errors="ignore"))
         end = self._source.text.find(">", start)
@@ -84,22 +84,22 @@ class _Reader:
             self._sink.error("AE141", f"a model is a `robot`, and this is {quoted(name)}", self.span(at))
         self._is_first = False
         self.links += name == "link"
-        for attribute, count in _NUMBERS.get(name, {}).items():
+        for attribute, count in _NUMERIC_ATTRIBUTES.get(name, {}).items():
             if attribute in attributes:
                 self._numbers(name, attribute, attributes[attribute], count, at)
         if name == "mesh":
             self._mesh(attributes.get("filename", ""), at)
 
     def _numbers(self, name: str, attribute: str, text: str, count: int, at: int) -> None:
-        least = 1e-6 if name in _POSITIVE else -_LARGEST
+        least = 1e-6 if name in _POSITIVE_ELEMENTS else -_MAX_NUMBER
         numbers = [_number(part) for part in text.split()]
         if len(numbers) != count or not all(isfinite(number) for number in numbers):
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
             self._sink.error(
                 "AE108", f"`{attribute}` of `{name}` is {wanted}, and not {quoted(text)}", self.span(at)
             )
-        elif not all(least <= number <= _LARGEST for number in numbers):
-            help_ = f"write a value from {least:g} to {_LARGEST:g}"
+        elif not all(least <= number <= _MAX_NUMBER for number in numbers):
+            help_ = f"write a value from {least:g} to {_MAX_NUMBER:g}"
             self._sink.error(
                 "AE111", f"`{attribute}` of `{name}` is outside its bounds", self.span(at), help=(help_,)
             )

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from aeros.sim.scenes.bare import Bare
-from aeros.sim.scenes.dumpling_bench import DumplingBench
-from aeros.sim.scenes.fetch import Fetch
+from aeros.sim.scenes.bare import BareScene
+from aeros.sim.scenes.dumpling_bench import DumplingBenchScene
+from aeros.sim.scenes.fetch import FetchScene
 from aeros.sim.scenes.scene import Scene
-from aeros.sim.scenes.table import Table
+from aeros.sim.scenes.table import TableScene
 
 SCENES: Final[dict[str, Callable[[], Scene]]] = {
-    "bare": Bare,
-    "table": Table,
-    "fetch": Fetch,
-    "dumpling_bench": DumplingBench,
+    "bare": BareScene,
+    "table": TableScene,
+    "fetch": FetchScene,
+    "dumpling_bench": DumplingBenchScene,
 }
 """Scene constructors by name."""

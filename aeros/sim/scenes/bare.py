@@ -6,24 +6,24 @@ from collections.abc import Mapping
 from typing import Any
 
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import World
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.furniture import add_table
-from aeros.sim.scenes.scene import Through, as_it_is
+from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 
 
-class Bare:
+class BareScene:
     """The Panda on its table: for trying motions."""
 
     robot = RobotOptions()
     view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
-    things: tuple[str, ...] = ()
+    pushable_objects: tuple[str, ...] = ()
     cameras: tuple[str, ...] = ()
-    watching: tuple[str, ...] = ()
+    initial_cameras: tuple[str, ...] = ()
 
-    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
         """Add the table."""
         add_table(world)
 
@@ -34,10 +34,10 @@ class Bare:
         """Nothing is measured but the robot."""
         return {}
 
-    def thing(self, name: str) -> int:
+    def body(self, name: str) -> int:
         """Nothing lies about."""
         raise KeyError(name)
 
-    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
+    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """There is no camera."""
         raise KeyError(camera)

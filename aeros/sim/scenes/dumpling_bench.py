@@ -10,33 +10,33 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import World
-from aeros.sim.detected_object import Sight
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.dumpling_bench import (
     CAMERAS,
     FILLING,
-    OVERHEAD,
+    OVERHEAD_CAMERA,
     POT,
     POT_INNER,
     PRESS,
     SEALING_FORCE,
-    SIDE,
+    SIDE_CAMERA,
     STAND,
     STAND_RADIUS,
     TRAY,
     TRAY_EDGES,
     Dumpling,
-    Inspector,
-    WrapperSight,
-    known_of_bench,
-    lay_bench,
+    DumplingTracker,
+    WrapperDetection,
+    bench_measurements,
+    sample_bench_layout,
 )
-from aeros.sim.perception.bench_detection import shows_filling, view_bench
-from aeros.sim.randomness import Chance
+from aeros.sim.perception.bench_detection import detect_bench, is_filling_visible
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
-from aeros.sim.scenes.scene import Through, as_it_is
+from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 
 DOUGH_FRICTION: Final = 0.001
 """Dry friction of the open wrapper's hinge, N·m: above 2 mN·m the lid lifts the whole wrapper."""
@@ -45,16 +45,16 @@ SEALED_FRICTION: Final = 0.5
 """Dry friction of the sealed wrapper's hinge, N·m: carrying and dropping do not open it."""
 
 
-class DumplingBench:
+class DumplingBenchScene:
     """The bench."""
 
     robot = RobotOptions()
     view = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
-    things: tuple[str, ...] = ("wrapper", "filling")
+    pushable_objects: tuple[str, ...] = ("wrapper", "filling")
     cameras = CAMERAS
-    watching: tuple[str, ...] = ("overhead",)
+    initial_cameras: tuple[str, ...] = ("overhead",)
 
-    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
         """Place tray and stand by chance, the wrapper on its tray and the filling on its stand."""
         self._world = world
         add_table(world)
@@ -62,7 +62,7 @@ class DumplingBench:
         world.set_joint_friction(self._press, _LID, 0.005)
         world.set_joint_friction(self._press, _HANDLE, 0.0)
         add_open_box(world, POT_INNER, POT)
-        laid = lay_bench(chance)
+        laid = sample_bench_layout(chance)
         world.add_box((*TRAY_EDGES, TRAY[2]), *laid.tray)
         self._wrapper = world.add_urdf(str(MODELS / "wrapper.urdf"), *laid.wrapper, friction=0.8)
         world.set_joint_friction(self._wrapper, _FOLD, DOUGH_FRICTION)
@@ -72,7 +72,7 @@ class DumplingBench:
         self._filling = world.add_box((side, side, height), *laid.filling, mass=0.05, colour=green)
         self._sealed = False
         self._press_force = 0.0
-        self._inspector = Inspector()
+        self._inspector = DumplingTracker()
 
     def tick(self) -> None:
         """Measure the press force, and seal when all three conditions pass."""
@@ -81,27 +81,29 @@ class DumplingBench:
         if not self._sealed and self._press_force > SEALING_FORCE and self._dumpling().is_closed:
             self._sealed = True
             self._world.set_joint_friction(self._wrapper, _FOLD, SEALED_FRICTION)
-        self._inspector.feel(self._press_force)
+        self._inspector.add_press_force(self._press_force)
 
     def measure(self) -> Mapping[str, Any]:
-        """See `known_of_bench`."""
-        return known_of_bench(self._world.pose(self._press, _HANDLE).position, self._press_force)
+        """See `bench_measurements`."""
+        return bench_measurements(self._world.pose(self._press, _HANDLE).position, self._press_force)
 
-    def thing(self, name: str) -> int:
+    def body(self, name: str) -> int:
         """See `Scene`."""
         return {"wrapper": self._wrapper, "filling": self._filling}[name]
 
-    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
+    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """What the camera's picture shows: `overhead` the bench, `side` what is in a closed wrapper."""
         if camera == "overhead":
-            seen = view_bench(self._world.render(OVERHEAD), OVERHEAD)
-            wrapper = _through(through, seen.wrapper)
-            filling = through(None if seen.filling is None else Sight(seen.filling))
-            place = None if filling is None else filling.place
-            return self._inspector.look_down(wrapper, place, self._world.time)
-        wrapper = _through(through, self._inspector.wrapper)
-        filled = wrapper is not None and shows_filling(self._world.render(SIDE), SIDE, wrapper)
-        return self._inspector.look_across(filled)
+            seen = detect_bench(self._world.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
+            wrapper = _apply_filter(through, seen.wrapper)
+            filling = through(None if seen.filling is None else DetectedObject(seen.filling))
+            place = None if filling is None else filling.position
+            return self._inspector.add_overhead_view(wrapper, place, self._world.time)
+        wrapper = _apply_filter(through, self._inspector.wrapper)
+        filled = wrapper is not None and is_filling_visible(
+            self._world.render(SIDE_CAMERA), SIDE_CAMERA, wrapper
+        )
+        return self._inspector.add_side_view(filled)
 
     def _dumpling(self) -> Dumpling:
         return Dumpling(
@@ -111,9 +113,9 @@ class DumplingBench:
         )
 
 
-def _through(through: Through, wrapper: WrapperSight | None) -> WrapperSight | None:
-    sight = through(None if wrapper is None else Sight(wrapper.hinge))
-    return None if wrapper is None or sight is None else wrapper._replace(hinge=sight.place)
+def _apply_filter(through: DetectionFilter, wrapper: WrapperDetection | None) -> WrapperDetection | None:
+    sight = through(None if wrapper is None else DetectedObject(wrapper.hinge))
+    return None if wrapper is None or sight is None else wrapper._replace(hinge=sight.position)
 
 
 _LID: Final = 0

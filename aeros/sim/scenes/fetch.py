@@ -6,49 +6,49 @@ from collections.abc import Mapping
 from typing import Any
 
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import World
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.fetch import (
     CAMERAS,
-    CAN,
-    DECOY,
+    CAN_ROLLING_RESISTANCE,
+    CAN_SIZE,
+    DECOY_SIZE,
     ROBOT,
-    ROLLING,
-    STAND,
-    Seen,
+    STAND_SIZE,
+    LastDetection,
     camera_at,
-    lay_room,
-    measured_in_room,
-    seen_by,
+    camera_measurements,
+    room_measurements,
+    sample_room_layout,
 )
-from aeros.sim.perception.detection import find_red
-from aeros.sim.randomness import Chance
-from aeros.sim.scenes.scene import Through, as_it_is
+from aeros.sim.perception.detection import detect_red_cylinder
+from aeros.sim.randomness import RandomSource
+from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 
 
-class Fetch:
+class FetchScene:
     """The room."""
 
     robot = ROBOT
     view = Camera(eye=(0.2, -2.3, 1.9), target=(1.1, -0.35, 0.4), field_of_view=50.0)
-    things: tuple[str, ...] = ("can", "decoy")
+    pushable_objects: tuple[str, ...] = ("can", "decoy")
     cameras = CAMERAS
-    watching: tuple[str, ...] = ("mast",)
+    initial_cameras: tuple[str, ...] = ("mast",)
 
-    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
         """Place both stands, the can and the decoy by chance."""
         self._world = world
         self._robot = robot
-        self._seen: Seen | None = None
+        self._seen: LastDetection | None = None
         world.add_box((6.0, 6.0, 0.05), (1.0, 0.0, -0.025), colour=(0.75, 0.74, 0.70, 1.0))
-        self._laid = laid = lay_room(chance)
+        self._laid = laid = sample_room_layout(chance)
         pick, place = laid.stands
-        world.add_box(STAND, pick, colour=(0.78, 0.70, 0.58, 1.0))
+        world.add_box(STAND_SIZE, pick, colour=(0.78, 0.70, 0.58, 1.0))
         red, blue = (0.80, 0.10, 0.08, 1.0), (0.15, 0.30, 0.75, 1.0)
-        self._decoy = world.add_box(DECOY, laid.decoy, mass=0.1, colour=blue)
-        self._can = world.add_cylinder(*CAN, laid.can, mass=0.15, colour=red)
-        world.set_rolling_resistance(self._can, ROLLING)
-        world.add_box(STAND, place, colour=(0.78, 0.70, 0.58, 1.0))
+        self._decoy = world.add_box(DECOY_SIZE, laid.decoy, mass=0.1, colour=blue)
+        self._can = world.add_cylinder(*CAN_SIZE, laid.can, mass=0.15, colour=red)
+        world.set_rolling_resistance(self._can, CAN_ROLLING_RESISTANCE)
+        world.add_box(STAND_SIZE, place, colour=(0.78, 0.70, 0.58, 1.0))
 
     def tick(self) -> None:
         """What was seen of the can does not hold any more once it is held."""
@@ -56,21 +56,21 @@ class Fetch:
             self._seen = None
 
     def measure(self) -> Mapping[str, Any]:
-        """See `measured_in_room`."""
-        base = self._robot.sense().base_position
-        return measured_in_room(self._laid, base, self._is_held(), self._seen, self._world.time)
+        """See `room_measurements`."""
+        base = self._robot.read_sensors().base_position
+        return room_measurements(self._laid, base, self._is_held(), self._seen, self._world.time)
 
-    def thing(self, name: str) -> int:
+    def body(self, name: str) -> int:
         """See `Scene`."""
         return {"can": self._can, "decoy": self._decoy}[name]
 
-    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
+    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """What a picture by `mast` or `hand` camera shows of the can, found by colour and depth."""
-        state = self._robot.sense()
+        state = self._robot.read_sensors()
         eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
-        found = through(find_red(self._world.render(eye), eye, CAN))
-        self._seen = None if found is None else Seen(found.place, self._world.time)
-        return seen_by(camera, found, self._laid.delivery)
+        found = through(detect_red_cylinder(self._world.render(eye), eye, CAN_SIZE))
+        self._seen = None if found is None else LastDetection(found.position, self._world.time)
+        return camera_measurements(camera, found, self._laid.delivery)
 
     def _is_held(self) -> bool:
         """Whether both fingers touch the can and nothing else does."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from aeros.sim.bullet.world import World
-from aeros.sim.geometry import Triple
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.geometry import Vector3
 
 MODELS: Final = Path(__file__).parent.parent / "models"
 """Where the URDF files of articulated things are."""
 
 
-def add_table(world: World) -> int:
+def add_table(world: PhysicsWorld) -> int:
     """A fixed table whose top is z = 0 of W, under the robot and 1 m in front of it."""
     return world.add_box((1.4, 1.6, 0.05), (0.4, 0.0, -0.025), colour=(0.78, 0.70, 0.58, 1.0), friction=0.6)
 
 
-def add_open_box(world: World, inner: Triple, position: Triple, wall: float = 0.005) -> None:
+def add_open_box(world: PhysicsWorld, inner: Vector3, position: Vector3, wall: float = 0.005) -> None:
     """A fixed box without a lid: `inner` length, width and depth, m; its floor's top is at `position`."""
     length, width, depth = inner
     x, y, z = position

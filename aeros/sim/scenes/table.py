@@ -14,34 +14,34 @@ from typing import Any, Final
 import numpy as np
 
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import World
-from aeros.sim.detected_object import Sight
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
-    AREA,
     BIN,
     BIN_INNER,
     CAMERAS,
-    CAN,
-    CUBE,
-    MAST,
-    OVERHEAD,
-    PRESSING,
-    RETURNED,
-    SPONGE,
-    WIPED,
-    known_of_table,
-    lay_table,
-    seen_on_table,
+    CAN_SIZE,
+    CUBE_EDGE,
+    MAST_CAMERA,
+    OVERHEAD_CAMERA,
+    REST_TOLERANCE,
+    SPONGE_SIZE,
+    WIPED_THRESHOLD,
+    WIPING_AREA,
+    WIPING_FORCE,
+    sample_table_layout,
+    table_detections,
+    table_measurements,
 )
-from aeros.sim.perception.detection import PIXELS_MIN
+from aeros.sim.perception.detection import MIN_PIXELS
 from aeros.sim.perception.inspection import inspect_table
-from aeros.sim.perception.table_detection import overlook
-from aeros.sim.randomness import Chance
+from aeros.sim.perception.table_detection import detect_table
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 from aeros.sim.scenes.furniture import MODELS, add_open_box, add_table
-from aeros.sim.scenes.scene import Through, as_it_is
+from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 
 FOAM_FRICTION: Final = 0.3
 RUBBER_FRICTION: Final = 1.0
@@ -55,81 +55,85 @@ CAN_ROLLING: Final = 0.001
 """Rolling resistance of the can, m: without any, one that fell over rolls off the table."""
 
 
-class Table:
+class TableScene:
     """The table."""
 
     robot = RobotOptions()
     view = Camera(eye=(1.25, 0.75, 0.75), target=(0.42, -0.05, 0.05), field_of_view=45.0)
-    things: tuple[str, ...] = ("sponge", "cube", "can")
+    pushable_objects: tuple[str, ...] = ("sponge", "cube", "can")
     cameras = CAMERAS
-    watching: tuple[str, ...] = ("overhead",)
+    initial_cameras: tuple[str, ...] = ("overhead",)
 
-    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
         """Place the sponge's rest, the sponge on it, and the clutter by chance; the bin is fixed."""
         self._world = world
         self._table = add_table(world)
-        self._dirt = DirtMap(*AREA)
-        self._picture = world.add_picture(*AREA, _DIRT_HEIGHT)
+        self._dirt = DirtMap(*WIPING_AREA)
+        self._picture = world.add_textured_rectangle(*WIPING_AREA, _DIRT_HEIGHT)
         self._paint()
         add_open_box(world, BIN_INNER, BIN)
-        laid = lay_table(chance)
+        laid = sample_table_layout(chance)
         self._rest = laid.rest
         self._sponge = world.add_urdf(str(MODELS / "sponge.urdf"), *laid.sponge)
         world.set_friction(self._sponge, -1, FOAM_FRICTION)
-        world.set_friction(self._sponge, _BLOCK, RUBBER_FRICTION)
-        world.set_joint_friction(self._sponge, _BLOCK, SWIVEL_FRICTION)
+        world.set_friction(self._sponge, _GRIP_BLOCK_LINK, RUBBER_FRICTION)
+        world.set_joint_friction(self._sponge, _GRIP_BLOCK_LINK, SWIVEL_FRICTION)
         blue, green = (0.20, 0.35, 0.80, 1.0), (0.25, 0.60, 0.30, 1.0)
-        cube = world.add_box((CUBE, CUBE, CUBE), *laid.cube, mass=0.08, colour=blue)
-        can = world.add_cylinder(*CAN, *laid.can, mass=0.08, colour=green)
+        cube = world.add_box((CUBE_EDGE, CUBE_EDGE, CUBE_EDGE), *laid.cube, mass=0.08, colour=blue)
+        can = world.add_cylinder(*CAN_SIZE, *laid.can, mass=0.08, colour=green)
         world.set_rolling_resistance(can, CAN_ROLLING)
         self._clutter = (cube, can)
 
     def tick(self) -> None:
         """Wipe the cells under the pressed sponge."""
-        if self._world.contact_force(self._sponge, self._table) > PRESSING:
+        if self._world.contact_force(self._sponge, self._table) > WIPING_FORCE:
             before = self._dirt.wiped_fraction
-            self._dirt.wipe(self._world.pose(self._sponge), SPONGE)
+            self._dirt.wipe(self._world.pose(self._sponge), SPONGE_SIZE)
             if self._dirt.wiped_fraction != before:
                 self._paint()
 
     def measure(self) -> Mapping[str, Any]:
-        """See `known_of_table`."""
-        return known_of_table(self._rest, self._dirt.wiped_fraction)
+        """See `table_measurements`."""
+        return table_measurements(self._rest, self._dirt.wiped_fraction)
 
-    def thing(self, name: str) -> int:
+    def body(self, name: str) -> int:
         """See `Scene`."""
         cube, can = self._clutter
         return {"sponge": self._sponge, "cube": cube, "can": can}[name]
 
-    def look(self, camera: str, through: Through = as_it_is) -> Mapping[str, Any]:
+    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """What the camera's picture shows.
 
-        overhead: see `seen_on_table`.
+        overhead: see `table_detections`.
         mast: whether the area is clean, the sponge at its rest, and nothing else is there; a picture
             that shows no sponge verifies nothing.
         """
         if camera == "overhead":
-            view = overlook(self._world.render(OVERHEAD), OVERHEAD)
+            view = detect_table(self._world.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
             pieces = map(through, view.pieces)
             shown = [piece for piece in pieces if piece is not None]
-            return seen_on_table(self._rest, through(view.sponge), shown)
-        seen = inspect_table(self._world.render(MAST), MAST)
-        sponge = through(None if seen.sponge is None else Sight(seen.sponge))
-        returned = sponge is not None and dist(sponge.place, self._rest) < RETURNED
-        return {"table_verified": returned and seen.clean >= WIPED and seen.others < PIXELS_MIN}
+            return table_detections(self._rest, through(view.sponge), shown)
+        seen = inspect_table(self._world.render(MAST_CAMERA), MAST_CAMERA)
+        sponge = through(None if seen.sponge is None else DetectedObject(seen.sponge))
+        returned = sponge is not None and dist(sponge.position, self._rest) < REST_TOLERANCE
+        return {
+            "table_verified": returned
+            and seen.clean_share >= WIPED_THRESHOLD
+            and seen.other_pixels < MIN_PIXELS
+        }
 
     def _paint(self) -> None:
         """Let dirt be seen where it is."""
-        self._world.paint(self._picture, np.where(self._dirt.wiped[:, :, None], _CLEAN, _DIRT))
+        self._world.paint(self._picture, np.where(self._dirt.wiped[:, :, None], _TABLE_COLOUR, _DIRT_COLOUR))
 
 
-_CLEAN: Final = np.array([199, 179, 148], dtype=np.uint8)
+_TABLE_COLOUR: Final = np.array([199, 179, 148], dtype=np.uint8)
 """The table's own colour."""
 
-_DIRT: Final = np.array([90, 76, 64], dtype=np.uint8)
+_DIRT_COLOUR: Final = np.array([90, 76, 64], dtype=np.uint8)
 
 _DIRT_HEIGHT: Final = 0.0005
 """What is painted is seen this far over the table, m."""
 
-_BLOCK: Final = 0
+_GRIP_BLOCK_LINK: Final = 0
 """Link of the grip block, and its joint, the swivel (models/sponge.urdf)."""

@@ -10,7 +10,7 @@ from math import dist, isfinite
 from typing import Any, Final, NamedTuple
 
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import plus
+from aeros.sim.geometry import add
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
 from aeros.spec.model.model import ActionKind
@@ -18,17 +18,17 @@ from aeros.spec.model.model import ActionKind
 _PEAK_TO_MEAN: Final = 1.875
 """Peak over mean speed of the minimum-jerk profile; as in `profile`, which needs NumPy."""
 
-_SLOWEST: Final = 1e-3
+_MIN_SPEED: Final = 1e-3
 """Least speed of a move, m/s; as on the physics plant."""
 
-_LOOK: Final = 0.1
+_CAMERA_TIME: Final = 0.1
 """Exposure and read-out of a camera, s; as on the physics plant."""
 
-_GRIP: Final = 0.5
+_GRIP_TIME: Final = 0.5
 """Time the fingers take to come to rest, s; measured on the physics plant: 0.3 to 0.7."""
 
 
-class UnableError(Exception):
+class ActionRejectedError(Exception):
     """The plant cannot do this action; the message says why.  Raised before any motion."""
 
 
@@ -36,12 +36,12 @@ class SymbolicMotion(NamedTuple):
     """What an action does: how long it takes, s, and the values it sets under way and at its end."""
 
     duration: float
-    under_way: Mapping[str, Any]
-    after: Mapping[str, Any]
+    values_during: Mapping[str, Any]
+    values_after: Mapping[str, Any]
 
 
-def motion_of(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
-    """The motion of `action` where `values` are measured; raises `UnableError`.
+def plan_motion(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
+    """The motion of `action` where `values` are measured; raises `ActionRejectedError`.
 
     A kind this plant knows nothing of takes one tick and changes nothing.
     """
@@ -50,14 +50,14 @@ def motion_of(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
 
 
 def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
-    """Raise `UnableError` unless these are the declared parameters of `kind`, each of its type."""
+    """Raise `ActionRejectedError` unless these are the declared parameters of `kind`, each of its type."""
     for name in kind.parameters:
         if name not in parameters:
-            raise UnableError(f"missing parameter: `{name}`")
+            raise ActionRejectedError(f"missing parameter: `{name}`")
     for name, value in parameters.items():
         declared = kind.parameters.get(name)
         if declared is None:
-            raise UnableError(f"unknown parameter: `{name}`")
+            raise ActionRejectedError(f"unknown parameter: `{name}`")
         match declared.variable.type:
             case RealType():
                 _finite(name, value)
@@ -65,10 +65,10 @@ def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
                 _triple(parameters, name)
             case EnumType(members=members):
                 if value not in members:
-                    raise UnableError(f"bad parameter: `{name}` is none of {', '.join(members)}")
+                    raise ActionRejectedError(f"bad parameter: `{name}` is none of {', '.join(members)}")
             case BoolType():
                 if not isinstance(value, bool):
-                    raise UnableError(f"bad parameter: `{name}` is not true or false")
+                    raise ActionRejectedError(f"bad parameter: `{name}` is not true or false")
 
 
 def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
@@ -81,9 +81,9 @@ def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Sy
     """To where the chain has the tool, as if it went straight there: joints are not modelled."""
     q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
     # The chain has its numbers from where NumPy is imported.
-    from aeros.sim.kinematic.tool_kinematics import posture
+    from aeros.sim.kinematic.tool_kinematics import tool_kinematics
 
-    target = plus(posture(q).place, values.get("base_position", (0.0, 0.0, 0.0)))
+    target = add(tool_kinematics(q).position, values.get("base_position", (0.0, 0.0, 0.0)))
     duration = TICK + _PEAK_TO_MEAN * dist(values.get("tool_position", target), target) / speed
     return SymbolicMotion(duration, {"tool_speed": speed}, {"tool_position": target, "tool_speed": 0.0})
 
@@ -103,7 +103,7 @@ def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
 
 def _grip(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
     width, _ = _number(parameters, "width"), _number(parameters, "force")
-    return SymbolicMotion(_GRIP, {}, {"finger_gap": width})
+    return SymbolicMotion(_GRIP_TIME, {}, {"finger_gap": width})
 
 
 def _wait(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
@@ -111,7 +111,7 @@ def _wait(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicM
 
 
 def _look(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
-    return SymbolicMotion(_LOOK, {}, {})
+    return SymbolicMotion(_CAMERA_TIME, {}, {})
 
 
 _PLANNERS: Final[dict[str, Callable[[Mapping[str, Any], Mapping[str, Any]], SymbolicMotion]]] = {
@@ -132,7 +132,7 @@ def _number(parameters: Mapping[str, Any], name: str) -> float:
 def _triple(parameters: Mapping[str, Any], name: str) -> tuple[float, float, float]:
     value = parameters.get(name)
     if not isinstance(value, tuple) or len(value) != 3:
-        raise UnableError(f"bad parameter: `{name}` is not a 3-tuple")
+        raise ActionRejectedError(f"bad parameter: `{name}` is not a 3-tuple")
     x, y, z = value
     if type(x) is type(y) is type(z) is float and isfinite(x) and isfinite(y) and isfinite(z):
         return x, y, z
@@ -141,8 +141,8 @@ def _triple(parameters: Mapping[str, Any], name: str) -> tuple[float, float, flo
 
 def _speed(parameters: Mapping[str, Any]) -> float:
     speed = _number(parameters, "speed")
-    if speed < _SLOWEST:
-        raise UnableError(f"out of range: `speed` = {speed:g} is below {_SLOWEST:g}")
+    if speed < _MIN_SPEED:
+        raise ActionRejectedError(f"out of range: `speed` = {speed:g} is below {_MIN_SPEED:g}")
     return speed
 
 
@@ -155,4 +155,4 @@ def _finite(name: str, value: object) -> float:
             return float(value)
     except OverflowError:
         pass  # a whole number that is no double
-    raise UnableError(f"bad parameter: `{name}` is not a finite number")
+    raise ActionRejectedError(f"bad parameter: `{name}` is not a finite number")

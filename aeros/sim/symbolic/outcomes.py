@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from aeros.sim.gilbert_elliott import Chain, Process
-from aeros.spec.closed_loop.outcome_probabilities import shares_of
+from aeros.sim.gilbert_elliott import GilbertElliottProcess, GilbertElliottSampler
+from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.model import Ecm, Outcome
 
-Shares = Sequence[tuple[Outcome, Fraction]]
+OutcomeProbabilities = Sequence[tuple[Outcome, Fraction]]
 """Outcomes with their probabilities, which sum up to 1."""
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class DrawEquivalence:
     """What outcomes are drawn of, and what else would have drawn the same.
 
     skill: by `module.skill`.
@@ -26,28 +26,28 @@ class Drawing:
     """
 
     skill: str
-    alike: Callable[[int, int], tuple[float, float]]
+    equivalent_interval: Callable[[int, int], tuple[float, float]]
 
 
 @dataclass(frozen=True, slots=True)
-class Bursts:
+class BurstOutcomes:
     """How the outcomes of a skill are distributed in either state of a chain, one step a run."""
 
-    process: Process
-    good: Shares
-    bad: Shares
+    process: GilbertElliottProcess
+    good: OutcomeProbabilities
+    bad: OutcomeProbabilities
 
 
-def shares_by_skill(modules: Iterable[Ecm]) -> dict[str, Shares]:
+def outcome_probabilities_by_skill(modules: Iterable[Ecm]) -> dict[str, OutcomeProbabilities]:
     """Of every skill, by `module.skill`; raises `MisuseError` where outcomes are no distribution."""
     return {
-        f"{ecm.id}.{skill.id}": shares_of(skill.outcomes.values())
+        f"{ecm.id}.{skill.id}": outcome_probabilities(skill.outcomes.values())
         for ecm in modules
         for skill in ecm.skills.values()
     }
 
 
-class Drawn(NamedTuple):
+class DrawnOutcome(NamedTuple):
     """That the so manyth run of a skill, by `module.skill`, had that outcome."""
 
     skill: str
@@ -55,38 +55,42 @@ class Drawn(NamedTuple):
     outcome: str
 
 
-class Draws:
+class OutcomeSampler:
     """The outcome that each run of each skill has with a seed, in whichever order they are asked for.
 
     shares: of skills, by `module.skill`.
     bursts: skills whose outcomes are not independent of each other.
     """
 
-    def __init__(self, shares: Mapping[str, Shares], bursts: Mapping[str, Bursts], seed: int) -> None:
+    def __init__(
+        self, shares: Mapping[str, OutcomeProbabilities], bursts: Mapping[str, BurstOutcomes], seed: int
+    ) -> None:
         self._shares = shares
         self._bursts = bursts
         self._seed = seed
-        self._chains = {skill: Chain(one.process) for skill, one in bursts.items()}
+        self._chains = {skill: GilbertElliottSampler(one.process) for skill, one in bursts.items()}
         self._outcomes: dict[str, list[Outcome]] = {}
 
     def outcome(self, skill: str, run: int) -> Outcome:
         """Of its `run`-th run, from 0 on.  Raises `MisuseError` where its outcomes are no distribution."""
         known = self._outcomes.setdefault(skill, [])
         while len(known) <= run:
-            known.append(draw_outcome(self._shares_at(skill, len(known)), self._seed, skill, len(known)))
+            known.append(
+                draw_outcome(self._probabilities_at(skill, len(known)), self._seed, skill, len(known))
+            )
         return known[run]
 
-    def _shares_at(self, skill: str, run: int) -> Shares:
+    def _probabilities_at(self, skill: str, run: int) -> OutcomeProbabilities:
         """How likely each is at that run; asked for each run of a skill in bursts once, from the first on."""
         if skill not in self._bursts:
             return self._shares[skill]
-        is_bad = self._chains[skill].is_bad(burst_point_of(self._seed, skill, run))
+        is_bad = self._chains[skill].is_bad(uniform_burst_draw(self._seed, skill, run))
         return self._bursts[skill].bad if is_bad else self._bursts[skill].good
 
 
-def burst_point_of(seed: int, skill: str, invocation: int) -> float:
+def uniform_burst_draw(seed: int, skill: str, invocation: int) -> float:
     """Where in [0, 1) the draw falls that decides the state at the `invocation`-th run of `skill`."""
-    return float(point_of(seed, f"{skill}/burst", invocation))
+    return float(uniform_draw(seed, f"{skill}/burst", invocation))
 
 
 def draw_outcome(
@@ -96,7 +100,7 @@ def draw_outcome(
 
     Counter-based: SHA-256 of the key gives 64 uniform bits, so each probability is met to 2⁻⁶⁴.
     """
-    point = point_of(seed, skill, invocation)
+    point = uniform_draw(seed, skill, invocation)
     upper = Fraction(0)
     for outcome, share in shares:
         upper += share
@@ -105,7 +109,7 @@ def draw_outcome(
     raise MisuseError(f"the outcomes of `{skill}` are not a distribution")
 
 
-def point_of(seed: int, skill: str, invocation: int) -> Fraction:
+def uniform_draw(seed: int, skill: str, invocation: int) -> Fraction:
     """Where in [0, 1) the draw falls, whatever the shares are."""
     key = f"aeros/outcome/1\n{seed}\n{skill}\n{invocation}".encode()
     return Fraction(int.from_bytes(hashlib.sha256(key).digest()[:8], "big"), 2**64)

@@ -14,41 +14,55 @@ from copy import copy
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
-from aeros.runtime.ports import Completion, Moment, Monitor, Motion, Motionless, Names, Plan, Readings
-from aeros.sim.symbolic.motions import SymbolicMotion, UnableError, check_parameters, motion_of
-from aeros.sim.symbolic.outcomes import Bursts, Drawn, Draws, shares_by_skill
-from aeros.sim.symbolic.state import initial_values, measured
+from aeros.runtime.ports import (
+    ColumnNames,
+    Monitor,
+    MotionCompletion,
+    MotionHandle,
+    NoMotion,
+    PlannedMotion,
+    Readings,
+    Snapshot,
+)
+from aeros.sim.symbolic.motions import ActionRejectedError, SymbolicMotion, check_parameters, plan_motion
+from aeros.sim.symbolic.outcomes import (
+    BurstOutcomes,
+    DrawnOutcome,
+    OutcomeSampler,
+    outcome_probabilities_by_skill,
+)
+from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.model import Ecm, Outcome, Site
 
-_DONE: Final = Completion(True)
+_COMPLETED: Final = MotionCompletion(True)
 
-_BODILESS: Final = Motionless("this plant has no body")
+_NO_BODY: Final = NoMotion("this plant has no body")
 
 
-class _Planned(NamedTuple):
+class _PlannedAction(NamedTuple):
     """What was said of an action, what it does, and the values that were measured then."""
 
     action: Action
-    plan: Plan
+    plan: PlannedMotion
     motion: SymbolicMotion
     measured: Mapping[str, Any]
 
 
 @dataclass(slots=True)
-class _UnderWay:
+class _RunningAction:
     """An action, what it does where these values are measured, and when it ends."""
 
     action: Action
     motion: SymbolicMotion
     measured: Mapping[str, Any]
-    ends: float
+    end_time: float
     is_halted: bool = False
 
 
-def _its_end(under_way: tuple[Motion, _UnderWay]) -> float:
-    return under_way[1].ends
+def _end_time(under_way: tuple[MotionHandle, _RunningAction]) -> float:
+    return under_way[1].end_time
 
 
 class SymbolicPlant:
@@ -66,39 +80,39 @@ class SymbolicPlant:
         modules: Mapping[str, Ecm],
         seed: int,
         initial: Mapping[str, Any] | None = None,
-        bursts: Mapping[str, Bursts] | None = None,
+        bursts: Mapping[str, BurstOutcomes] | None = None,
     ) -> None:
         self._site = site
-        self._names = Names(site.state)
+        self._names = ColumnNames(site.state)
         start = initial_values(site, initial or {})
         self._initial = {name: start[name] for name in self._names.names}
-        self._shares = shares_by_skill(modules.values())
+        self._shares = outcome_probabilities_by_skill(modules.values())
         self._effects = {
-            (name, outcome.id): self._settled(name, outcome)
+            (name, outcome.id): self._apply_outcome(name, outcome)
             for name, shares in self._shares.items()
             for outcome, _ in shares
         }
         self._bursts = bursts or {}
         self._begin(seed)
 
-    def anew(self, seed: int) -> SymbolicPlant:
+    def reset(self, seed: int) -> SymbolicPlant:
         """A plant as this one was before anything happened, with another seed: for many trials alike."""
         plant = copy(self)
         plant._begin(seed)
         return plant
 
     def _begin(self, seed: int) -> None:
-        self._draws = Draws(self._shares, self._bursts, seed)
-        self._drawn: list[Drawn] = []
+        self._draws = OutcomeSampler(self._shares, self._bursts, seed)
+        self._drawn: list[DrawnOutcome] = []
         self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
         self._time = 0.0
         # What is measured now, until time goes on or something changes.
         self._observed: Readings | None = None
         # Never changed but replaced, so that what was computed of it can tell whether it still holds.
         self._values: Mapping[str, Any] = self._initial
-        self._planned: _Planned | None = None
+        self._planned: _PlannedAction | None = None
         self._began: dict[str, float] = {}
-        self._under_way: dict[Motion, _UnderWay] = {}
+        self._under_way: dict[MotionHandle, _RunningAction] = {}
         self._begun = 0
 
     def now(self) -> float:
@@ -108,19 +122,19 @@ class SymbolicPlant:
     def observe(self) -> Readings:
         """Every state variable of the vocabulary, measured now."""
         if self._observed is None:
-            self._observed = Moment(self._names, tuple(self._values.values()), self._time)
+            self._observed = Snapshot(self._names, tuple(self._values.values()), self._time)
         return self._observed
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         """Nothing moves: there is no body that could move through anything."""
         try:
             motion = self._motion_of(action)
-        except UnableError as reason:
-            return Completion(False, str(reason))
-        self._planned = _Planned(action, _BODILESS, motion, self._values)
+        except ActionRejectedError as reason:
+            return MotionCompletion(False, str(reason))
+        self._planned = _PlannedAction(action, _NO_BODY, motion, self._values)
         return self._planned.plan
 
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Let `action` be under way from now on."""
         planned, self._planned = self._planned, None
         if (
@@ -133,47 +147,47 @@ class SymbolicPlant:
         else:
             try:
                 motion = self._motion_of(action)
-            except UnableError as reason:
-                return Completion(False, str(reason))
+            except ActionRejectedError as reason:
+                return MotionCompletion(False, str(reason))
         self._begun += 1
         ends = self._time + motion.duration
         if action.kind == "move_tool":
             # The base may carry the tool to its target: it is there once that is.
             for one in self._under_way.values():
                 if one.action.kind == "move_base":
-                    ends = max(ends, one.ends)
-        self._under_way[Motion(self._begun)] = _UnderWay(action, motion, self._values, ends)
-        return Motion(self._begun)
+                    ends = max(ends, one.end_time)
+        self._under_way[MotionHandle(self._begun)] = _RunningAction(action, motion, self._values, ends)
+        return MotionHandle(self._begun)
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Let end what ends next; `monitor` sees all under way, and that end, before time passes."""
         if not self._under_way:
             self._time = max(self._time, until)
             self._observed = None
             return {}
-        first, one = min(self._under_way.items(), key=_its_end)
+        first, one = min(self._under_way.items(), key=_end_time)
         # Where it ends may depend on what another motion has changed since it began.
-        changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).after
-        others = [other.motion.under_way for motion, other in self._under_way.items() if motion != first]
-        for last in (one.motion.under_way, changed):
-            values = self._with([*others, last])
+        changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).values_after
+        others = [other.motion.values_during for motion, other in self._under_way.items() if motion != first]
+        for last in (one.motion.values_during, changed):
+            values = self._set_values([*others, last])
             rule = monitor(self._time, values)
             if rule is not None:
-                return self._over(list(self._under_way), f"monitor:{rule}")
+                return self._end_motions(list(self._under_way), f"monitor:{rule}")
         halted = [motion for motion, other in self._under_way.items() if other.is_halted]
         if halted:
-            return self._over(halted, "halted")
-        if one.ends > until:
+            return self._end_motions(halted, "halted")
+        if one.end_time > until:
             self._time = max(self._time, until)
             self._observed = None
             return {}
         del self._under_way[first]
-        self._time = max(self._time, one.ends)
-        self._values = self._with([changed]) if others else values
+        self._time = max(self._time, one.end_time)
+        self._values = self._set_values([changed]) if others else values
         self._observed = None
-        return {first: _DONE}
+        return {first: _COMPLETED}
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         """It takes no time to come to rest."""
         self._under_way[motion].is_halted = True
 
@@ -197,13 +211,13 @@ class SymbolicPlant:
         run = self._runs[skill]
         self._runs[skill] += 1
         outcome = self._draws.outcome(skill, run)
-        self._drawn.append(Drawn(skill, run, outcome.id))
+        self._drawn.append(DrawnOutcome(skill, run, outcome.id))
         if outcome.duration is not None:
             self._time = max(self._time, self._began[skill] + float(outcome.duration))
-        self._values = self._with([self._effects[skill, outcome.id]])
+        self._values = self._set_values([self._effects[skill, outcome.id]])
         self._observed = None
 
-    def drawn(self) -> tuple[Drawn, ...]:
+    def drawn_outcomes(self) -> tuple[DrawnOutcome, ...]:
         """All that has been left to chance so far, in order: with the same, all would have been the same."""
         return tuple(self._drawn)
 
@@ -213,33 +227,33 @@ class SymbolicPlant:
     # Inside.
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
-        """What `action` would do; raises `UnableError`."""
+        """What `action` would do; raises `ActionRejectedError`."""
         kind = self._site.kinds.get(action.kind)
         if kind is None:
-            raise UnableError(f"unknown kind: `{action.kind}`")
+            raise ActionRejectedError(f"unknown kind: `{action.kind}`")
         check_parameters(kind, action.parameters)
-        duration, under_way, after = motion_of(action, self._values)
-        return SymbolicMotion(duration, self._known(under_way), self._known(after))
+        duration, under_way, after = plan_motion(action, self._values)
+        return SymbolicMotion(duration, self._vocabulary_values(under_way), self._vocabulary_values(after))
 
-    def _with(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    def _set_values(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         values = dict(self._values)
         for one in changes:
             values.update(one)
         return values
 
-    def _over(self, motions: Sequence[Motion], why: str) -> dict[Motion, Completion]:
+    def _end_motions(self, motions: Sequence[MotionHandle], why: str) -> dict[MotionHandle, MotionCompletion]:
         for motion in motions:
             del self._under_way[motion]
-        return dict.fromkeys(motions, Completion(False, why))
+        return dict.fromkeys(motions, MotionCompletion(False, why))
 
-    def _known(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def _vocabulary_values(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         """Those that the site's vocabulary has."""
         if values.keys() <= self._values.keys():
             return values
         return {name: value for name, value in values.items() if name in self._values}
 
-    def _settled(self, skill: str, outcome: Outcome) -> dict[str, Any]:
+    def _apply_outcome(self, skill: str, outcome: Outcome) -> dict[str, Any]:
         unknown = outcome.effects.keys() - self._site.state.keys()
         if unknown:
             raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is no state variable")
-        return {name: measured(value, self._site.state[name]) for name, value in outcome.effects.items()}
+        return {name: as_reading(value, self._site.state[name]) for name, value in outcome.effects.items()}

@@ -8,12 +8,12 @@ from math import pi
 from typing import Any, Final
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.expr.doubles import double_within
+from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.model import Declared, Site
 
-_USUAL: Final[Mapping[str, tuple[float, ...]]] = {
+_DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
     # Franka's ready posture, and where the tool then is.
     "joint_position": (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),
     "tool_position": (0.307, 0.0, 0.487),
@@ -24,7 +24,7 @@ _USUAL: Final[Mapping[str, tuple[float, ...]]] = {
 }
 """Values by vocabulary name, SI, positions in W; others are 0, false, or an enum's first member."""
 
-_IN_REACH: Final = (0.45, 0.0, 0.15)
+_DEFAULT_POSITION: Final = (0.45, 0.0, 0.15)
 """Where anything else with a position is, m in W: before the arm, clear of its column and of the table."""
 
 
@@ -37,44 +37,46 @@ def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
     if unknown:
         raise MisuseError(f"`{min(unknown)}` is no state variable of the site")
     return {
-        name: measured(given[name], declared) if name in given else _harmless(name, declared)
+        name: as_reading(given[name], declared) if name in given else _default_value(name, declared)
         for name, declared in site.state.items()
     }
 
 
-def measured(value: Any, declared: Declared) -> Any:
+def as_reading(value: Any, declared: Declared) -> Any:
     """An exact value, as elaborated, as a sensor would give it: reals as float inside their range."""
     if isinstance(value, tuple):
-        return tuple(measured(part, declared) for part in value)
+        return tuple(as_reading(part, declared) for part in value)
     if isinstance(value, Fraction):
-        return double_within(value, declared.range)
+        return nearest_double_in_range(value, declared.range)
     return value
 
 
-def _harmless(name: str, declared: Declared) -> Any:
+def _default_value(name: str, declared: Declared) -> Any:
     match declared.variable.type:
         case BoolType():
             return False
         case EnumType(members=members):
             return members[0]
         case VectorType(dimension=dimension):
-            return _reals(name, declared, 3, _IN_REACH if dimension == LENGTH else ())
+            return _default_reals(name, declared, 3, _DEFAULT_POSITION if dimension == LENGTH else ())
         case FamilyType(index=index, element=RealType()):
-            return _reals(name, declared, len(index.members))
+            return _default_reals(name, declared, len(index.members))
         case FamilyType(index=index):
             return (False,) * len(index.members)
         case RealType():
-            return _reals(name, declared, 1)[0]
+            return _default_reals(name, declared, 1)[0]
 
 
-def _reals(name: str, declared: Declared, count: int, other: tuple[float, ...] = ()) -> tuple[float, ...]:
-    usual = _USUAL.get(name, other)
+def _default_reals(
+    name: str, declared: Declared, count: int, other: tuple[float, ...] = ()
+) -> tuple[float, ...]:
+    usual = _DEFAULT_VALUES.get(name, other)
     values = usual if len(usual) == count else (0.0,) * count
-    return tuple(_into_range(Fraction(value), declared) for value in values)
+    return tuple(_clamp(Fraction(value), declared) for value in values)
 
 
-def _into_range(value: Fraction, declared: Declared) -> float:
+def _clamp(value: Fraction, declared: Declared) -> float:
     if declared.range is not None:
         lower, upper = declared.range
         value = min(max(value, lower), upper)
-    return double_within(value, declared.range)
+    return nearest_double_in_range(value, declared.range)

@@ -16,10 +16,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from aeros.spec.backends.solver_results import Answer, Result, Scalar
+from aeros.spec.backends.solver_results import SatResult, ScalarValue, SolverAnswer
 
 
-def default_store() -> Store | None:
+def default_store() -> AnswerStore | None:
     """The store in `$AEROS_CACHE`, else in the user's cache folder; None where there can be none.
 
     `AEROS_CACHE=off` asks for none.
@@ -33,12 +33,12 @@ def default_store() -> Store | None:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if folder.stat().st_uid != os.getuid():
             return None
-        return Store(folder / "answers.sqlite3")
+        return AnswerStore(folder / "answers.sqlite3")
     except (OSError, RuntimeError, sqlite3.Error):
         return None
 
 
-class Store:
+class AnswerStore:
     """A SQLite file of answers and proofs by key.  Several processes may use one at a time."""
 
     def __init__(self, path: Path) -> None:
@@ -52,7 +52,7 @@ class Store:
             "CREATE TABLE IF NOT EXISTS proofs (key TEXT PRIMARY KEY, head TEXT, claims BLOB) STRICT"
         )
 
-    def get(self, key: str) -> Answer | None:
+    def get(self, key: str) -> SolverAnswer | None:
         """The answer kept under `key`, or None."""
         try:
             row = self._connection.execute("SELECT answer FROM answers WHERE key = ?", (key,)).fetchone()
@@ -60,9 +60,9 @@ class Store:
         except (sqlite3.Error, ValueError, KeyError, TypeError):
             return None
 
-    def put(self, answers: Mapping[str, Answer]) -> None:
+    def put(self, answers: Mapping[str, SolverAnswer]) -> None:
         """Keep `answers`; UNKNOWN is not kept, as a person may well ask again."""
-        rows = [(key, _text(one)) for key, one in answers.items() if one.result is not Result.UNKNOWN]
+        rows = [(key, _text(one)) for key, one in answers.items() if one.result is not SatResult.UNKNOWN]
         try:
             with self._connection:
                 self._connection.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?)", rows)
@@ -99,20 +99,20 @@ class Store:
         return self._database
 
 
-def _text(answer: Answer) -> str:
-    model = {name: _written(value) for name, value in answer.model.items()}
+def _text(answer: SolverAnswer) -> str:
+    model = {name: _value_to_json(value) for name, value in answer.model.items()}
     return json.dumps({"result": answer.result.value, "model": model}, separators=(",", ":"))
 
 
-def _written(value: Scalar) -> Any:
+def _value_to_json(value: ScalarValue) -> Any:
     if isinstance(value, Fraction):
         return [str(value.numerator), str(value.denominator)]
     return value
 
 
-def _answer(kept: Any) -> Answer:
+def _answer(stored: Any) -> SolverAnswer:
     model = {
         name: Fraction(int(value[0]), int(value[1])) if isinstance(value, list) else value
-        for name, value in kept["model"].items()
+        for name, value in stored["model"].items()
     }
-    return Answer(Result(kept["result"]), model)
+    return SolverAnswer(SatResult(stored["result"]), model)

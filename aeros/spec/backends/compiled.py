@@ -19,15 +19,15 @@ from fractions import Fraction
 from typing import Any, cast
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.lower import lower
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import RealType
 
-U = Fraction(1, 2**53)
-ETA = Fraction(1, 2**1075)
+UNIT_ROUNDOFF = Fraction(1, 2**53)
+UNDERFLOW_ERROR = Fraction(1, 2**1075)
 _LARGEST = Fraction(10) ** 300  # beyond it a double could overflow: such a comparison is always exact
-_NESTING = 30  # levels of the term, two brackets each at most; CPython's parser takes 200 brackets
+_MAX_INLINE_NESTING = 30  # levels of the term, two brackets each at most; CPython's parser takes 200 brackets
 
 Ranges = Mapping[str, tuple[Fraction, Fraction]]
 """Closed range in SI of each real scalar variable; the caller has checked that values are inside."""
@@ -37,19 +37,19 @@ Predicate = Callable[[Mapping[str, Any]], bool]
 
 
 @dataclass(frozen=True, slots=True)
-class Truths:
+class CompiledConditions:
     """Decides several conditions at once.
 
     read: the scalar variables they depend on.
     at: whether each holds, from float, bool or str of each variable in `read`, in that order.
     """
 
-    read: tuple[str, ...]
-    at: Callable[..., tuple[bool, ...]]
+    argument_names: tuple[str, ...]
+    evaluate: Callable[..., tuple[bool, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class _Real:
+class _RealCode:
     """Python code for a real: |computed| <= magnitude and |computed - exact| <= error.
 
     peak: no intermediate result is larger; the bounds hold only where it is far from overflow.
@@ -63,18 +63,18 @@ class _Real:
 
 def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
     """A function that is true exactly where `term` holds, for all values inside `ranges`."""
-    generator = _Generator(ranges)
+    generator = _CodeGenerator(ranges)
     return cast("Predicate", generator.function("v", generator.condition(lower(term))))
 
 
-def compile_truths(terms: Iterable[t.Term], ranges: Ranges) -> Truths:
+def compile_conditions(terms: Iterable[t.Term], ranges: Ranges) -> CompiledConditions:
     """A function that is true of each of `terms` exactly where it holds, for all values inside `ranges`."""
     lowered = [lower(term) for term in terms]
     read = tuple(dict.fromkeys(name for term in lowered for name in t.variables_of(term)))
     local = {name: f"x{number}" for number, name in enumerate(read)}
-    generator = _Generator(ranges, local)
+    generator = _CodeGenerator(ranges, local)
     codes = [f"{generator.condition(term)}," for term in lowered]
-    return Truths(read, generator.function(", ".join(local.values()), f"({' '.join(codes)})"))
+    return CompiledConditions(read, generator.function(", ".join(local.values()), f"({' '.join(codes)})"))
 
 
 def inline_conditions(
@@ -84,11 +84,11 @@ def inline_conditions(
 
     local: the local variable of that function that holds each scalar variable's value, inside its range.
     """
-    generator = _Generator(ranges, local)
+    generator = _CodeGenerator(ranges, local)
     return [generator.condition(lower(term)) for term in terms], generator.names
 
 
-class _Generator:
+class _CodeGenerator:
     """Writes code that finds the values in a mapping `v`, or in `local` variables."""
 
     def __init__(self, ranges: Ranges, local: Mapping[str, str] | None = None) -> None:
@@ -110,11 +110,11 @@ class _Generator:
         return cast("Callable[..., Any]", eval(f"lambda {parameters}: {code}", self.names))  # noqa: S307
 
     def condition(self, term: t.Term) -> str:
-        return self._apart(term, self._condition(term))
+        return self._as_helper_call(term, self._condition(term))
 
-    def _apart(self, term: t.Term, code: str) -> str:
-        """`code`, or a call of it as a function of its own at every `_NESTING`th level."""
-        if self._height(term) % _NESTING:
+    def _as_helper_call(self, term: t.Term, code: str) -> str:
+        """`code`, or a call of it as a function of its own at every `_MAX_INLINE_NESTING`th level."""
+        if self._height(term) % _MAX_INLINE_NESTING:
             return code
         part, values = f"part{len(self.names)}", self._values(term)
         self.names[part] = self.function(values, code)
@@ -158,86 +158,88 @@ class _Generator:
             return f"({self.condition(left)} == {self.condition(right)})"
         a, b = self._real(left), self._real(right)
         if isinstance(right, t.Literal) and a.error == 0:
-            return _against_constant(a.code, term.op, cast("Fraction", right.value), flipped=False)
+            return _compare_to_constant(a.code, term.op, cast("Fraction", right.value), flipped=False)
         if isinstance(left, t.Literal) and b.error == 0:
-            return _against_constant(b.code, term.op, cast("Fraction", left.value), flipped=True)
+            return _compare_to_constant(b.code, term.op, cast("Fraction", left.value), flipped=True)
         if a.error == 0 and b.error == 0:
             return f"({a.code} {term.op} {b.code})"
-        return self._filtered(term, a, b)
+        return self._filtered_comparison(term, a, b)
 
-    def _filtered(self, term: t.Compare, a: _Real, b: _Real) -> str:
+    def _filtered_comparison(self, term: t.Compare, a: _RealCode, b: _RealCode) -> str:
         """Answers from the computed difference where |difference| exceeds its error bound, else exactly."""
         number = len(self.names)
         exact = f"exact{number}({self._values(term)})"
         names = tuple(t.variables_of(term))
         if self._local is None:
-            self.names[f"exact{number}"] = lambda values: holds(term, _exact_values(names, values))
+            self.names[f"exact{number}"] = lambda values: is_true(term, _exact_values(names, values))
         else:
-            self.names[f"exact{number}"] = lambda *values: holds(
+            self.names[f"exact{number}"] = lambda *values: is_true(
                 term, _exact_values(names, dict(zip(names, values, strict=True)))
             )
         if max(a.peak, b.peak, a.magnitude + b.magnitude) > _LARGEST:
             return exact
-        bound = _at_least(a.error + b.error + U * (a.magnitude + b.magnitude))
+        bound = _round_up(a.error + b.error + UNIT_ROUNDOFF * (a.magnitude + b.magnitude))
         difference = f"(d{number} := {a.code} - {b.code})"
         if term.op == "==":
             return f"(-{bound!r} <= {difference} <= {bound!r} and {exact})"
         return f"({difference} < -{bound!r} or (d{number} <= {bound!r} and {exact}))"
 
-    def _real(self, term: t.Term) -> _Real:
+    def _real(self, term: t.Term) -> _RealCode:
         real = self._arithmetic(term)
-        return replace(real, code=self._apart(term, real.code))
+        return replace(real, code=self._as_helper_call(term, real.code))
 
-    def _arithmetic(self, term: t.Term) -> _Real:
+    def _arithmetic(self, term: t.Term) -> _RealCode:
         match term:
             case t.Literal(value=value):
                 exact = cast("Fraction", value)
                 if abs(exact) > _LARGEST:
-                    return _Real("0.0", Fraction(0), abs(exact), abs(exact))
+                    return _RealCode("0.0", Fraction(0), abs(exact), abs(exact))
                 computed = float(exact)
                 size = abs(Fraction(computed))
-                return _Real(f"({computed!r})", size, abs(Fraction(computed) - exact), size)
+                return _RealCode(f"({computed!r})", size, abs(Fraction(computed) - exact), size)
             case t.Variable(name=name):
                 lower_, upper = self._ranges[name]
                 size = max(abs(lower_), abs(upper))
-                return _Real(self._value(name), size, Fraction(0), size)
+                return _RealCode(self._value(name), size, Fraction(0), size)
             case t.Add(left=left, right=right):
                 a, b = self._real(left), self._real(right)
                 total = a.magnitude + b.magnitude
-                error = a.error + b.error + U * total
-                return _joined(f"({a.code} + {b.code})", total * (1 + U), error, a, b)
+                error = a.error + b.error + UNIT_ROUNDOFF * total
+                return _derived_real(f"({a.code} + {b.code})", total * (1 + UNIT_ROUNDOFF), error, a, b)
             case t.Multiply(left=left, right=right):
                 a, b = self._real(left), self._real(right)
                 total = a.magnitude * b.magnitude
                 carried = a.magnitude * b.error + b.magnitude * a.error + a.error * b.error
-                error = carried + U * total + ETA
-                return _joined(f"({a.code} * {b.code})", total * (1 + U) + ETA, error, a, b)
+                error = carried + UNIT_ROUNDOFF * total + UNDERFLOW_ERROR
+                return _derived_real(
+                    f"({a.code} * {b.code})", total * (1 + UNIT_ROUNDOFF) + UNDERFLOW_ERROR, error, a, b
+                )
             case t.Extremum(kind=kind, left=left, right=right):
                 a, b = self._real(left), self._real(right)
-                return _either(f"{kind}({a.code}, {b.code})", a, b)
+                return _combine_extremum(f"{kind}({a.code}, {b.code})", a, b)
             case t.Absolute(operand=operand):
                 a = self._real(operand)
                 return replace(a, code=f"abs({a.code})")
             case t.Conditional(condition=condition, then=then, otherwise=otherwise):
                 a, b = self._real(then), self._real(otherwise)
                 code = f"({a.code} if {self.condition(condition)} else {b.code})"
-                return _either(code, a, b)
+                return _combine_extremum(code, a, b)
             case _:
                 raise AssertionError(f"not a core real: {term}")
 
 
-def _joined(code: str, magnitude: Fraction, error: Fraction, a: _Real, b: _Real) -> _Real:
-    return _Real(code, magnitude, error, max(a.peak, b.peak, magnitude))
+def _derived_real(code: str, magnitude: Fraction, error: Fraction, a: _RealCode, b: _RealCode) -> _RealCode:
+    return _RealCode(code, magnitude, error, max(a.peak, b.peak, magnitude))
 
 
-def _either(code: str, a: _Real, b: _Real) -> _Real:
+def _combine_extremum(code: str, a: _RealCode, b: _RealCode) -> _RealCode:
     """One of `a` and `b`, or so close to one as the worse of them is to its exact value."""
-    return _joined(code, max(a.magnitude, b.magnitude), max(a.error, b.error), a, b)
+    return _derived_real(code, max(a.magnitude, b.magnitude), max(a.error, b.error), a, b)
 
 
-def _against_constant(code: str, op: str, constant: Fraction, *, flipped: bool) -> str:
+def _compare_to_constant(code: str, op: str, constant: Fraction, *, flipped: bool) -> str:
     """A double against a rational, exactly: the rational is rounded so that the answer is the same."""
-    below, above = neighbours(constant)
+    below, above = adjacent_doubles(constant)
     if op == "==":
         return f"({code} == {below!r})" if below == above else "False"
     if op == "<=":
@@ -245,8 +247,8 @@ def _against_constant(code: str, op: str, constant: Fraction, *, flipped: bool) 
     return f"({code} > {below!r})" if flipped else f"({code} < {above!r})"
 
 
-def _at_least(value: Fraction) -> float:
-    return neighbours(value)[1]
+def _round_up(value: Fraction) -> float:
+    return adjacent_doubles(value)[1]
 
 
 def _is_real(term: t.Term) -> bool:

@@ -10,7 +10,7 @@ from typing import Final
 
 import cvc5
 
-from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 
 RLIMIT: Final = 1_000_000
 """cvc5 resource units for one question, the same on every machine: one to three seconds of work."""
@@ -25,7 +25,7 @@ class Cvc5:
         self.name = f"cvc5 {cvc5.__version__}"
         self._rlimit = rlimit
 
-    def answer(self, script: str) -> Answer:
+    def solve_script(self, script: str) -> SolverAnswer:
         """Whether what `script`, which asks once, asserts can hold together; never a model."""
         terms = cvc5.TermManager()
         solver = cvc5.Solver(terms)
@@ -38,7 +38,7 @@ class Cvc5:
             while not (command := parser.nextCommand()).isNull():
                 said = str(command.invoke(solver, parser.getSymbolManager())).strip() or said
         except RuntimeError as error:  # whatever cvc5 cannot read or do
-            return Answer(Result.UNKNOWN, {}, str(error))
-        if said in (Result.SAT.value, Result.UNSAT.value):
-            return Answer(Result(said), {})
-        return Answer(Result.UNKNOWN, {}, said)
+            return SolverAnswer(SatResult.UNKNOWN, {}, str(error))
+        if said in (SatResult.SAT.value, SatResult.UNSAT.value):
+            return SolverAnswer(SatResult(said), {})
+        return SolverAnswer(SatResult.UNKNOWN, {}, said)

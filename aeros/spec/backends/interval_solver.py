@@ -20,21 +20,28 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final, TypeAlias
 
-from aeros.spec.backends.interval.box import Box, first_of, values_of
-from aeros.spec.backends.interval.formula import Every, Formula, Some, conjuncts_of, names_of, read_scalar
-from aeros.spec.backends.interval.search import Search
-from aeros.spec.backends.solver_results import Answer, Result, Scalar
+from aeros.spec.backends.interval.box import Box, declared_interval, pick_value
+from aeros.spec.backends.interval.formula import (
+    Conjunction,
+    Disjunction,
+    Formula,
+    conjuncts_of,
+    names_of,
+    to_formula,
+)
+from aeros.spec.backends.interval.search import BranchAndPrune
+from aeros.spec.backends.solver_results import SatResult, ScalarValue, SolverAnswer
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 
-MOST_KEPT: Final = 20_000
+MAX_CACHED: Final = 20_000
 """Answers about parts of questions that are remembered; then all are forgotten, which only costs time."""
 
 _Range: TypeAlias = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class _Conjunct:
     """One of the conditions that a question is the conjunction of; equal ones have one number."""
 
     number: int
@@ -42,7 +49,7 @@ class _Part:
     names: frozenset[str]
 
 
-class Boxes:
+class IntervalSolver:
     """Decides questions part by part: conditions that share no variable have nothing to do with each other.
 
     Remembers how terms read and how parts were decided, as most questions share most of their parts.
@@ -50,57 +57,59 @@ class Boxes:
 
     def __init__(self) -> None:
         self._read: dict[tuple[int, bool], tuple[t.Term, Formula]] = {}  # by identity: terms are large
-        self._parts: dict[tuple[int, bool], tuple[t.Term, tuple[_Part, ...]]] = {}
+        self._parts: dict[tuple[int, bool], tuple[t.Term, tuple[_Conjunct, ...]]] = {}
         self._numbers: dict[Formula, int] = {}
         self._ranges: dict[int, tuple[_Range | None, int]] = {}  # likewise
         self._numbers_of_ranges: dict[_Range | None, int] = {}
-        self._decided: dict[object, Answer | None] = {}
+        self._decided: dict[object, SolverAnswer | None] = {}
 
     def decide(
         self,
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
-    ) -> Answer | None:
+    ) -> SolverAnswer | None:
         """Whether all `terms` can hold together, as `Oracle.ask` has it; None where bounds do not tell."""
-        if len(self._decided) > MOST_KEPT:
+        if len(self._decided) > MAX_CACHED:
             for kept in (self._read, self._parts, self._numbers, self._decided):
                 kept.clear()
             self._ranges.clear()
             self._numbers_of_ranges.clear()
         scalars = {scalar.name: scalar for one in variables for scalar in scalar_variables(one)}
-        model: dict[str, Scalar] = {}
+        model: dict[str, ScalarValue] = {}
         is_known = True
-        parts = {part.number: part for term in terms for part in self._parts_of(term)}
+        parts = {part.number: part for term in terms for part in self._conjuncts_of(term)}
         for group in _connected(parts.values()):
-            answer = self._of_group(group, scalars, ranges)
+            answer = self._decide_group(group, scalars, ranges)
             if answer is None:
                 is_known = False
-            elif answer.result is Result.UNSAT:
+            elif answer.result is SatResult.UNSAT:
                 return answer
             else:
                 model |= answer.model
         rest = {
-            name: first_of(one, values_of(one, ranges)) for name, one in scalars.items() if name not in model
+            name: pick_value(one, declared_interval(one, ranges))
+            for name, one in scalars.items()
+            if name not in model
         }
-        return Answer(Result.SAT, model | rest) if is_known else None
+        return SolverAnswer(SatResult.SAT, model | rest) if is_known else None
 
-    def _of_group(
+    def _decide_group(
         self,
-        group: Sequence[_Part],
+        group: Sequence[_Conjunct],
         scalars: Mapping[str, t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
-    ) -> Answer | None:
+    ) -> SolverAnswer | None:
         names = sorted(frozenset[str]().union(*(part.names for part in group)))
         own = [scalars[name] for name in names]
         numbers = [part.number for part in group]
-        key = (*numbers, *own, *(self._number_of(ranges.get(name)) for name in names))
+        key = (*numbers, *own, *(self._range_id(ranges.get(name)) for name in names))
         if key not in self._decided:
-            box: Box = {one.name: values_of(one, ranges) for one in own}
-            self._decided[key] = Search(own).run([part.formula for part in group], box)
+            box: Box = {one.name: declared_interval(one, ranges) for one in own}
+            self._decided[key] = BranchAndPrune(own).run([part.formula for part in group], box)
         return self._decided[key]
 
-    def _number_of(self, range_: _Range | None) -> int:
+    def _range_id(self, range_: _Range | None) -> int:
         """A number for each range: to hash a fraction takes longer than to find most answers."""
         known = self._ranges.get(id(range_))
         if known is None:
@@ -108,7 +117,7 @@ class Boxes:
             known = self._ranges[id(range_)] = (range_, number)
         return known[1]
 
-    def _parts_of(self, term: t.Term) -> tuple[_Part, ...]:
+    def _conjuncts_of(self, term: t.Term) -> tuple[_Conjunct, ...]:
         is_true = True
         while isinstance(term, t.Not):
             term, is_true = term.operand, not is_true
@@ -116,7 +125,7 @@ class Boxes:
         if key not in self._parts:
             conjuncts = conjuncts_of(self._formula(term, is_true=is_true))
             parts = tuple(
-                _Part(self._numbers.setdefault(one, len(self._numbers)), one, names_of(one))
+                _Conjunct(self._numbers.setdefault(one, len(self._numbers)), one, names_of(one))
                 for one in conjuncts
             )
             self._parts[key] = (term, parts)
@@ -125,29 +134,29 @@ class Boxes:
     def _formula(self, term: t.Term, *, is_true: bool) -> Formula:
         key = (id(term), is_true)
         if key not in self._read:
-            self._read[key] = (term, self._reading(term, is_true=is_true))
+            self._read[key] = (term, self._read_formula(term, is_true=is_true))
         return self._read[key][1]
 
-    def _reading(self, term: t.Term, *, is_true: bool) -> Formula:
+    def _read_formula(self, term: t.Term, *, is_true: bool) -> Formula:
         match term:
             case t.Not(operand=operand):
                 return self._formula(operand, is_true=not is_true)
             case t.And(operands=operands) | t.Or(operands=operands):
                 parts = tuple(self._formula(operand, is_true=is_true) for operand in operands)
-                return Every(parts) if isinstance(term, t.And) is is_true else Some(parts)
+                return Conjunction(parts) if isinstance(term, t.And) is is_true else Disjunction(parts)
             case t.Implies(premise=premise, conclusion=conclusion):
                 sides = (
                     self._formula(premise, is_true=not is_true),
                     self._formula(conclusion, is_true=is_true),
                 )
-                return Some(sides) if is_true else Every(sides)
+                return Disjunction(sides) if is_true else Conjunction(sides)
             case _:
-                return read_scalar(lower(term), is_true=is_true)
+                return to_formula(lower(term), is_true=is_true)
 
 
-def _connected(parts: Iterable[_Part]) -> list[list[_Part]]:
+def _connected(parts: Iterable[_Conjunct]) -> list[list[_Conjunct]]:
     """The parts in groups, so that those which share a variable, also by way of others, are together."""
-    groups: list[tuple[frozenset[str], list[_Part]]] = []
+    groups: list[tuple[frozenset[str], list[_Conjunct]]] = []
     for part in parts:
         apart, names, joined = [], part.names, []
         for group in groups:

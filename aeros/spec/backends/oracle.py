@@ -13,30 +13,30 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
-from aeros.spec.backends.answer_store import Store
-from aeros.spec.backends.interval_solver import Boxes
-from aeros.spec.backends.package_versions import solver_release
+from aeros.spec.backends.answer_store import AnswerStore
+from aeros.spec.backends.interval_solver import IntervalSolver
+from aeros.spec.backends.package_versions import z3_version
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
-from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.expr import terms as t
 
-_SPEC = Path(__file__).parents[1]
+_SPEC_FOLDER = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True)
-class Question:
+class SolverQuery:
     """A question as it was asked, and its answer, for a second solver.
 
     about: what it was asked for, in words.
     by_bounds: whether bounds alone answered it, and not Z3.
     """
 
-    about: str
+    description: str
     variables: Sequence[t.Variable]
     ranges: Mapping[str, tuple[Fraction, Fraction]]
     terms: Sequence[t.Term]
-    answer: Answer
-    by_bounds: bool = False
+    answer: SolverAnswer
+    by_intervals: bool = False
 
 
 class Oracle:
@@ -48,25 +48,25 @@ class Oracle:
     """
 
     def __init__(
-        self, rlimit: int = DEFAULT_RLIMIT, store: Store | None = None, *, recording: bool = False
+        self, rlimit: int = DEFAULT_RLIMIT, store: AnswerStore | None = None, *, recording: bool = False
     ) -> None:
         self.rlimit = rlimit
-        self.asked: dict[str, Question] = {}
+        self.asked: dict[str, SolverQuery] = {}
         self._recording = recording
         self._store = store
-        self._known: dict[str, Answer] = {}
-        self._new: dict[str, Answer] = {}
-        self._boxes = Boxes()
+        self._known: dict[str, SolverAnswer] = {}
+        self._new: dict[str, SolverAnswer] = {}
+        self._boxes = IntervalSolver()
 
-    def ask(
+    def check_sat(
         self,
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
-        about: str = "an explanation",
+        description: str = "an explanation",
         *,
         shown: bool = False,
-    ) -> Answer:
+    ) -> SolverAnswer:
         """Whether all `terms` can hold together.
 
         variables: every free variable of the terms.
@@ -75,10 +75,12 @@ class Oracle:
         about: what is asked for, in words.
         """
         bounded = self._boxes.decide(variables, ranges, terms)
-        if bounded is not None and not (shown and bounded.result is Result.SAT):
+        if bounded is not None and not (shown and bounded.result is SatResult.SAT):
             if self._recording:
                 key = self._key(variables, ranges, terms)
-                self.asked.setdefault(key, Question(about, variables, ranges, terms, bounded, by_bounds=True))
+                self.asked.setdefault(
+                    key, SolverQuery(description, variables, ranges, terms, bounded, by_intervals=True)
+                )
             return bounded
         key = self._key(variables, ranges, terms)
         answer = self._known.get(key)
@@ -88,17 +90,17 @@ class Oracle:
             answer = self._new[key] = self._solve(variables, ranges, terms)
         self._known[key] = answer
         if self._recording:
-            self.asked.setdefault(key, Question(about, variables, ranges, terms, answer))
+            self.asked.setdefault(key, SolverQuery(description, variables, ranges, terms, answer))
         return answer
 
-    def hurried(self, times: int) -> Oracle:
+    def with_reduced_budget(self, times: int) -> Oracle:
         """One with the same memory and store, which gives up after a part of the budget."""
         other = Oracle(max(self.rlimit // times, 1), self._store, recording=self._recording)
         other._known, other._new, other.asked = self._known, self._new, self.asked
         other._boxes = self._boxes
         return other
 
-    def keep(self) -> None:
+    def save_answers(self) -> None:
         """Put what had to be asked into the store."""
         if self._store is not None and self._new:
             self._store.put(self._new)
@@ -109,11 +111,11 @@ class Oracle:
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
-    ) -> Answer:
+    ) -> SolverAnswer:
         # z3 takes 80 ms to import, which a run that finds every answer need not pay.
-        from aeros.spec.backends.z3_solver import Session
+        from aeros.spec.backends.z3_solver import IncrementalSolver
 
-        return Session(variables, ranges, self.rlimit).ask(*terms)
+        return IncrementalSolver(variables, ranges, self.rlimit).check_sat(*terms)
 
     def _key(
         self,
@@ -122,15 +124,15 @@ class Oracle:
         terms: Sequence[t.Term],
     ) -> str:
         bounds = [(name, str(low), str(high)) for name, (low, high) in ranges.items()]
-        question = repr((_asked_by(), self.rlimit, tuple(variables), bounds, tuple(terms)))
+        question = repr((_solver_fingerprint(), self.rlimit, tuple(variables), bounds, tuple(terms)))
         return hashlib.sha256(question.encode()).hexdigest()
 
 
 @cache
-def _asked_by() -> str:
+def _solver_fingerprint() -> str:
     """Digest of the solver's version and of the code that gives terms their meaning."""
-    digest = hashlib.sha256(solver_release().encode())
+    digest = hashlib.sha256(z3_version().encode())
     for folder in ("backends", "expr"):
-        for path in sorted((_SPEC / folder).rglob("*.py")):
+        for path in sorted((_SPEC_FOLDER / folder).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -7,13 +7,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 
-def solver_release() -> str:
+def z3_version() -> str:
     """The version of the distribution `z3-solver`, as its metadata has it."""
-    return release_of("z3-solver", "z3")
+    return package_version("z3-solver", "z3")
 
 
 @cache
-def release_of(distribution: str, package: str) -> str:
+def package_version(distribution: str, package: str) -> str:
     """The version of the distribution that `import package` would import, as its metadata has it.
 
     The folder beside the package bears it in its name, where an installer wrote one and only one.

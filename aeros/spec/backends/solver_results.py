@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 
-Scalar = bool | Fraction | str
+ScalarValue = bool | Fraction | str
 """A value of a scalar variable: truth, exact real in SI, enum member."""
 
 
-class Result(Enum):
+class SatResult(Enum):
     """What the solver found."""
 
     SAT = "sat"
@@ -20,16 +20,16 @@ class Result(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class SolverAnswer:
     """A result, with the model by scalar variable when SAT and the reason when UNKNOWN."""
 
-    result: Result
-    model: Mapping[str, Scalar]
+    result: SatResult
+    model: Mapping[str, ScalarValue]
     reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class TextAnswer:
+class ScriptAnswer:
     """What came of SMT-LIB text that asks once.
 
     model: when SAT, the value of each constant that it declares, as SMT-LIB text.
@@ -38,8 +38,8 @@ class TextAnswer:
     reason: why, when UNKNOWN.
     """
 
-    result: Result
+    result: SatResult
     model: Mapping[str, str]
-    core: int
-    spent: int
+    unsat_core: int
+    rlimit_used: int
     reason: str = ""

@@ -15,7 +15,7 @@ from typing import Any, cast
 import z3
 
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
-from aeros.spec.backends.solver_results import Answer, Result, Scalar, TextAnswer
+from aeros.spec.backends.solver_results import SatResult, ScalarValue, ScriptAnswer, SolverAnswer
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType
@@ -28,7 +28,7 @@ def solver_version() -> str:
     return f"z3 {z3.get_version_string()}"
 
 
-def answer_text(script: str, rlimit: int = DEFAULT_RLIMIT) -> TextAnswer:
+def solve_script(script: str, rlimit: int = DEFAULT_RLIMIT) -> ScriptAnswer:
     """Whether what `script`, SMT-LIB text that asks once, asserts can hold together."""
     context = z3.Context()
     solver = z3.Solver(ctx=context)
@@ -39,24 +39,24 @@ def answer_text(script: str, rlimit: int = DEFAULT_RLIMIT) -> TextAnswer:
             solver.assert_and_track(assertion, f"assertion!{number}")
         outcome = solver.check()
     except z3.Z3Exception as error:
-        return TextAnswer(Result.UNKNOWN, {}, 0, 0, str(error))
+        return ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0, str(error))
     statistics = solver.statistics()
     spent = statistics.get_key_value("rlimit count") if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
     if outcome == z3.unsat:
-        return TextAnswer(Result.UNSAT, {}, len(solver.unsat_core()), spent)
+        return ScriptAnswer(SatResult.UNSAT, {}, len(solver.unsat_core()), spent)
     if outcome == z3.unknown:
-        return TextAnswer(Result.UNKNOWN, {}, 0, spent, solver.reason_unknown())
+        return ScriptAnswer(SatResult.UNKNOWN, {}, 0, spent, solver.reason_unknown())
     model = solver.model()
     # Z3 takes what is defined, and names of assertions, for constants of the model, too.
     declared = set(_DECLARED.findall(script))
     constants = [one for one in model.decls() if one.name() in declared]
-    return TextAnswer(Result.SAT, {one.name(): model[one].sexpr() for one in constants}, 0, spent)
+    return ScriptAnswer(SatResult.SAT, {one.name(): model[one].sexpr() for one in constants}, 0, spent)
 
 
 _DECLARED = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)
 
 
-class Session:
+class IncrementalSolver:
     """A solver over declared variables; what is assumed stays, each question is asked alone.
 
     ranges: closed range in SI of each real scalar variable; one without a range is unbounded.
@@ -69,9 +69,9 @@ class Session:
         variables: Iterable[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         rlimit: int = DEFAULT_RLIMIT,
-        beside: Session | None = None,
+        shared_context: IncrementalSolver | None = None,
     ) -> None:
-        self._context: Any = z3.Context() if beside is None else beside._context
+        self._context: Any = z3.Context() if shared_context is None else shared_context._context
         self._solver = z3.Solver(ctx=self._context)
         self._solver.set("random_seed", 0)
         self._solver.set("rlimit", rlimit)
@@ -103,7 +103,7 @@ class Session:
         """Add `term` to what every later question assumes."""
         self._solver.add(self._encode(lower(term)))
 
-    def ask(self, *terms: t.Term) -> Answer:
+    def check_sat(self, *terms: t.Term) -> SolverAnswer:
         """Whether the assumptions and all `terms` can hold together."""
         self._solver.push()
         try:
@@ -112,7 +112,7 @@ class Session:
         finally:
             self._solver.pop()
 
-    def ask_given(self, values: Mapping[str, Scalar], term: t.Term) -> Answer:
+    def check_at_values(self, values: Mapping[str, ScalarValue], term: t.Term) -> SolverAnswer:
         """Whether the assumptions and `term` hold at the given values, by scalar variable; without a model.
 
         `term` is encoded once: a session that is asked again and again is asked a few terms.
@@ -123,31 +123,31 @@ class Session:
         ]
         self._solver.push()
         try:
-            self._solver.add(*equalities, self._encode_once(term))
+            self._solver.add(*equalities, self._encode_cached(term))
             return self._check(with_model=False)
         finally:
             self._solver.pop()
 
-    def script(self, *terms: t.Term) -> str:
+    def to_smtlib(self, *terms: t.Term) -> str:
         """The question `ask(*terms)` as an SMT-LIB 2.6 script, for a solver that is not ours."""
         solver = z3.Solver(ctx=self._context)
         solver.add(self._solver.assertions(), *(self._encode(lower(term)) for term in terms))
         return f"(set-logic ALL)\n{solver.to_smt2()}"
 
-    def _check(self, *, with_model: bool = True) -> Answer:
+    def _check(self, *, with_model: bool = True) -> SolverAnswer:
         try:
             outcome = self._solver.check()
         except z3.Z3Exception as error:
-            return Answer(Result.UNKNOWN, {}, str(error))
+            return SolverAnswer(SatResult.UNKNOWN, {}, str(error))
         if outcome == z3.unsat:
-            return Answer(Result.UNSAT, {})
+            return SolverAnswer(SatResult.UNSAT, {})
         if outcome == z3.unknown:
-            return Answer(Result.UNKNOWN, {}, self._solver.reason_unknown())
-        return Answer(Result.SAT, self._model() if with_model else {})
+            return SolverAnswer(SatResult.UNKNOWN, {}, self._solver.reason_unknown())
+        return SolverAnswer(SatResult.SAT, self._model() if with_model else {})
 
-    def _model(self) -> dict[str, Scalar]:
+    def _model(self) -> dict[str, ScalarValue]:
         model = self._solver.model()
-        values: dict[str, Scalar] = {}
+        values: dict[str, ScalarValue] = {}
         for name, (scalar, constant) in self._constants.items():
             value = model.eval(constant, model_completion=True)
             match scalar.type:
@@ -159,7 +159,7 @@ class Session:
                     values[name] = _fraction(value)
         return values
 
-    def _encode_once(self, term: t.Term) -> Any:
+    def _encode_cached(self, term: t.Term) -> Any:
         """`term` encoded, remembered by identity: comparing terms costs as much as encoding them."""
         if id(term) not in self._encoded:
             self._encoded[id(term)] = (term, self._encode(lower(term)))
@@ -204,7 +204,7 @@ def _rational(context: Any, value: Fraction) -> Any:
     return z3.RealVal(f"{value.numerator}/{value.denominator}", context)
 
 
-def _value(context: Any, scalar: t.Variable, value: Scalar) -> Any:
+def _value(context: Any, scalar: t.Variable, value: ScalarValue) -> Any:
     if isinstance(scalar.type, EnumType):
         return z3.IntVal(scalar.type.members.index(cast("str", value)), context)
     return (

@@ -7,17 +7,17 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from aeros.spec.closed_loop.outcome_probabilities import shares_of
+from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
-from aeros.spec.model.hold_conditions import unheld
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.model.hold_conditions import hold_loss_outcomes
 from aeros.spec.model.model import Outcome, Skill
 
 State = tuple[Any, ...]
 """A value for each predicate of a task, in the order of `TransitionSystem.names`."""
 
 
-class Condition:
+class StateCondition:
     """A term over predicates and constant inputs, decided for states.
 
     A predicate is looked up and a conjunction decided part by part; anything else is evaluated, once for
@@ -27,8 +27,8 @@ class Condition:
     def __init__(self, term: t.Term, names: tuple[str, ...], inputs: Mapping[str, Any] | None = None) -> None:
         self._inputs = inputs or {}
         self._looked_up: list[int] = []
-        self._evaluated: list[_Evaluated] = []
-        places = _places(names)
+        self._evaluated: list[_InterpretedTerm] = []
+        places = _index_by_name(names)
         pending = [term]
         while pending:
             part = pending.pop()
@@ -37,10 +37,10 @@ class Condition:
             elif isinstance(part, t.Variable) and part.name in places and part.name not in self._inputs:
                 self._looked_up.append(places[part.name])
             else:
-                self._evaluated.append(_Evaluated(part, places, self._inputs))
+                self._evaluated.append(_InterpretedTerm(part, places, self._inputs))
 
     @property
-    def place(self) -> int | None:
+    def single_predicate_index(self) -> int | None:
         """Of the one predicate that it is, if it is nothing else."""
         is_one = len(self._looked_up) == 1 and not self._evaluated
         return self._looked_up[0] if is_one else None
@@ -50,15 +50,15 @@ class Condition:
         for place in self._looked_up:
             if not state[place]:
                 return False
-        return not self._evaluated or all(part.holds(state) for part in self._evaluated)
+        return not self._evaluated or all(part.is_true(state) for part in self._evaluated)
 
 
 @lru_cache(16)
-def _places(names: tuple[str, ...]) -> dict[str, int]:
+def _index_by_name(names: tuple[str, ...]) -> dict[str, int]:
     return {name: place for place, name in enumerate(names)}
 
 
-class _Evaluated:
+class _InterpretedTerm:
     """A term that is decided by evaluating it."""
 
     def __init__(self, term: t.Term, places: Mapping[str, int], inputs: Mapping[str, Any]) -> None:
@@ -67,11 +67,11 @@ class _Evaluated:
         self._read = [(places[name], name) for name in t.variables_of(term) if name in places]
         self._decided: dict[State, bool] = {}
 
-    def holds(self, state: State) -> bool:
+    def is_true(self, state: State) -> bool:
         values = tuple([state[place] for place, _ in self._read])
         if values not in self._decided:
             read = {name: state[place] for place, name in self._read}
-            self._decided[values] = holds(self._term, {**self._inputs, **read})
+            self._decided[values] = is_true(self._term, {**self._inputs, **read})
         return self._decided[values]
 
 
@@ -90,17 +90,19 @@ class Invocation:
         names: tuple[str, ...],
         settable: Collection[str] = (),
     ) -> None:
-        bound = {declared.name: inputs.get(name, declared.default) for name, declared in skill.inputs.items()}
+        bound = {
+            declared.name: inputs.get(name, declared.default_value) for name, declared in skill.inputs.items()
+        }
         clause = skill.precondition
         self.name = skill.id
-        self._precondition = None if clause is None else Condition(clause.term, names, bound)
+        self._precondition = None if clause is None else StateCondition(clause.term, names, bound)
         self._outcomes = [
             (outcome, share, [(names.index(name), value) for name, value in outcome.effects.items()])
-            for outcome, share in shares_of(skill.outcomes.values())
+            for outcome, share in outcome_probabilities(skill.outcomes.values())
         ]
         self._unheld = [
             (outcome, [(names.index(name), value) for name, value in outcome.effects.items()])
-            for outcome in unheld(skill, settable)
+            for outcome in hold_loss_outcomes(skill, settable)
         ]
 
     def can_start(self, state: State) -> bool:
@@ -116,14 +118,14 @@ class Invocation:
         found = []
         for outcome, share, effects in self._outcomes:
             if outcome.probability != 0:
-                changed = _changed(state, effects)
-                found.append((tuple(changed), self._measured(changed), share))
+                changed = _apply_effects(state, effects)
+                found.append((tuple(changed), self._measured_outcome(changed), share))
         found += [
-            (tuple(_changed(state, effects)), outcome, Fraction(0)) for outcome, effects in self._unheld
+            (tuple(_apply_effects(state, effects)), outcome, Fraction(0)) for outcome, effects in self._unheld
         ]
         return found
 
-    def _measured(self, values: list[Any]) -> Outcome:
+    def _measured_outcome(self, values: list[Any]) -> Outcome:
         matching = [
             outcome
             for outcome, _, effects in self._outcomes
@@ -132,7 +134,7 @@ class Invocation:
         return max(matching, key=lambda one: (len(one.effects), not one.failure))
 
 
-def _changed(state: State, effects: list[tuple[int, Any]]) -> list[Any]:
+def _apply_effects(state: State, effects: list[tuple[int, Any]]) -> list[Any]:
     changed = list(state)
     for place, value in effects:
         changed[place] = value

@@ -18,7 +18,7 @@ from fractions import Fraction
 from typing import Final
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.closed_loop.transition_system import Node, NotExploredError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
 
 MAX_WORK: Final = 100_000_000
 """Bits of all probabilities that one prediction may add up; some ten seconds."""
@@ -40,14 +40,14 @@ class Prediction:
 
 
 def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
-    """The prediction for runs from `start` with at most `replans` re-plans; raises `NotExploredError`."""
+    """The prediction for runs from `start` with at most `replans` re-plans; raises `StateSpaceError`."""
     queue = _Queue()
-    queue.add(0, Node("plan", start), Fraction(1))
+    queue.push(0, LoopState("plan", start), Fraction(1))
     success = replanned = Fraction(0)
     submitted = {"step": Fraction(0), "retry": Fraction(0), "recovery": Fraction(0)}
     while queue:
         made, node, probability = queue.pop()
-        moves = system.moves(node)
+        moves = system.transitions(node)
         if node.phase == "reached":
             success += probability
         elif node.phase == "rejected" and made < replans:
@@ -61,7 +61,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
             share = probability * move.probability
             if move.role is not None:
                 submitted[move.role] += share
-            queue.add(made + (move.target.phase == "plan"), move.target, share)
+            queue.push(made + (move.target.phase == "plan"), move.target, share)
     return Prediction(
         success=success,
         invocations=sum(submitted.values(), Fraction(0)),
@@ -75,15 +75,15 @@ class _Queue:
     """States of the chain with their probabilities, each taken when no move to it is left."""
 
     def __init__(self) -> None:
-        self._reach: dict[tuple[int, Node], Fraction] = {}
-        self._order: list[tuple[tuple[int, ...], int, tuple[int, Node]]] = []
+        self._reach: dict[tuple[int, LoopState], Fraction] = {}
+        self._order: list[tuple[tuple[int, ...], int, tuple[int, LoopState]]] = []
         self._tickets = itertools.count()
         self._work = 0
 
     def __len__(self) -> int:
         return len(self._order)
 
-    def add(self, made: int, node: Node, probability: Fraction) -> None:
+    def push(self, made: int, node: LoopState, probability: Fraction) -> None:
         if not probability:
             return
         state = (made, node)
@@ -91,18 +91,18 @@ class _Queue:
             heapq.heappush(self._order, (_rank(made, node), next(self._tickets), state))
         self._reach[state] = self._reach.get(state, Fraction(0)) + probability
 
-    def pop(self) -> tuple[int, Node, Fraction]:
+    def pop(self) -> tuple[int, LoopState, Fraction]:
         _, _, (made, node) = heapq.heappop(self._order)
         probability = self._reach.pop((made, node))
         self._work += probability.denominator.bit_length()
         if self._work > MAX_WORK:
-            raise NotExploredError("its chain of states is too large to be solved exactly")
+            raise StateSpaceError("its chain of states is too large to be solved exactly")
         return made, node, probability
 
 
-def _rank(made: int, node: Node) -> tuple[int, ...]:
+def _rank(made: int, node: LoopState) -> tuple[int, ...]:
     """Grows with every move: re-plans, then steps done, then tries, of each the recovery before the try."""
     if node.phase == "plan":
         return (made, 0)
     ended = node.phase in ("reached", "rejected")
-    return (made, 2 if ended else 1, -len(node.remaining), node.tries, node.phase == "try")
+    return (made, 2 if ended else 1, -len(node.remaining_rules), node.tries, node.phase == "try")

@@ -1,6 +1,7 @@
 """The agent's loop on one task as a finite transition system over the task's predicates.
 
-Mirrors rules 1 to 3 of `aeros.agent.task_loop`, and the tries and recoveries of `aeros.agent.execution.plan_executor`, for the
+Mirrors rules 1 to 3 of `aeros.agent.task_loop`, and the tries and recoveries of
+`aeros.agent.execution.plan_executor`, for the
 planner that plans by the task's rules, as the differential tests compare; each move of the system is a line
 of that loop.
 
@@ -21,24 +22,24 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, Final, Literal
 
-from aeros.spec.closed_loop.invocation import Condition, Invocation, State
+from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.model.model import Ecm, PlanningRule, Site, Skill, Task
 
-MOST_STEPS: Final = 100
+MAX_PLAN_STEPS: Final = 100
 """The most steps of a plan that the agent accepts; `aeros.agent.planning.task_graph` has the same."""
 
 
-class NotExploredError(Exception):
+class StateSpaceError(Exception):
     """The loop has no finite, or too large a state space; the message says which."""
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class LoopState:
     """Where the loop is.
 
-    phase: `plan` (about to plan), `try` or `recover` (of the first step of `remaining`), `reached` (the
+    phase: `plan` (about to plan), `try` or `recover` (of the first step of `remaining_rules`), `reached` (the
         goal is measured), or `rejected` (no plan is accepted here, and another would be the same).
     remaining: the rules, by index, still to be run of the current plan.
     tries: of the current step that failed so far.
@@ -46,20 +47,20 @@ class Node:
 
     phase: Literal["plan", "try", "recover", "reached", "rejected"]
     state: State
-    remaining: tuple[int, ...] = ()
+    remaining_rules: tuple[int, ...] = ()
     tries: int = 0
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         # Found once: a state and a plan of a long task are long, and nodes are looked up again and again.
-        object.__setattr__(self, "_hash", hash((self.phase, self.state, self.remaining, self.tries)))
+        object.__setattr__(self, "_hash", hash((self.phase, self.state, self.remaining_rules, self.tries)))
 
     def __hash__(self) -> int:
         return self._hash
 
 
 @dataclass(frozen=True, slots=True)
-class Move:
+class Transition:
     """One way on from a node.
 
     role: of the skill that is submitted, as in the agent's report; None where none is.
@@ -67,15 +68,15 @@ class Move:
     choice: the agent's, where it has one: the provider that is submitted.
     """
 
-    target: Node
+    target: LoopState
     probability: Fraction = Fraction(1)
     role: Literal["step", "retry", "recovery"] | None = None
-    said: str = ""
+    label: str = ""
     choice: str = ""
 
 
 class TransitionSystem:
-    """The loop of one task; raises `NotExploredError` where it is not over finitely many states.
+    """The loop of one task; raises `StateSpaceError` where it is not over finitely many states.
 
     names: its predicates, every state variable that the loop depends on, in the order of every state.
     domains: the values that each of them can have.
@@ -92,11 +93,11 @@ class TransitionSystem:
         self._most_retries = site.limits.retries
         self._tried_too_often = {n for n, rule in enumerate(task.rules) if rule.retry > self._most_retries}
         self._goal = self.condition(task.goal)
-        self._unless = [self.condition(rule.unless) for rule in task.rules]
-        places = [condition.place for condition in self._unless]
+        self._unless = [self.condition(rule.satisfied_condition) for rule in task.rules]
+        places = [condition.single_predicate_index for condition in self._unless]
         self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
         self._decided = [index for index, place in enumerate(places) if place is None]
-        self._providers = [ecm.providers_of(rule.skill) for rule in task.rules]
+        self._providers = [ecm.providers(rule.skill) for rule in task.rules]
         self._steps = [
             [Invocation(ecm.skills[name], rule.inputs, self.names, settable) for name in providers]
             for rule, providers in zip(task.rules, self._providers, strict=True)
@@ -109,34 +110,36 @@ class TransitionSystem:
         ]
         self._rejections: dict[tuple[int, ...], str | None] = {}
 
-    def condition(self, term: t.Term) -> Condition:
+    def condition(self, term: t.Term) -> StateCondition:
         """`term` as a condition on the states of this system."""
-        return Condition(term, self.names)
+        return StateCondition(term, self.names)
 
-    def hindered(self, node: Node) -> tuple[PlanningRule, str] | None:
+    def blocked_step(self, node: LoopState) -> tuple[PlanningRule, str] | None:
         """The rule whose step comes to its first try at `node`, and a skill of it that cannot start there."""
-        if node.phase != "try" or node.tries or not node.remaining or self._goal(node.state):
+        if node.phase != "try" or node.tries or not node.remaining_rules or self._goal(node.state):
             return None
-        index = node.remaining[0]
+        index = node.remaining_rules[0]
         if self._unless[index](node.state):
             return None
         unable = (step.name for step in self._steps[index] if not step.can_start(node.state))
         name = next(unable, None)
         return None if name is None else (self.task.rules[index], name)
 
-    def moves(self, node: Node) -> list[Move]:
+    def transitions(self, node: LoopState) -> list[Transition]:
         """Every way on from `node`; none where the loop has ended."""
         if node.phase in ("reached", "rejected"):
             return []
         if self._goal(node.state):
-            return [Move(Node("reached", node.state))]
+            return [Transition(LoopState("reached", node.state))]
         if node.phase == "plan":
-            return [Move(self._planned(node.state))]
-        if not node.remaining:
-            return [Move(Node("plan", node.state))]
-        if self._unless[node.remaining[0]](node.state):
-            return [Move(Node("try", node.state, node.remaining[1:]))]
-        return self._recover(node) if node.phase == "recover" else self._try(node)
+            return [Transition(self._compute_plan(node.state))]
+        if not node.remaining_rules:
+            return [Transition(LoopState("plan", node.state))]
+        if self._unless[node.remaining_rules[0]](node.state):
+            return [Transition(LoopState("try", node.state, node.remaining_rules[1:]))]
+        return (
+            self._recovery_transitions(node) if node.phase == "recover" else self._attempt_transitions(node)
+        )
 
     def rejection(self, plan: tuple[int, ...]) -> str | None:
         """Why the agent rejects the plan of these rules, if it does."""
@@ -150,15 +153,15 @@ class TransitionSystem:
         plan += [index for index in self._decided if not self._unless[index](state)]
         return tuple(sorted(plan))
 
-    def _planned(self, state: State) -> Node:
+    def _compute_plan(self, state: State) -> LoopState:
         plan = self.plan(state)
-        return Node("rejected", state) if self.rejection(plan) else Node("try", state, plan)
+        return LoopState("rejected", state) if self.rejection(plan) else LoopState("try", state, plan)
 
     def _rejection(self, plan: tuple[int, ...]) -> str | None:
         if not plan:
             return "no rule applies, so the plan is empty"
-        if len(plan) > MOST_STEPS:
-            return f"the plan has {len(plan)} steps; at most {MOST_STEPS} are allowed"
+        if len(plan) > MAX_PLAN_STEPS:
+            return f"the plan has {len(plan)} steps; at most {MAX_PLAN_STEPS} are allowed"
         if not self._tried_too_often.isdisjoint(plan):
             return f"a step has more than the {self._most_retries} retries that this site allows"
         recovered = [
@@ -168,39 +171,39 @@ class TransitionSystem:
             for name in self._providers[index]
         ]
         for _, recovery in recovered:
-            if any(declared.default is None for declared in self._skills[recovery].inputs.values()):
+            if any(declared.default_value is None for declared in self._skills[recovery].inputs.values()):
                 return f"`{recovery}` runs with default inputs after a failure, and it has an input without"
         return "`on_failure` goes round in a circle" if _is_cyclic(recovered) else None
 
-    def _try(self, node: Node) -> list[Move]:
-        index, rest = node.remaining[0], node.remaining[1:]
+    def _attempt_transitions(self, node: LoopState) -> list[Transition]:
+        index, rest = node.remaining_rules[0], node.remaining_rules[1:]
         able = [step for step in self._steps[index] if step.can_start(node.state)]
         if not able:
-            return [Move(Node("plan", node.state))]
+            return [Transition(LoopState("plan", node.state))]
         last = node.tries >= self.task.rules[index].retry
         found = []
         for step, (state, outcome, probability) in (
             (one, after) for one in able for after in one.after(node.state)
         ):
             if not outcome.failure or (last and self._unless[index](state)):
-                target = Node("try", state, rest)
+                target = LoopState("try", state, rest)
             elif last:
-                target = Node("plan", state)
+                target = LoopState("plan", state)
             else:
-                target = Node("recover", state, node.remaining, node.tries + 1)
+                target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
             said = f"{step.name} → {outcome.id}"
             role: Literal["step", "retry"] = "retry" if node.tries else "step"
-            found.append(Move(target, probability / len(able), role, said, step.name))
+            found.append(Transition(target, probability / len(able), role, said, step.name))
         return found
 
-    def _recover(self, node: Node) -> list[Move]:
+    def _recovery_transitions(self, node: LoopState) -> list[Transition]:
         """`on_failure`, which does no harm by not starting; then the next try."""
-        recovery = self._recoveries[node.remaining[0]]
+        recovery = self._recoveries[node.remaining_rules[0]]
         if recovery is None or not recovery.can_start(node.state):
-            return [Move(Node("try", node.state, node.remaining, node.tries))]
+            return [Transition(LoopState("try", node.state, node.remaining_rules, node.tries))]
         return [
-            Move(
-                Node("try", state, node.remaining, node.tries),
+            Transition(
+                LoopState("try", state, node.remaining_rules, node.tries),
                 probability,
                 "recovery",
                 f"{recovery.name} → {outcome.id}",
@@ -223,17 +226,21 @@ def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
 def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
     """Every state variable that the task's goal, rules and invariants, or their skills speak of."""
     skills = skills_of(ecm, task)
-    conditions = [task.goal, *(rule.unless for rule in task.rules), *(one.term for one in task.invariants)]
+    conditions = [
+        task.goal,
+        *(rule.satisfied_condition for rule in task.rules),
+        *(one.term for one in task.invariants),
+    ]
     conditions += [skill.precondition.term for skill in skills if skill.precondition is not None]
     variables = {name: one for term in conditions for name, one in t.variables_of(term).items()}
-    names = {name for name, one in variables.items() if one.role is t.Role.STATE}
+    names = {name for name, one in variables.items() if one.role is t.VariableRole.STATE}
     names |= {name for skill in skills for outcome in skill.outcomes.values() for name in outcome.effects}
     return tuple(sorted(names))
 
 
 def skills_of(ecm: Ecm, task: Task) -> list[Skill]:
     """Every skill that the loop may submit."""
-    used = {name for rule in task.rules for name in ecm.providers_of(rule.skill)}
+    used = {name for rule in task.rules for name in ecm.providers(rule.skill)}
     used |= {rule.on_failure for rule in task.rules if rule.on_failure}
     return [ecm.skills[name] for name in sorted(used)]
 
@@ -245,4 +252,4 @@ def _domain(site: Site, name: str) -> tuple[Any, ...]:
         case EnumType(members=members):
             return members
         case _:
-            raise NotExploredError(f"it depends on `{name}`, which is no predicate")
+            raise StateSpaceError(f"it depends on `{name}`, which is no predicate")

@@ -6,18 +6,26 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.site import Identifier, Named
-from aeros.spec.diagnostics.source import Span
-from aeros.spec.text.fields import Bounds, Choice, Entries, Expression, Integer, Pattern, Text
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.text.fields import (
+    ChoiceField,
+    ExpressionField,
+    IntegerField,
+    MappingField,
+    Pattern,
+    TextField,
+    ValueBounds,
+)
 
-Retry = Annotated[Integer, Bounds(0, 100)]
+Retry = Annotated[IntegerField, ValueBounds(0, 100)]
 
 
 @dataclass(frozen=True)
-class Flow:
+class OutputReference:
     """Where an input comes from: the output of a step that has succeeded."""
 
-    span: Span
-    from_: Annotated[Text, Pattern("dotted")] = field(
+    span: SourceSpan
+    from_: Annotated[TextField, Pattern("dotted")] = field(
         metadata={"doc": "a step and its output", "example": "measure.width"}
     )
 
@@ -26,10 +34,10 @@ class Flow:
 class Handler:
     """A skill that runs between two tries of a step that failed."""
 
-    span: Span
+    span: SourceSpan
     skill: Identifier = field(metadata={"doc": "the skill that runs, as in `skill: recover`"})
-    inputs: Named[Expression] = field(
-        default=Entries(), metadata={"doc": "its inputs, as in `inputs: {force: 8 N}`"}
+    inputs: Named[ExpressionField] = field(
+        default=MappingField(), metadata={"doc": "its inputs, as in `inputs: {force: 8 N}`"}
     )
     retry: Retry | None = field(default=None, metadata={"doc": "how often it is tried again itself"})
     on_failure: Identifier | None = field(
@@ -41,18 +49,18 @@ class Handler:
 class Part:
     """One node of a composition graph: `seq`, `par`, `if` with `then`, or a step with its `skill`."""
 
-    span: Span
+    span: SourceSpan
     seq: tuple[Part, ...] | None = field(
         default=None, metadata={"doc": "parts that run one after the other, each when the last has succeeded"}
     )
     par: tuple[Part, ...] | None = field(
         default=None, metadata={"doc": "parts that run at the same time; it succeeds when all of them have"}
     )
-    if_: Expression | None = field(
+    if_: ExpressionField | None = field(
         default=None, metadata={"doc": "a condition on the state, as in `if: object_detected`"}
     )
     then: Part | None = field(default=None, metadata={"doc": "what runs where the condition is measured"})
-    else_: Part | Choice[Literal["nothing"]] | None = field(
+    else_: Part | ChoiceField[Literal["nothing"]] | None = field(
         default=None,
         metadata={"doc": "what runs where it is not, or `nothing`; left out only where it always is"},
     )
@@ -60,8 +68,8 @@ class Part:
     id: Identifier | None = field(
         default=None, metadata={"doc": "the step's own name; that of its skill if left out"}
     )
-    inputs: Named[Expression | Flow] = field(
-        default=Entries(),
+    inputs: Named[ExpressionField | OutputReference] = field(
+        default=MappingField(),
         metadata={"doc": "its inputs, as in `inputs: {force: 8 N, width: {from: measure.width}}`"},
     )
     retry: Retry | None = field(default=None, metadata={"doc": "how often a failed step is tried again"})
@@ -75,12 +83,12 @@ class Part:
 class Composition:
     """Skills put together so that they are proved together."""
 
-    span: Span
-    description: Text = field(metadata={"doc": "what it does"})
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "what it does"})
     do: Part = field(metadata={"doc": "the graph, as in `do: {seq: [{skill: fetch}, {skill: tidy}]}`"})
-    precondition: Expression | None = field(
+    precondition: ExpressionField | None = field(
         default=None, metadata={"doc": "what must be measured before it starts"}
     )
     handlers: Named[Handler] = field(
-        default=Entries(), metadata={"doc": "named handlers that `on_failure` refers to"}
+        default=MappingField(), metadata={"doc": "named handlers that `on_failure` refers to"}
     )

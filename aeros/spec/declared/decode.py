@@ -1,6 +1,7 @@
 """Nodes become frozen dataclasses by their type hints; nothing undeclared gets through.
 
-A schema is a dataclass.  Its fields are `Text`, `Expression`, `Boolean`, `Integer`, `Number`,
+A schema is a dataclass.  Its fields are `TextField`, `ExpressionField`, `BooleanField`, `IntegerField`,
+`NumberField`,
 `Choice[Literal[...]]` or a bare `Literal`, `tuple[T, ...]`, `Entries[T]`, another dataclass, or a
 union of forms that YAML itself tells apart (one single value, one list, one mapping).  A field
 with a default may be left out.  `field(metadata={"doc": ..., "example": ...})` explains a field
@@ -20,24 +21,31 @@ from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean, quoted
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.migrations.format import parse_schema
 from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
     PATTERNS,
-    Boolean,
-    Bounds,
-    Choice,
-    Entries,
-    Expression,
-    Integer,
-    Length,
-    Number,
+    BooleanField,
+    ChoiceField,
+    ExpressionField,
+    IntegerField,
+    LengthBounds,
+    MappingField,
+    NumberField,
     Pattern,
-    Text,
+    TextField,
+    ValueBounds,
 )
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from aeros.spec.text.schema_hints import Field, fields_of, kind_of, options_of, parted, words_of
+from aeros.spec.text.schema_hints import (
+    SchemaField,
+    admitted_forms,
+    allowed_words,
+    fields_of,
+    node_kind,
+    split_annotated,
+)
 
 T = TypeVar("T")
 
@@ -47,11 +55,11 @@ _NUMBER: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][+-]?[0-9]{1,3})?
 _LONGEST_LITERAL: Final = 64  # no quantity needs more digits, and exact arithmetic pays for each
 
 _SCALARS: Final[dict[type, str]] = {
-    Text: "text",
-    Expression: "an expression",
-    Boolean: "`true` or `false`",
-    Integer: "an integer",
-    Number: "a number",
+    TextField: "text",
+    ExpressionField: "an expression",
+    BooleanField: "`true` or `false`",
+    IntegerField: "an integer",
+    NumberField: "a number",
 }
 
 
@@ -61,14 +69,14 @@ def decode(node: Node, schema: type[T], sink: Diagnostics) -> T | None:
         raise MisuseError(f"{schema!r} is not a dataclass")
     if _is_of_another_version(node, schema, sink):
         return None  # its fields are those of its version, and mean nothing here
-    decoded: T | None = _Decoder(sink).value(node, schema, _Place("", None))
+    decoded: T | None = _Decoder(sink).value(node, schema, _FieldLocation("", None))
     return decoded
 
 
 def _is_of_another_version(node: Node, schema: type, sink: Diagnostics) -> bool:
     """Whether the file is of another version of the format that is asked for, which `sink` then gets."""
     known = fields_of(schema).get("schema")
-    words = None if known is None else words_of(parted(options_of(known.hint)[0])[0])
+    words = None if known is None else allowed_words(split_annotated(admitted_forms(known.hint)[0])[0])
     wanted = parse_schema(words[0]) if words else None
     entries = node.entries if isinstance(node, MappingNode) else ()
     said = next((value for key, value in entries if key.text == "schema"), None)
@@ -84,11 +92,11 @@ def _is_of_another_version(node: Node, schema: type, sink: Diagnostics) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _FieldLocation:
     """What a value belongs to: its field's name, "" at the top, and the key that holds it."""
 
     name: str
-    key_span: Span | None
+    key_span: SourceSpan | None
 
     @property
     def prefix(self) -> str:
@@ -101,206 +109,217 @@ class _Decoder:
     def __init__(self, sink: Diagnostics) -> None:
         self._sink = sink
 
-    def value(self, node: Node, hint: Any, place: _Place) -> Any:
-        for option in options_of(hint):
-            base, marks = parted(option)
-            if kind_of(base) is type(node):
+    def value(self, node: Node, hint: Any, location: _FieldLocation) -> Any:
+        for option in admitted_forms(hint):
+            base, marks = split_annotated(option)
+            if node_kind(base) is type(node):
                 if isinstance(node, ScalarNode):
-                    return self._scalar(node, base, marks, place)
+                    return self._scalar(node, base, marks, location)
                 if isinstance(node, SequenceNode):
-                    return self._list(node, base, marks, place)
-                if get_origin(base) is Entries:
-                    return self._entries(node, base, marks, place)
-                return self._record(node, base, place)
-        self._wrong_kind(node, hint, place)
+                    return self._list(node, base, marks, location)
+                if get_origin(base) is MappingField:
+                    return self._mapping(node, base, marks, location)
+                return self._record(node, base, location)
+        self._wrong_kind(node, hint, location)
         return None
 
-    def _wrong_kind(self, node: Node, hint: Any, place: _Place) -> None:
+    def _wrong_kind(self, node: Node, hint: Any, location: _FieldLocation) -> None:
         if isinstance(node, ScalarNode) and node.is_null:
-            self._missing_value(node, hint, place)
+            self._missing_value(node, hint, location)
             return
-        headline = f"{place.prefix}expected {_described(hint)}, found {_found(node)}"
-        self._sink.error("AE103", headline, _head(node), f"this is {_found(node)}")
+        headline = f"{location.prefix}expected {_describe_hint(hint)}, found {_describe_node(node)}"
+        self._sink.error("AE103", headline, _first_line_span(node), f"this is {_describe_node(node)}")
 
-    def _missing_value(self, node: ScalarNode, hint: Any, place: _Place) -> None:
-        at = node.span if node.text or place.key_span is None else place.key_span
+    def _missing_value(self, node: ScalarNode, hint: Any, location: _FieldLocation) -> None:
+        at = node.span if node.text or location.key_span is None else location.key_span
         help_ = ("write the value, or leave the field out if it has a default",)
-        self._sink.error("AE104", f"{place.prefix}expected {_described(hint)}, found nothing", at, help=help_)
+        self._sink.error(
+            "AE104", f"{location.prefix}expected {_describe_hint(hint)}, found nothing", at, help=help_
+        )
 
-    def _scalar(self, node: ScalarNode, base: Any, marks: tuple[Any, ...], place: _Place) -> Any:
+    def _scalar(self, node: ScalarNode, base: Any, marks: tuple[Any, ...], location: _FieldLocation) -> Any:
         if node.is_null:
-            self._missing_value(node, base, place)
+            self._missing_value(node, base, location)
             return None
         if get_origin(base) is Literal:
-            return self._word(node, base, place)
-        if get_origin(base) is Choice:
-            word = self._word(node, get_args(base)[0], place)
-            return None if word is None else Choice(word, node.span, node)
-        if base in (Text, Expression):
-            return base(node.text, node.span, node) if self._matches(node, marks, place) else None
-        if not self._is_bare(node, base, place):
+            return self._word(node, base, location)
+        if get_origin(base) is ChoiceField:
+            word = self._word(node, get_args(base)[0], location)
+            return None if word is None else ChoiceField(word, node.span, node)
+        if base in (TextField, ExpressionField):
+            return base(node.text, node.span, node) if self._matches(node, marks, location) else None
+        if not self._is_bare(node, base, location):
             return None
-        if base is Boolean:
-            return self._boolean(node, place)
-        return self._quantity(node, base, marks, place)
+        if base is BooleanField:
+            return self._boolean(node, location)
+        return self._quantity(node, base, marks, location)
 
-    def _matches(self, node: ScalarNode, marks: tuple[Any, ...], place: _Place) -> bool:
+    def _matches(self, node: ScalarNode, marks: tuple[Any, ...], location: _FieldLocation) -> bool:
         for mark in marks:
             if isinstance(mark, Pattern) and not PATTERNS[mark.name].regex.fullmatch(node.text):
                 form = PATTERNS[mark.name]
-                headline = f"{place.prefix}{quoted(node.text)} is not a well-formed {mark.name}"
+                headline = f"{location.prefix}{quoted(node.text)} is not a well-formed {mark.name}"
                 help_ = (f"write {form.words}, as in `{form.example}`",)
                 self._sink.error("AE105", headline, node.span, help=help_)
                 return False
         return True
 
-    def _word(self, node: ScalarNode, literal: Any, place: _Place) -> str | None:
+    def _word(self, node: ScalarNode, literal: Any, location: _FieldLocation) -> str | None:
         words: tuple[str, ...] = get_args(literal)
         if node.text in words:
             return node.text
-        headline = f"{place.prefix}{quoted(node.text)} is not one of the allowed words"
+        headline = f"{location.prefix}{quoted(node.text)} is not one of the allowed words"
         self._sink.error(
-            "AE110", headline, node.span, help=_suggestion(node.text, words, f"write one of {_listed(words)}")
+            "AE110",
+            headline,
+            node.span,
+            help=_suggestion(node.text, words, f"write one of {_join_names(words)}"),
         )
         return None
 
-    def _is_bare(self, node: ScalarNode, base: type, place: _Place) -> bool:
+    def _is_bare(self, node: ScalarNode, base: type, location: _FieldLocation) -> bool:
         if node.is_plain:
             return True
-        headline = f"{place.prefix}expected {_SCALARS[base]}, found quoted text"
+        headline = f"{location.prefix}expected {_SCALARS[base]}, found quoted text"
         help_ = "remove the quotes" if node.style in ("'", '"') else "write the value on the line of its key"
         self._sink.error("AE109", headline, node.span, help=(help_,))
         return False
 
-    def _boolean(self, node: ScalarNode, place: _Place) -> Boolean | None:
+    def _boolean(self, node: ScalarNode, location: _FieldLocation) -> BooleanField | None:
         if node.text in ("true", "false"):
-            return Boolean(node.text == "true", node.span, node)
-        headline = f"{place.prefix}expected `true` or `false`, found {quoted(node.text)}"
+            return BooleanField(node.text == "true", node.span, node)
+        headline = f"{location.prefix}expected `true` or `false`, found {quoted(node.text)}"
         self._sink.error("AE106", headline, node.span, help=("write `true` or `false`, in lower case",))
         return None
 
-    def _quantity(self, node: ScalarNode, base: type, marks: tuple[Any, ...], place: _Place) -> Any:
-        """An `Integer` or `Number` within its bounds."""
+    def _quantity(
+        self, node: ScalarNode, base: type, marks: tuple[Any, ...], location: _FieldLocation
+    ) -> Any:
+        """An `IntegerField` or `NumberField` within its bounds."""
         code, regex, example = (
-            ("AE107", _INTEGER, "20") if base is Integer else ("AE108", _NUMBER, "0.25` or `1e-3")
+            ("AE107", _INTEGER, "20") if base is IntegerField else ("AE108", _NUMBER, "0.25` or `1e-3")
         )
         if len(node.text) > _LONGEST_LITERAL or not regex.fullmatch(node.text):
-            headline = f"{place.prefix}expected {_SCALARS[base]}, found {quoted(node.text)}"
+            headline = f"{location.prefix}expected {_SCALARS[base]}, found {quoted(node.text)}"
             self._sink.error(code, headline, node.span, help=(f"write decimal digits, as in `{example}`",))
             return None
-        value = int(node.text) if base is Integer else Fraction(node.text)
+        value = int(node.text) if base is IntegerField else Fraction(node.text)
         for mark in marks:
-            if isinstance(mark, Bounds) and not _is_within(value, mark):
-                headline = f"{place.prefix}{quoted(node.text)} is outside its bounds"
+            if isinstance(mark, ValueBounds) and not _is_within(value, mark):
+                headline = f"{location.prefix}{quoted(node.text)} is outside its bounds"
                 self._sink.error("AE111", headline, node.span, help=(f"write a value {_range(mark)}",))
                 return None
         return base(value, node.span, node)
 
-    def _list(self, node: SequenceNode, base: Any, marks: tuple[Any, ...], place: _Place) -> Any:
+    def _list(self, node: SequenceNode, base: Any, marks: tuple[Any, ...], location: _FieldLocation) -> Any:
         (item_hint, _) = get_args(base)
         items = []
         for item in node.items:
-            if self._sink.full:
+            if self._sink.is_full:
                 return None
-            items.append(self.value(item, item_hint, _Place(place.name, None)))
-        if not self._fits(node, len(items), marks, place) or None in items:
+            items.append(self.value(item, item_hint, _FieldLocation(location.name, None)))
+        if not self._check_length(node, len(items), marks, location) or None in items:
             return None
         return tuple(items)
 
-    def _entries(self, node: MappingNode, base: Any, marks: tuple[Any, ...], place: _Place) -> Any:
+    def _mapping(self, node: MappingNode, base: Any, marks: tuple[Any, ...], location: _FieldLocation) -> Any:
         (item_hint,) = get_args(base)
         items = []
-        is_whole = self._fits(node, len(node.entries), marks, place)
+        is_whole = self._check_length(node, len(node.entries), marks, location)
         for key, item in node.entries:
-            if self._sink.full:
+            if self._sink.is_full:
                 return None
-            is_named = self._matches(key, marks, place)
-            value = self.value(item, item_hint, _Place(key.text, key.span))
+            is_named = self._matches(key, marks, location)
+            value = self.value(item, item_hint, _FieldLocation(key.text, key.span))
             is_whole = is_whole and is_named and value is not None
-            items.append((Text(key.text, key.span, key), value))
-        return Entries(tuple(items), node.span) if is_whole else None
+            items.append((TextField(key.text, key.span, key), value))
+        return MappingField(tuple(items), node.span) if is_whole else None
 
-    def _fits(self, node: Node, count: int, marks: tuple[Any, ...], place: _Place) -> bool:
+    def _check_length(self, node: Node, count: int, marks: tuple[Any, ...], location: _FieldLocation) -> bool:
         for mark in marks:
-            if isinstance(mark, Length) and not _is_within(count, Bounds(mark.lo, mark.hi)):
-                headline = f"{place.prefix}{count} entries are not allowed here"
-                help_ = (f"write a number of entries {_range(Bounds(mark.lo, mark.hi))}",)
-                self._sink.error("AE112", headline, place.key_span or _head(node), help=help_)
+            if isinstance(mark, LengthBounds) and not _is_within(count, ValueBounds(mark.lo, mark.hi)):
+                headline = f"{location.prefix}{count} entries are not allowed here"
+                help_ = (f"write a number of entries {_range(ValueBounds(mark.lo, mark.hi))}",)
+                self._sink.error("AE112", headline, location.key_span or _first_line_span(node), help=help_)
                 return False
         return True
 
-    def _record(self, node: MappingNode, schema: type, place: _Place) -> Any:
+    def _record(self, node: MappingNode, schema: type, location: _FieldLocation) -> Any:
         fields = fields_of(schema)
         values: dict[str, Any] = {}
         for key, item in node.entries:
-            if self._sink.full:
+            if self._sink.is_full:
                 return None
             if key.text in fields:
                 known = fields[key.text]
-                values[known.attribute] = self.value(item, known.hint, _Place(key.text, key.span))
+                values[known.attribute] = self.value(item, known.hint, _FieldLocation(key.text, key.span))
             else:
-                self._unknown(key, fields, place)
+                self._unknown(key, fields, location)
                 values[""] = None
-        self._report_missing(node, fields, values, place)
+        self._report_missing(node, fields, values, location)
         if None in values.values() or any(
             f.is_required and f.attribute not in values for f in fields.values()
         ):
             return None
-        filled = {"span": node.span, "key_span": place.key_span}
+        filled = {"span": node.span, "key_span": location.key_span}
         declared = {declared.name for declared in dataclasses.fields(schema)}
         return schema(**values, **{name: span for name, span in filled.items() if name in declared})
 
-    def _unknown(self, key: ScalarNode, fields: dict[str, Field], place: _Place) -> None:
-        within = f" in {quoted(place.name)}" if place.name else ""
+    def _unknown(self, key: ScalarNode, fields: dict[str, SchemaField], location: _FieldLocation) -> None:
+        within = f" in {quoted(location.name)}" if location.name else ""
         self._sink.error(
             "AE101",
             f"unknown field {quoted(key.text)}{within}",
             key.span,
-            help=_suggestion(key.text, fields, f"the fields are {_listed(fields)}"),
+            help=_suggestion(key.text, fields, f"the fields are {_join_names(fields)}"),
         )
 
     def _report_missing(
-        self, node: MappingNode, fields: dict[str, Field], values: dict[str, Any], place: _Place
+        self,
+        node: MappingNode,
+        fields: dict[str, SchemaField],
+        values: dict[str, Any],
+        location: _FieldLocation,
     ) -> None:
-        first_key = node.entries[0][0].span if node.entries else _head(node)
-        within = f" in {quoted(place.name)}" if place.name else ""
+        first_key = node.entries[0][0].span if node.entries else _first_line_span(node)
+        within = f" in {quoted(location.name)}" if location.name else ""
         for name, wanted in fields.items():
             if wanted.is_required and wanted.attribute not in values:
                 doc = f" ({wanted.doc})" if wanted.doc else ""
                 self._sink.error(
                     "AE102",
                     f"the field `{name}` is missing{within}",
-                    place.key_span or first_key,
+                    location.key_span or first_key,
                     help=(f"add `{name}: {wanted.example}`{doc}",),
                 )
 
 
-def _described(hint: Any) -> str:
-    return " or ".join(_described_form(parted(option)[0]) for option in options_of(hint))
+def _describe_hint(hint: Any) -> str:
+    return " or ".join(_describe_form(split_annotated(option)[0]) for option in admitted_forms(hint))
 
 
-def _described_form(base: Any) -> str:
-    words = words_of(base)
+def _describe_form(base: Any) -> str:
+    words = allowed_words(base)
     if words is not None:
-        return f"one of {_listed(words)}"
+        return f"one of {_join_names(words)}"
     kinds = {SequenceNode: "a list", MappingNode: "a mapping"}
-    return _SCALARS.get(base) or kinds[kind_of(base)]
+    return _SCALARS.get(base) or kinds[node_kind(base)]
 
 
-def _found(node: Node) -> str:
+def _describe_node(node: Node) -> str:
     if isinstance(node, MappingNode):
         return "a mapping"
     return "a list" if isinstance(node, SequenceNode) else "a single value"
 
 
-def _head(node: Node) -> Span:
+def _first_line_span(node: Node) -> SourceSpan:
     """What to underline for a whole node: its first line."""
     span = node.span
     line_end = span.source.text.find("\n", span.start, span.end)
-    return span if line_end < 0 else Span(span.source, span.start, line_end)
+    return span if line_end < 0 else SourceSpan(span.source, span.start, line_end)
 
 
-def _listed(names: Any) -> str:
+def _join_names(names: Any) -> str:
     return ", ".join(f"`{name}`" for name in names)
 
 
@@ -309,11 +328,11 @@ def _suggestion(name: str, candidates: Any, otherwise: str) -> tuple[str, ...]:
     return (otherwise,) if near is None else (f"did you mean `{near}`?", otherwise)
 
 
-def _is_within(value: int | Fraction, bounds: Bounds) -> bool:
+def _is_within(value: int | Fraction, bounds: ValueBounds) -> bool:
     return (bounds.lo is None or bounds.lo <= value) and (bounds.hi is None or value <= bounds.hi)
 
 
-def _range(bounds: Bounds) -> str:
+def _range(bounds: ValueBounds) -> str:
     if bounds.lo is None:
         return f"of at most {bounds.hi}"
     return f"of at least {bounds.lo}" if bounds.hi is None else f"from {bounds.lo} to {bounds.hi}"

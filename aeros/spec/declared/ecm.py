@@ -11,15 +11,24 @@ from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.site import Access, Identifier, Named, Quantity, RiskWord, Slug
-from aeros.spec.diagnostics.source import Span
-from aeros.spec.text.fields import Boolean, Bounds, Entries, Expression, Integer, Number, Pattern, Text
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.text.fields import (
+    BooleanField,
+    ExpressionField,
+    IntegerField,
+    MappingField,
+    NumberField,
+    Pattern,
+    TextField,
+    ValueBounds,
+)
 
 
 @dataclass(frozen=True)
 class Input(Quantity):
     """A typed input of a skill."""
 
-    default: Expression | None = field(
+    default: ExpressionField | None = field(
         default=None, metadata={"doc": "its value when a step gives none, as in `default: 200 mm/s`"}
     )
 
@@ -28,40 +37,49 @@ class Input(Quantity):
 class Outcome:
     """One way in which a skill may end."""
 
-    span: Span
-    effects: Named[Expression] = field(
-        default=Entries(), metadata={"doc": "what is then measured, as in `effects: {wrapper_aligned: true}`"}
+    span: SourceSpan
+    effects: Named[ExpressionField] = field(
+        default=MappingField(),
+        metadata={"doc": "what is then measured, as in `effects: {wrapper_aligned: true}`"},
     )
-    failure: Boolean | None = field(default=None, metadata={"doc": "`true` if the skill has then failed"})
-    probability: Number | None = field(default=None, metadata={"doc": "how likely it is, between 0 and 1"})
-    duration: Text | None = field(default=None, metadata={"doc": "how long it usually takes, as in `12 s`"})
+    failure: BooleanField | None = field(
+        default=None, metadata={"doc": "`true` if the skill has then failed"}
+    )
+    probability: NumberField | None = field(
+        default=None, metadata={"doc": "how likely it is, between 0 and 1"}
+    )
+    duration: TextField | None = field(
+        default=None, metadata={"doc": "how long it usually takes, as in `12 s`"}
+    )
 
 
 @dataclass(frozen=True)
 class Skill:
     """An atomic executable and everything it may ask for."""
 
-    span: Span
-    description: Text = field(metadata={"doc": "what the skill does"})
-    entry: Annotated[Text, Pattern("entry")] = field(
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "what the skill does"})
+    entry: Annotated[TextField, Pattern("entry")] = field(
         metadata={"doc": "the generator function, as in `entry: skills:wrap`"}
     )
     outcomes: Named[Outcome] = field(metadata={"doc": "every way in which it may end"})
-    envelope: Named[Expression] = field(
+    envelope: Named[ExpressionField] = field(
         metadata={"doc": "which actions it may ask for, as in `grip: force <= 12 N`"}
     )
     risk: RiskWord = field(metadata={"doc": "`low`, `medium` or `high`"})
-    timeout: Text = field(metadata={"doc": "when it is halted, as in `timeout: 60 s`"})
-    inputs: Named[Input] = field(default=Entries(), metadata={"doc": "typed inputs"})
-    outputs: Named[Quantity] = field(default=Entries(), metadata={"doc": "what it may return at its end"})
-    idempotent: Boolean | None = field(
+    timeout: TextField = field(metadata={"doc": "when it is halted, as in `timeout: 60 s`"})
+    inputs: Named[Input] = field(default=MappingField(), metadata={"doc": "typed inputs"})
+    outputs: Named[Quantity] = field(
+        default=MappingField(), metadata={"doc": "what it may return at its end"}
+    )
+    idempotent: BooleanField | None = field(
         default=None,
         metadata={"doc": "`true` if running it twice does no more than once, so that it may follow a crash"},
     )
-    precondition: Expression | None = field(
+    precondition: ExpressionField | None = field(
         default=None, metadata={"doc": "what must be measured before it starts"}
     )
-    hold: Expression | None = field(
+    hold: ExpressionField | None = field(
         default=None,
         metadata={"doc": "what must be measured as long as it runs; it is halted once it is not"},
     )
@@ -77,8 +95,8 @@ class Skill:
 class Capability:
     """What skills provide; a step that names it runs any one of them, so each must then do alone."""
 
-    span: Span
-    description: Text = field(metadata={"doc": "what the robot can then do"})
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "what the robot can then do"})
     provided_by: tuple[Identifier, ...] = field(
         metadata={"doc": "skills or compositions, as in `provided_by: [wrap]`"}
     )
@@ -88,13 +106,13 @@ class Capability:
 class PlanningRule:
     """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`."""
 
-    span: Span
-    unless: Expression = field(metadata={"doc": "the step is left out where this is measured"})
+    span: SourceSpan
+    unless: ExpressionField = field(metadata={"doc": "the step is left out where this is measured"})
     do: Identifier = field(metadata={"doc": "the skill of the step, or a capability: any one of its skills"})
-    inputs: Named[Expression] = field(
-        default=Entries(), metadata={"doc": "inputs, as in `inputs: {force: 8 N}`"}
+    inputs: Named[ExpressionField] = field(
+        default=MappingField(), metadata={"doc": "inputs, as in `inputs: {force: 8 N}`"}
     )
-    retry: Annotated[Integer, Bounds(0, 100)] | None = field(
+    retry: Annotated[IntegerField, ValueBounds(0, 100)] | None = field(
         default=None, metadata={"doc": "how often a failed step is tried again"}
     )
     on_failure: Identifier | None = field(default=None, metadata={"doc": "the skill run between two tries"})
@@ -104,22 +122,22 @@ class PlanningRule:
 class TaskInvariant:
     """What stays measured all through a task, whatever outcomes its skills have."""
 
-    span: Span
+    span: SourceSpan
     id: Slug = field(metadata={"doc": "its name, as in `wrapped-before-cooked`"})
-    require: Expression = field(metadata={"doc": "what is measured in every state that can be reached"})
+    require: ExpressionField = field(metadata={"doc": "what is measured in every state that can be reached"})
 
 
 @dataclass(frozen=True)
 class Task:
     """Something a person can ask for, and how to get there from any state."""
 
-    span: Span
-    description: Text = field(metadata={"doc": "what the person gets"})
-    words: tuple[Text, ...] = field(metadata={"doc": "the words that route an instruction to this task"})
-    goal: Expression = field(metadata={"doc": "what must be measured at the end"})
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "what the person gets"})
+    words: tuple[TextField, ...] = field(metadata={"doc": "the words that route an instruction to this task"})
+    goal: ExpressionField = field(metadata={"doc": "what must be measured at the end"})
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
-    initial: Named[Expression] = field(
-        default=Entries(),
+    initial: Named[ExpressionField] = field(
+        default=MappingField(),
         metadata={"doc": "what is typically measured at the start, as in `door_open: true`"},
     )
     invariants: tuple[TaskInvariant, ...] = field(
@@ -134,17 +152,17 @@ class Task:
 class Tool:
     """A model or tool adapter that skills use."""
 
-    span: Span
-    description: Text = field(metadata={"doc": "what it is for"})
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "what it is for"})
     kind: Literal["model", "tool"] = field(metadata={"doc": "`model` or `tool`"})
-    file: Text | None = field(default=None, metadata={"doc": "a file of this module it is read from"})
+    file: TextField | None = field(default=None, metadata={"doc": "a file of this module it is read from"})
 
 
 @dataclass(frozen=True)
 class Permissions(Access):
     """`P`: what the module asks to be permitted, and which actions at most."""
 
-    actions: Named[Expression] = field(
+    actions: Named[ExpressionField] = field(
         kw_only=True, metadata={"doc": "which actions at most, as in `grip: force <= 15 N`"}
     )
 
@@ -153,27 +171,29 @@ class Permissions(Access):
 class Dependencies:
     """What the module needs around it."""
 
-    span: Span
-    aeros: Text = field(metadata={"doc": 'the runtimes it works with, as in `aeros: ">=0.1,<0.2"`'})
-    modules: Named[Text] = field(default=Entries(), metadata={"doc": "other modules and their versions"})
+    span: SourceSpan
+    aeros: TextField = field(metadata={"doc": 'the runtimes it works with, as in `aeros: ">=0.1,<0.2"`'})
+    modules: Named[TextField] = field(
+        default=MappingField(), metadata={"doc": "other modules and their versions"}
+    )
 
 
 @dataclass(frozen=True)
 class Ecm:
     """A whole `ecm.yaml`."""
 
-    span: Span
+    span: SourceSpan
     schema: Literal["aeros/ecm/1"] = field(metadata={"doc": "`schema: aeros/ecm/1`"})
     id: Identifier = field(metadata={"doc": "the module's name, the name of its folder"})
-    version: Text = field(metadata={"doc": "its semantic version, as in `version: 1.0.0`"})
-    description: Text = field(metadata={"doc": "what it is, for people"})
-    license: Text = field(metadata={"doc": "an SPDX expression, as in `license: Apache-2.0`"})
+    version: TextField = field(metadata={"doc": "its semantic version, as in `version: 1.0.0`"})
+    description: TextField = field(metadata={"doc": "what it is, for people"})
+    license: TextField = field(metadata={"doc": "an SPDX expression, as in `license: Apache-2.0`"})
     capabilities: Named[Capability] = field(metadata={"doc": "what it makes the robot able to do"})
     skills: Named[Skill] = field(metadata={"doc": "its skills"})
     permissions: Permissions = field(metadata={"doc": "the most it may ever do"})
     dependencies: Dependencies = field(metadata={"doc": "what it needs around it"})
     compositions: Named[Composition] = field(
-        default=Entries(), metadata={"doc": "skills put together, proved together"}
+        default=MappingField(), metadata={"doc": "skills put together, proved together"}
     )
-    tasks: Named[Task] = field(default=Entries(), metadata={"doc": "what a person can ask for"})
-    models: Named[Tool] = field(default=Entries(), metadata={"doc": "models and tool adapters"})
+    tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "what a person can ask for"})
+    models: Named[Tool] = field(default=MappingField(), metadata={"doc": "models and tool adapters"})

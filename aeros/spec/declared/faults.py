@@ -12,14 +12,23 @@ from functools import cache
 from typing import Annotated, Any, ClassVar, Final, Generic, Literal, TypeVar, get_type_hints
 
 from aeros.spec.declared.people import Person
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr.units import FORCE, LENGTH, TIME, Dimension
-from aeros.spec.text.fields import Bounds, Choice, Entries, Integer, Length, Number, Pattern, Text
-from aeros.spec.text.schema_hints import options_of, parted
+from aeros.spec.text.fields import (
+    ChoiceField,
+    IntegerField,
+    LengthBounds,
+    MappingField,
+    NumberField,
+    Pattern,
+    TextField,
+    ValueBounds,
+)
+from aeros.spec.text.schema_hints import admitted_forms, split_annotated
 
-Identifier = Annotated[Text, Pattern("identifier")]
+Identifier = Annotated[TextField, Pattern("identifier")]
 _T = TypeVar("_T")
-Probability = Annotated[Number, Bounds(0, 1)]
+Probability = Annotated[NumberField, ValueBounds(0, 1)]
 
 LONGEST: Final = 3600
 """Longest time that a faults file may speak of, s: more than any task takes."""
@@ -36,7 +45,7 @@ class _Mark:
     """Marks a field of a fault; `form` is what the file's decoder makes of what is written there."""
 
     doc: str
-    form: ClassVar[Any] = Text
+    form: ClassVar[Any] = TextField
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,7 @@ class Amount(_Mark):
 
 
 class Deviation(_Mark):
-    """A number with the unit of the quantity that the field `of` names."""
+    """A number with the unit of the quantity that the field `quantity` names."""
 
 
 class Duration(_Mark):
@@ -73,7 +82,7 @@ class Share(_Mark):
 class Direction(_Mark):
     """Three numbers, of which the direction counts and the length does not."""
 
-    form = Annotated[tuple[Number, ...], Length(3, 3)]
+    form = Annotated[tuple[NumberField, ...], LengthBounds(3, 3)]
 
 
 Mark = Known | Amount | Deviation | Duration | Share | Direction
@@ -82,7 +91,7 @@ Mark = Known | Amount | Deviation | Duration | Share | Direction
 def marks_of(kind: type) -> dict[str, Mark]:
     """Return how a file writes each field of a kind of fault, by the field's name."""
     hints = get_type_hints(kind, include_extras=True)
-    return {one.name: parted(options_of(hints[one.name])[0])[1][0] for one in fields(kind)}
+    return {one.name: split_annotated(admitted_forms(hints[one.name])[0])[1][0] for one in fields(kind)}
 
 
 @cache
@@ -95,11 +104,11 @@ def written_form(kind: type) -> type:
         else:
             declared.append((one.name, mark.form | None, field(default=None, metadata={"doc": mark.doc})))
     namespace = {"__doc__": kind.__doc__, "__module__": kind.__module__}
-    return make_dataclass(kind.__name__, [("span", Span), *declared], frozen=True, namespace=namespace)
+    return make_dataclass(kind.__name__, [("span", SourceSpan), *declared], frozen=True, namespace=namespace)
 
 
 class Written(Generic[_T]):
-    """`Written[Slip]` is a `Slip` as a file declares it, before its values are known."""
+    """`Written[Slip]` is a `PadFrictionFault` as a file declares it, before its values are known."""
 
     def __class_getitem__(cls, kind: type) -> type:
         return written_form(kind)
@@ -112,86 +121,88 @@ _WAY: Final = Direction("which way, in W; any level way if absent, as in `direct
 
 
 @dataclass(frozen=True, slots=True)
-class Bump:
+class ImpulseFault:
     """A thing is pushed: an impulse on it, in one direction."""
 
     thing: Annotated[str, Known("what is pushed, as in `thing: wrapper`", "things", "thing of the scene")]
     impulse: Annotated[float, Amount("how hard, as in `impulse: 0.04 N*s`", FORCE * TIME, _STRONGEST)]
-    over: Annotated[int, Duration("how long the push lasts; 50 ms if absent, as in `over: 100 ms`")] = 12
+    duration_ticks: Annotated[
+        int, Duration("how long the push lasts; 50 ms if absent, as in `over: 100 ms`")
+    ] = 12
     direction: Annotated[_UnitVector, _WAY] | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Slip:
+class PadFrictionFault:
     """The finger pads are slippery for a while."""
 
     friction: Annotated[float, Share("the pads' friction then (1 else), as in `friction: 0.1`")]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 500 ms`")]
+    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 500 ms`")]
 
 
 @dataclass(frozen=True, slots=True)
-class Loosen:
+class GripForceFault:
     """The fingers grip with less force for a while."""
 
     force: Annotated[
         float, Amount("the most that they grip with then, as in `force: 0 N`", FORCE, 10 * _STRONGEST)
     ]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 300 ms`")]
+    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 300 ms`")]
 
 
 @dataclass(frozen=True, slots=True)
-class Weaken:
+class TorqueFault:
     """The arm's motors have less torque for a while."""
 
-    torque: Annotated[float, Share("the share of it that is left, as in `torque: 0.2`")]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    torque_share: Annotated[float, Share("the share of it that is left, as in `torque: 0.2`")]
+    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
 
 
 @dataclass(frozen=True, slots=True)
-class Delay:
+class CommandDelayFault:
     """The arm's motors follow commands late for a while."""
 
-    by: Annotated[int, Duration("how late, as in `by: 100 ms`")]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    delay_ticks: Annotated[int, Duration("how late, as in `by: 100 ms`")]
+    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
 
 
 @dataclass(frozen=True, slots=True)
-class Miss:
+class MissedDetectionFault:
     """A picture is evaluated as if what is looked for were not on it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Misplace:
+class DisplacedDetectionFault:
     """A picture's evaluation is off: what is looked for seems to be elsewhere."""
 
-    by: Annotated[float, Amount("how far, as in `by: 60 mm`", LENGTH, _STRONGEST)]
+    offset: Annotated[float, Amount("how far, as in `by: 60 mm`", LENGTH, _STRONGEST)]
     direction: Annotated[_UnitVector, _WAY] | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Misread:
+class SensorFault:
     """One measured quantity is noisy, late or interrupted for a while."""
 
-    of: Annotated[
+    quantity: Annotated[
         str,
         Known("which quantity of the site, as in `of: tool_position`", "quantities", "quantity of the site"),
     ]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
     noise: Annotated[float, Deviation("standard deviation of each number, as in `noise: 5 mm`")] = 0.0
     latency: Annotated[float, Amount("how late, as in `latency: 50 ms`", TIME, LONGEST)] = 0.0
     dropout: Annotated[float, Share("in which share of ticks nothing is read, as in `dropout: 0.2`")] = 0.0
 
 
 KINDS: Final[dict[str, type[Any]]] = {
-    "bump": Bump,
-    "slip": Slip,
-    "loosen": Loosen,
-    "weaken": Weaken,
-    "delay": Delay,
-    "misread": Misread,
+    "bump": ImpulseFault,
+    "slip": PadFrictionFault,
+    "loosen": GripForceFault,
+    "weaken": TorqueFault,
+    "delay": CommandDelayFault,
+    "misread": SensorFault,
     "enter": Person,
-    "miss": Miss,
-    "misplace": Misplace,
+    "miss": MissedDetectionFault,
+    "misplace": DisplacedDetectionFault,
 }
 """The kinds by the field of `Fault` that declares them; who enters is declared as in a people file."""
 
@@ -200,28 +211,28 @@ KINDS: Final[dict[str, type[Any]]] = {
 
 
 @dataclass(frozen=True)
-class At:
+class FaultTrigger:
     """What a fault's rate is per: exactly one of `skill`, `look` and `every`."""
 
-    span: Span
-    skill: Annotated[Text, Pattern("dotted")] | None = field(
+    span: SourceSpan
+    skill: Annotated[TextField, Pattern("dotted")] | None = field(
         default=None, metadata={"doc": "each time that this skill begins, as in `skill: make_dumplings.wrap`"}
     )
     look: Identifier | None = field(
         default=None, metadata={"doc": "each picture that this camera takes, as in `look: mast`"}
     )
-    during: Annotated[Text, Pattern("dotted")] | None = field(
+    during: Annotated[TextField, Pattern("dotted")] | None = field(
         default=None,
         metadata={"doc": "with `look`: while this skill runs, as in `during: fetch_object.detect`"},
     )
-    every: Text | None = field(
+    every: TextField | None = field(
         default=None, metadata={"doc": "each such span of time on the plant's clock, as in `every: 1 s`"}
     )
-    once: Choice[Literal["holding"]] | None = field(
+    once: ChoiceField[Literal["holding"]] | None = field(
         default=None,
         metadata={"doc": "with `skill`: from the first hold, as in `once: holding`"},
     )
-    after: Text | None = field(
+    after: TextField | None = field(
         default=None, metadata={"doc": "with `skill`: and then so long, as in `after: 500 ms`"}
     )
 
@@ -230,8 +241,8 @@ class At:
 class Bursts:
     """Faults that come in bursts, by a chain of two states (Gilbert–Elliott)."""
 
-    span: Span
-    mean_length: Annotated[Number, Bounds(1, 1_000_000)] = field(
+    span: SourceSpan
+    mean_length: Annotated[NumberField, ValueBounds(1, 1_000_000)] = field(
         metadata={"doc": "how many opportunities the bad state lasts on average, as in `mean_length: 4`"}
     )
     within: Probability | None = field(
@@ -246,28 +257,34 @@ class Bursts:
 class Fault:
     """One fault: when it can happen, how often it does, and exactly one kind of what happens."""
 
-    span: Span
-    key_span: Span
-    at: At = field(metadata={"doc": "what the rate is per", "example": "{skill: make_dumplings.wrap}"})
+    span: SourceSpan
+    key_span: SourceSpan
+    at: FaultTrigger = field(
+        metadata={"doc": "what the rate is per", "example": "{skill: make_dumplings.wrap}"}
+    )
     rate: Probability = field(metadata={"doc": "in which share of these it happens, as in `rate: 0.3`"})
-    description: Text | None = field(default=None, metadata={"doc": "what it stands for, for people"})
-    at_most: Annotated[Integer, Bounds(1, 1_000_000)] | None = field(
+    description: TextField | None = field(default=None, metadata={"doc": "what it stands for, for people"})
+    max_count: Annotated[IntegerField, ValueBounds(1, 1_000_000)] | None = field(
         default=None, metadata={"doc": "how often in one run; without end if absent, as in `at_most: 1`"}
     )
     bursts: Bursts | None = field(
         default=None, metadata={"doc": "how those that happen come together; independent if absent"}
     )
-    bump: Written[Bump] | None = field(default=None, metadata={"doc": "a thing is pushed"})
-    slip: Written[Slip] | None = field(default=None, metadata={"doc": "the finger pads are slippery"})
-    loosen: Written[Loosen] | None = field(default=None, metadata={"doc": "the fingers grip less"})
-    weaken: Written[Weaken] | None = field(default=None, metadata={"doc": "the arm is weak"})
-    delay: Written[Delay] | None = field(default=None, metadata={"doc": "the arm is late"})
-    misread: Written[Misread] | None = field(default=None, metadata={"doc": "a sensor reads badly"})
+    bump: Written[ImpulseFault] | None = field(default=None, metadata={"doc": "a thing is pushed"})
+    slip: Written[PadFrictionFault] | None = field(
+        default=None, metadata={"doc": "the finger pads are slippery"}
+    )
+    loosen: Written[GripForceFault] | None = field(default=None, metadata={"doc": "the fingers grip less"})
+    weaken: Written[TorqueFault] | None = field(default=None, metadata={"doc": "the arm is weak"})
+    delay: Written[CommandDelayFault] | None = field(default=None, metadata={"doc": "the arm is late"})
+    misread: Written[SensorFault] | None = field(default=None, metadata={"doc": "a sensor reads badly"})
     enter: Person | None = field(
         default=None, metadata={"doc": "somebody comes, who is declared as in a people file"}
     )
-    miss: Written[Miss] | None = field(default=None, metadata={"doc": "with `look`: nothing is detected"})
-    misplace: Written[Misplace] | None = field(
+    miss: Written[MissedDetectionFault] | None = field(
+        default=None, metadata={"doc": "with `look`: nothing is detected"}
+    )
+    misplace: Written[DisplacedDetectionFault] | None = field(
         default=None, metadata={"doc": "with `look`: what is detected is off"}
     )
 
@@ -276,9 +293,9 @@ class Fault:
 class Faults:
     """A whole faults file."""
 
-    span: Span
+    span: SourceSpan
     schema: Literal["aeros/faults/1"] = field(metadata={"doc": "`schema: aeros/faults/1`"})
-    faults: Annotated[Entries[Fault], Pattern("identifier"), Length(1, 1000)] = field(
+    faults: Annotated[MappingField[Fault], Pattern("identifier"), LengthBounds(1, 1000)] = field(
         metadata={"doc": "the faults, by name"}
     )
-    description: Text | None = field(default=None, metadata={"doc": "what is tried, for people"})
+    description: TextField | None = field(default=None, metadata={"doc": "what is tried, for people"})

@@ -11,9 +11,18 @@ import inspect
 from typing import Any, Final, get_args, get_origin
 
 from aeros.spec.declared import ecm, faults, people, scene, site
-from aeros.spec.text.fields import PATTERNS, Boolean, Bounds, Entries, Integer, Length, Number, Pattern
+from aeros.spec.text.fields import (
+    PATTERNS,
+    BooleanField,
+    IntegerField,
+    LengthBounds,
+    MappingField,
+    NumberField,
+    Pattern,
+    ValueBounds,
+)
 from aeros.spec.text.nodes import ScalarNode, SequenceNode
-from aeros.spec.text.schema_hints import fields_of, kind_of, options_of, parted, words_of
+from aeros.spec.text.schema_hints import admitted_forms, allowed_words, fields_of, node_kind, split_annotated
 
 FILES: Final[dict[str, type]] = {
     "ecm": ecm.Ecm,
@@ -63,18 +72,18 @@ def _record(schema: type, definitions: dict[str, Any]) -> dict[str, Any]:
 
 
 def _hint(hint: Any, definitions: dict[str, Any]) -> dict[str, Any]:
-    forms = [_form(*parted(option), definitions) for option in options_of(hint)]
+    forms = [_form(*split_annotated(option), definitions) for option in admitted_forms(hint)]
     return forms[0] if len(forms) == 1 else {"anyOf": forms}
 
 
 def _form(base: Any, marks: tuple[Any, ...], definitions: dict[str, Any]) -> dict[str, Any]:
     """A scalar, a list, a mapping whose keys the user names, or a record, which is referred to."""
-    kind = kind_of(base)
+    kind = node_kind(base)
     if kind is ScalarNode:
         return _scalar(base, marks)
     if kind is SequenceNode:
         return {"type": "array", "items": _hint(get_args(base)[0], definitions), **_length(marks, "Items")}
-    if get_origin(base) is Entries:
+    if get_origin(base) is MappingField:
         entry = _hint(get_args(base)[0], definitions)
         keys = {"propertyNames": _text(marks)}
         return {"type": "object", **keys, "additionalProperties": entry, **_length(marks, "Properties")}
@@ -85,13 +94,13 @@ def _form(base: Any, marks: tuple[Any, ...], definitions: dict[str, Any]) -> dic
 
 
 def _scalar(base: Any, marks: tuple[Any, ...]) -> dict[str, Any]:
-    words = words_of(base)
+    words = allowed_words(base)
     if words is not None:
         return {"enum": list(words)}
-    if base is Boolean:
+    if base is BooleanField:
         return {"type": "boolean"}
-    if base in (Integer, Number):
-        return {"type": "integer" if base is Integer else "number", **_bounds(marks)}
+    if base in (IntegerField, NumberField):
+        return {"type": "integer" if base is IntegerField else "number", **_bounds(marks)}
     return _text(marks)
 
 
@@ -105,7 +114,7 @@ def _text(marks: tuple[Any, ...]) -> dict[str, Any]:
 
 def _bounds(marks: tuple[Any, ...]) -> dict[str, Any]:
     for mark in marks:
-        if isinstance(mark, Bounds):
+        if isinstance(mark, ValueBounds):
             ends = {"minimum": mark.lo, "maximum": mark.hi}
             return {
                 word: int(end) if end == int(end) else float(end)
@@ -117,7 +126,7 @@ def _bounds(marks: tuple[Any, ...]) -> dict[str, Any]:
 
 def _length(marks: tuple[Any, ...], what: str) -> dict[str, int]:
     for mark in marks:
-        if isinstance(mark, Length):
+        if isinstance(mark, LengthBounds):
             ends = {f"min{what}": mark.lo, f"max{what}": mark.hi}
             return {word: end for word, end in ends.items() if end is not None}
     return {}

@@ -9,47 +9,47 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.site import Named
-from aeros.spec.diagnostics.source import Span
-from aeros.spec.text.fields import Boolean, Bounds, Length, Number, Text
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.text.fields import BooleanField, LengthBounds, NumberField, TextField, ValueBounds
 
-Share = Annotated[Number, Bounds(0, 1)]
+Share = Annotated[NumberField, ValueBounds(0, 1)]
 
 
 @dataclass(frozen=True)
-class Body:
+class SceneBody:
     """One body: exactly one of `box`, `cylinder` and `urdf`."""
 
-    span: Span
-    at: Annotated[tuple[Text, ...], Length(3, 3)] = field(
+    span: SourceSpan
+    at: Annotated[tuple[TextField, ...], LengthBounds(3, 3)] = field(
         metadata={"doc": "x, y and z in W of its middle, or of the frame of its `urdf`"}
     )
-    box: Annotated[tuple[Text, ...], Length(3, 3)] | None = field(
+    box: Annotated[tuple[TextField, ...], LengthBounds(3, 3)] | None = field(
         default=None, metadata={"doc": "full lengths of its edges along its own x, y and z"}
     )
-    cylinder: Annotated[tuple[Text, ...], Length(2, 2)] | None = field(
+    cylinder: Annotated[tuple[TextField, ...], LengthBounds(2, 2)] | None = field(
         default=None, metadata={"doc": "radius and height about its own z, as in `cylinder: [40 mm, 12 cm]`"}
     )
-    urdf: Text | None = field(
+    urdf: TextField | None = field(
         default=None,
         metadata={"doc": "a URDF file, from this file's folder, as in `urdf: models/vase.urdf`"},
     )
-    yaw: Text | None = field(
+    yaw: TextField | None = field(
         default=None,
         metadata={"doc": "how far it is turned about z of W; 0 deg if absent, as in `yaw: 30 deg`"},
     )
-    mass: Text | None = field(
+    mass: TextField | None = field(
         default=None, metadata={"doc": "what a box or cylinder weighs; it is fixed to W if absent"}
     )
-    loose: Boolean | None = field(
+    loose: BooleanField | None = field(
         default=None,
         metadata={
             "doc": "with `urdf`: whether its base can move; if absent it is fixed to W, as in `loose: true`"
         },
     )
-    friction: Annotated[Number, Bounds(0, 10)] | None = field(
+    friction: Annotated[NumberField, ValueBounds(0, 10)] | None = field(
         default=None, metadata={"doc": "its Coulomb coefficient; 0.6 if absent, as in `friction: 0.3`"}
     )
-    colour: Annotated[tuple[Share, ...], Length(3, 3)] | None = field(
+    colour: Annotated[tuple[Share, ...], LengthBounds(3, 3)] | None = field(
         default=None, metadata={"doc": "red, green and blue, each from 0 to 1; grey if absent"}
     )
 
@@ -58,7 +58,9 @@ class Body:
 class Scene:
     """A whole scene file."""
 
-    span: Span
+    span: SourceSpan
     schema: Literal["aeros/scene/1"] = field(metadata={"doc": "`schema: aeros/scene/1`"})
-    description: Text = field(metadata={"doc": "what is there, for people"})
-    bodies: Annotated[Named[Body], Length(1, 100)] = field(metadata={"doc": "what is there, by name"})
+    description: TextField = field(metadata={"doc": "what is there, for people"})
+    bodies: Annotated[Named[SceneBody], LengthBounds(1, 100)] = field(
+        metadata={"doc": "what is there, by name"}
+    )

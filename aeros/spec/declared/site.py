@@ -8,40 +8,40 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
-    Boolean,
-    Bounds,
-    Choice,
-    Entries,
-    Expression,
-    Integer,
-    Number,
+    BooleanField,
+    ChoiceField,
+    ExpressionField,
+    IntegerField,
+    MappingField,
+    NumberField,
     Pattern,
-    Text,
+    TextField,
+    ValueBounds,
 )
 
-Identifier = Annotated[Text, Pattern("identifier")]
-Slug = Annotated[Text, Pattern("slug")]
+Identifier = Annotated[TextField, Pattern("identifier")]
+Slug = Annotated[TextField, Pattern("slug")]
 _T = TypeVar("_T")
-Named = Annotated[Entries[_T], Pattern("identifier")]
+Named = Annotated[MappingField[_T], Pattern("identifier")]
 """A mapping whose keys are identifiers."""
-RiskWord = Choice[Literal["low", "medium", "high"]]
+RiskWord = ChoiceField[Literal["low", "medium", "high"]]
 
 
 @dataclass(frozen=True)
 class Quantity:
     """A typed variable: its type, unit and bounds."""
 
-    span: Span
-    type: Text = field(
+    span: SourceSpan
+    type: TextField = field(
         metadata={"doc": "`bool`, `int`, `real`, `vec3` or the name of an enum, as in `type: real`"}
     )
-    unit: Text | None = field(default=None, metadata={"doc": "the unit of `range`, as in `unit: mm/s`"})
-    range: tuple[Number, ...] | None = field(
+    unit: TextField | None = field(default=None, metadata={"doc": "the unit of `range`, as in `unit: mm/s`"})
+    range: tuple[NumberField, ...] | None = field(
         default=None, metadata={"doc": "lowest and highest value, as in `range: [0, 3]`"}
     )
-    description: Text | None = field(default=None, metadata={"doc": "what it is, for people"})
+    description: TextField | None = field(default=None, metadata={"doc": "what it is, for people"})
 
 
 @dataclass(frozen=True)
@@ -54,63 +54,69 @@ class StateVariable(Quantity):
     sensor: Identifier = field(
         kw_only=True, metadata={"doc": "what measures it, as in `sensor: area_scanner`"}
     )
-    max_age: Text = field(kw_only=True, metadata={"doc": "older values are unknown, as in `max_age: 100 ms`"})
+    max_age: TextField = field(
+        kw_only=True, metadata={"doc": "older values are unknown, as in `max_age: 100 ms`"}
+    )
 
 
 @dataclass(frozen=True)
 class Constant:
     """A named constant, or one for each member of an enum."""
 
-    span: Span
-    value: Expression | None = field(default=None, metadata={"doc": "the value, as in `value: 500 mm`"})
-    unit: Text | None = field(default=None, metadata={"doc": "the unit of `values`, as in `unit: rad`"})
+    span: SourceSpan
+    value: ExpressionField | None = field(default=None, metadata={"doc": "the value, as in `value: 500 mm`"})
+    unit: TextField | None = field(default=None, metadata={"doc": "the unit of `values`, as in `unit: rad`"})
     index: Identifier | None = field(default=None, metadata={"doc": "the enum that indexes `values`"})
-    values: tuple[Number, ...] | None = field(
+    values: tuple[NumberField, ...] | None = field(
         default=None, metadata={"doc": "one value for each member, in order"}
     )
-    source: Text | None = field(default=None, metadata={"doc": "where the number comes from"})
+    source: TextField | None = field(default=None, metadata={"doc": "where the number comes from"})
 
 
 @dataclass(frozen=True)
 class Volume:
     """An axis-aligned box in the world frame W."""
 
-    span: Span
-    lower: tuple[Text, ...] = field(metadata={"doc": "lower corner, as in `lower: [0.1 m, -0.6 m, 0 m]`"})
-    upper: tuple[Text, ...] = field(metadata={"doc": "upper corner, as in `upper: [0.8 m, 0.6 m, 0.9 m]`"})
-    description: Text | None = field(default=None, metadata={"doc": "what it is, for people"})
+    span: SourceSpan
+    lower: tuple[TextField, ...] = field(
+        metadata={"doc": "lower corner, as in `lower: [0.1 m, -0.6 m, 0 m]`"}
+    )
+    upper: tuple[TextField, ...] = field(
+        metadata={"doc": "upper corner, as in `upper: [0.8 m, 0.6 m, 0.9 m]`"}
+    )
+    description: TextField | None = field(default=None, metadata={"doc": "what it is, for people"})
 
 
 @dataclass(frozen=True)
 class ActionKind:
     """One kind of action that a skill may ask for."""
 
-    span: Span
-    description: Text = field(metadata={"doc": "what the plant does on it"})
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "what the plant does on it"})
     risk: RiskWord = field(metadata={"doc": "the least risk a skill that asks for it must declare"})
     actuators: tuple[Identifier, ...] = field(
         default=(), metadata={"doc": "what it moves, as in `actuators: [arm]`"}
     )
-    protective: Boolean | None = field(
+    protective: BooleanField | None = field(
         default=None, metadata={"doc": "`true` for the protective stop, which every state must allow"}
     )
-    parameters: Named[Quantity] = field(default=Entries(), metadata={"doc": "typed parameters"})
+    parameters: Named[Quantity] = field(default=MappingField(), metadata={"doc": "typed parameters"})
 
 
 @dataclass(frozen=True)
 class Invariant:
     """A rule of Φ: must hold of every state and action."""
 
-    span: Span
+    span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: workspace`"})
-    require: Expression = field(metadata={"doc": "the condition, as in `require: speed <= 250 mm/s`"})
-    rationale: Text = field(metadata={"doc": "why the rule is there"})
-    source: Text = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
+    require: ExpressionField = field(metadata={"doc": "the condition, as in `require: speed <= 250 mm/s`"})
+    rationale: TextField = field(metadata={"doc": "why the rule is there"})
+    source: TextField = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
     on: tuple[Identifier, ...] | None = field(
         default=None, metadata={"doc": "the action kinds it governs; all but the protective stop if absent"}
     )
-    attenuate: Named[Expression] = field(
-        default=Entries(),
+    attenuate: Named[ExpressionField] = field(
+        default=MappingField(),
         metadata={"doc": "what a violating parameter is reduced to, as in `speed: min(speed, 0.25 m/s)`"},
     )
 
@@ -119,23 +125,23 @@ class Invariant:
 class JointInvariant:
     """A rule about two actions that are executed at the same time."""
 
-    span: Span
+    span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: combined-speed`"})
     on: Named[Identifier] = field(
         metadata={"doc": "two roles, each of an action kind, as in `on: {a: move_tool, b: move_base}`"}
     )
-    require: Expression = field(
+    require: ExpressionField = field(
         metadata={"doc": "the condition, as in `require: a.speed + b.speed <= 500 mm/s`"}
     )
-    rationale: Text = field(metadata={"doc": "why the rule is there"})
-    source: Text = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
+    rationale: TextField = field(metadata={"doc": "why the rule is there"})
+    source: TextField = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
 
 
 @dataclass(frozen=True)
 class MotionKind:
     """How the motion of an action kind answers to the action's parameters."""
 
-    span: Span
+    span: SourceSpan
     tool_ends_at: Identifier | None = field(
         default=None, metadata={"doc": "the parameter that says where in W the tool ends"}
     )
@@ -158,7 +164,7 @@ class MotionKind:
 class JointLimits:
     """Names of constants with one value for each joint."""
 
-    span: Span
+    span: SourceSpan
     lowest: Identifier = field(metadata={"doc": "lowest positions"})
     highest: Identifier = field(metadata={"doc": "highest positions"})
     speed: Identifier = field(metadata={"doc": "greatest speeds"})
@@ -170,7 +176,7 @@ class JointLimits:
 class ToolLimits:
     """Names of constants: what the tool point may do."""
 
-    span: Span
+    span: SourceSpan
     speed: Identifier = field(metadata={"doc": "greatest speed"})
     acceleration: Identifier = field(metadata={"doc": "greatest acceleration"})
     jerk: Identifier = field(metadata={"doc": "greatest jerk"})
@@ -183,7 +189,7 @@ class ToolLimits:
 class BaseLimits:
     """Names of constants: what the base may do."""
 
-    span: Span
+    span: SourceSpan
     speed: Identifier = field(metadata={"doc": "greatest speed"})
     acceleration: Identifier = field(metadata={"doc": "greatest acceleration"})
 
@@ -192,12 +198,12 @@ class BaseLimits:
 class Barrier:
     """A volume that links keep out of, or inside of, during the whole of every motion."""
 
-    span: Span
+    span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: into-the-bench`"})
     volume: Identifier = field(metadata={"doc": "a volume of the site"})
-    keep: Choice[Literal["out", "in"]] = field(metadata={"doc": "out of it, or inside it"})
-    rationale: Text = field(metadata={"doc": "why the barrier is there"})
-    frame: Choice[Literal["world", "base"]] | None = field(
+    keep: ChoiceField[Literal["out", "in"]] = field(metadata={"doc": "out of it, or inside it"})
+    rationale: TextField = field(metadata={"doc": "why the barrier is there"})
+    frame: ChoiceField[Literal["world", "base"]] | None = field(
         default=None, metadata={"doc": "what the volume's corners are measured from; `world` if absent"}
     )
     links: tuple[Identifier, ...] | None = field(
@@ -206,19 +212,19 @@ class Barrier:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionPolicy:
     """What the whole trajectory of an action is decided by, before anything moves."""
 
-    span: Span
+    span: SourceSpan
     on: Named[MotionKind] = field(metadata={"doc": "the action kinds that move the robot"})
     starts_at: Identifier = field(metadata={"doc": "the state variable that measures the joints"})
-    starts_within: Text = field(
+    starts_within: TextField = field(
         metadata={"doc": "a motion starts this near to what is measured, as in `50 mrad`"}
     )
-    ends_within: Text = field(metadata={"doc": "and ends this near to what is asked for, as in `1 mm`"})
+    ends_within: TextField = field(metadata={"doc": "and ends this near to what is asked for, as in `1 mm`"})
     joints: JointLimits = field(metadata={"doc": "limits of the joints"})
     tool: ToolLimits = field(metadata={"doc": "limits of the tool point"})
-    clearance: Text = field(metadata={"doc": "what links keep from every barrier, as in `20 mm`"})
+    clearance: TextField = field(metadata={"doc": "what links keep from every barrier, as in `20 mm`"})
     base: BaseLimits | None = field(default=None, metadata={"doc": "limits of a base that drives"})
     barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})
 
@@ -227,8 +233,8 @@ class Motion:
 class Access:
     """What a module may be permitted to touch."""
 
-    span: Span
-    key_span: Span | None
+    span: SourceSpan
+    key_span: SourceSpan | None
     actuators: tuple[Identifier, ...] = field(default=(), metadata={"doc": "actuators"})
     sensors: tuple[Identifier, ...] = field(default=(), metadata={"doc": "sensors"})
     channels: tuple[Identifier, ...] = field(default=(), metadata={"doc": "communication channels"})
@@ -236,12 +242,12 @@ class Access:
 
 
 @dataclass(frozen=True)
-class Block:
+class OperatorOverride:
     """An operator override: nothing that matches it is allowed, whatever else permits it."""
 
-    span: Span
+    span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: press-under-repair`"})
-    reason: Text = field(metadata={"doc": "why, for whoever is refused"})
+    reason: TextField = field(metadata={"doc": "why, for whoever is refused"})
     module: Identifier | None = field(default=None, metadata={"doc": "the module it blocks"})
     skill: Identifier | None = field(default=None, metadata={"doc": "the skill of that module it blocks"})
     action: Identifier | None = field(default=None, metadata={"doc": "the action kind it blocks"})
@@ -251,40 +257,42 @@ class Block:
 class Quota:
     """At most so many actions within any window of time."""
 
-    span: Span
+    span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: grip-rate`"})
     on: tuple[Identifier, ...] = field(metadata={"doc": "the action kinds it counts, as in `on: [grip]`"})
-    at_most: Annotated[Integer, Bounds(1, 1_000_000)] = field(
+    at_most: Annotated[IntegerField, ValueBounds(1, 1_000_000)] = field(
         metadata={"doc": "how many, as in `at_most: 60`"}
     )
-    within: Text = field(metadata={"doc": "the window, as in `within: 60 s`"})
-    rationale: Text = field(metadata={"doc": "why the quota is there"})
+    within: TextField = field(metadata={"doc": "the window, as in `within: 60 s`"})
+    rationale: TextField = field(metadata={"doc": "why the quota is there"})
 
 
 @dataclass(frozen=True)
-class Limits:
+class ModuleLimits:
     """Bounds on what a module may declare about its own running."""
 
-    span: Span
-    skill_timeout: Text = field(metadata={"doc": "the longest skill time-out, as in `skill_timeout: 120 s`"})
-    retries: Annotated[Integer, Bounds(0, 100)] = field(
+    span: SourceSpan
+    skill_timeout: TextField = field(
+        metadata={"doc": "the longest skill time-out, as in `skill_timeout: 120 s`"}
+    )
+    retries: Annotated[IntegerField, ValueBounds(0, 100)] = field(
         metadata={"doc": "the largest retry budget of a step"}
     )
-    replans: Annotated[Integer, Bounds(0, 1000)] = field(
+    replans: Annotated[IntegerField, ValueBounds(0, 1000)] = field(
         metadata={"doc": "how often a task may be re-planned"}
     )
-    planning: Text | None = field(
+    planning: TextField | None = field(
         default=None,
         metadata={"doc": "how long a planner may take for a plan, as in `planning: 5 s`; 30 s without this"},
     )
 
 
 @dataclass(frozen=True)
-class Audit:
+class AuditPolicy:
     """How the audit record is kept."""
 
-    span: Span
-    durability: Choice[Literal["every-record", "before-motion", "batched"]] = field(
+    span: SourceSpan
+    durability: ChoiceField[Literal["every-record", "before-motion", "batched"]] = field(
         metadata={
             "doc": "when records have reached the medium: each before anything else happens, which is what "
             "holds without this field; each before anything moves; or many at a time, so that with the power "
@@ -294,43 +302,43 @@ class Audit:
 
 
 @dataclass(frozen=True)
-class Isolation:
+class IsolationPolicy:
     """Where the code of modules runs, and behind what."""
 
-    span: Span
-    require: tuple[Choice[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
+    span: SourceSpan
+    require: tuple[ChoiceField[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
         default=None,
         metadata={"doc": "layers without which isolation is too weak; all but bubblewrap if absent"},
     )
-    missing: Choice[Literal["refuse", "warn"]] | None = field(
+    missing: ChoiceField[Literal["refuse", "warn"]] | None = field(
         default=None,
         metadata={"doc": "on a host that lacks a required layer: `refuse` modules (if absent), or `warn`"},
     )
     trusted: tuple[Identifier, ...] = field(
         default=(), metadata={"doc": "modules whose code runs in the runtime's own process, unconfined"}
     )
-    answer_within: Text | None = field(
+    answer_within: TextField | None = field(
         default=None,
         metadata={"doc": "how long skill code may compute before each action, as in `answer_within: 5 s`"},
     )
 
 
 @dataclass(frozen=True)
-class Mcp:
+class McpPolicy:
     """What clients of `aeros mcp`, such as language models, may have done."""
 
-    span: Span
-    execute: Choice[Literal["approval", "allowed", "denied"]] | None = field(
+    span: SourceSpan
+    execute: ChoiceField[Literal["approval", "allowed", "denied"]] | None = field(
         default=None,
         metadata={
             "doc": "plans that were verified: each needs the operator's `aeros approve` (if absent), or is "
             "executed when a client asks for it, or never is; as in `execute: denied`"
         },
     )
-    most_steps: Annotated[Integer, Bounds(1, 100)] | None = field(
+    most_steps: Annotated[IntegerField, ValueBounds(1, 100)] | None = field(
         default=None, metadata={"doc": "steps of one plan at most; 20 if absent"}
     )
-    skills: tuple[Text, ...] | None = field(
+    skills: tuple[TextField, ...] | None = field(
         default=None,
         metadata={"doc": "skills a plan may have, as in `[make_dumplings.boil]`; every active one if absent"},
     )
@@ -340,19 +348,19 @@ class Mcp:
 class Policy:
     """Π beside Φ: operator overrides, access, risk, quotas."""
 
-    span: Span
+    span: SourceSpan
     access: Access = field(metadata={"doc": "what every module may be permitted to touch"})
     risk_ceiling: RiskWord = field(metadata={"doc": "the highest risk a skill may have"})
-    limits: Limits = field(metadata={"doc": "bounds on time-outs, retries and re-plans"})
-    grants: Named[Access] = field(default=Entries(), metadata={"doc": "further access, by module"})
-    blocks: tuple[Block, ...] = field(default=(), metadata={"doc": "operator overrides"})
+    limits: ModuleLimits = field(metadata={"doc": "bounds on time-outs, retries and re-plans"})
+    grants: Named[Access] = field(default=MappingField(), metadata={"doc": "further access, by module"})
+    blocks: tuple[OperatorOverride, ...] = field(default=(), metadata={"doc": "operator overrides"})
     quotas: tuple[Quota, ...] = field(default=(), metadata={"doc": "rate limits"})
-    audit: Audit | None = field(default=None, metadata={"doc": "how the audit record is kept"})
-    isolation: Isolation | None = field(
+    audit: AuditPolicy | None = field(default=None, metadata={"doc": "how the audit record is kept"})
+    isolation: IsolationPolicy | None = field(
         default=None, metadata={"doc": "where the code of modules runs: isolated, if absent"}
     )
-    mcp: Mcp | None = field(default=None, metadata={"doc": "what clients of `aeros mcp` may have done"})
-    undeclared_outcome: Choice[Literal["stop", "replan"]] | None = field(
+    mcp: McpPolicy | None = field(default=None, metadata={"doc": "what clients of `aeros mcp` may have done"})
+    undeclared_outcome: ChoiceField[Literal["stop", "replan"]] | None = field(
         default=None,
         metadata={
             "doc": "what becomes of a task once a skill has run to its end and come to what it does not "
@@ -365,23 +373,25 @@ class Policy:
 class Site:
     """A whole site file."""
 
-    span: Span
+    span: SourceSpan
     schema: Literal["aeros/site/1"] = field(metadata={"doc": "`schema: aeros/site/1`"})
     id: Identifier = field(metadata={"doc": "the site's name, as in `id: panda_cell`"})
-    description: Text = field(metadata={"doc": "what the site is, for people"})
+    description: TextField = field(metadata={"doc": "what the site is, for people"})
     state: Named[StateVariable] = field(metadata={"doc": "the measured vocabulary"})
     actions: Named[ActionKind] = field(metadata={"doc": "the action kinds"})
     invariants: tuple[Invariant, ...] = field(metadata={"doc": "the rules of Φ"})
     policy: Policy = field(metadata={"doc": "the rest of Π"})
-    enums: Named[tuple[Identifier, ...]] = field(default=Entries(), metadata={"doc": "closed enumerations"})
-    constants: Named[Constant] = field(default=Entries(), metadata={"doc": "named constants"})
-    volumes: Named[Volume] = field(default=Entries(), metadata={"doc": "named boxes in W"})
+    enums: Named[tuple[Identifier, ...]] = field(
+        default=MappingField(), metadata={"doc": "closed enumerations"}
+    )
+    constants: Named[Constant] = field(default=MappingField(), metadata={"doc": "named constants"})
+    volumes: Named[Volume] = field(default=MappingField(), metadata={"doc": "named boxes in W"})
     joint: tuple[JointInvariant, ...] = field(
         default=(), metadata={"doc": "rules of Φ about two actions at the same time"}
     )
-    resources: Named[Annotated[Integer, Bounds(1, 1_000_000)]] = field(
-        default=Entries(), metadata={"doc": "what skills hold while they run, and how many there are"}
+    resources: Named[Annotated[IntegerField, ValueBounds(1, 1_000_000)]] = field(
+        default=MappingField(), metadata={"doc": "what skills hold while they run, and how many there are"}
     )
-    motion: Motion | None = field(
+    motion: MotionPolicy | None = field(
         default=None, metadata={"doc": "what whole motions are decided by; without it none is"}
     )

@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Final
 
 from aeros.spec.diagnostics.errors import MisuseError, UserError
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 
 
 class Severity(Enum):
@@ -26,7 +26,7 @@ class Severity(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Code:
+class DiagnosticCode:
     """One kind of problem: a stable id, a readable slug, the group of claims it belongs to."""
 
     id: str
@@ -37,227 +37,323 @@ class Code:
 
 _TABLE: Final = (
     # AE0xx: bytes, characters and YAML
-    Code("AE001", "duplicate-key", "form", "a mapping has the same key twice"),
-    Code("AE002", "unreadable-file", "form", "a path is missing, unreadable or not a regular file"),
-    Code("AE003", "too-large", "form", "a file is larger than any manifest may be"),
-    Code("AE004", "not-utf8", "form", "a file is not UTF-8"),
-    Code("AE005", "forbidden-character", "form", "a character is invisible or changes how text is shown"),
-    Code("AE006", "empty-document", "form", "a file declares nothing"),
-    Code("AE007", "yaml-syntax", "form", "a file is not well-formed YAML"),
-    Code("AE008", "tab-indentation", "form", "a tab stands where YAML needs spaces"),
-    Code("AE009", "unclosed-quote", "form", "a quoted text has no closing quote"),
-    Code("AE010", "too-deep", "form", "values are nested deeper than any manifest needs"),
-    Code("AE011", "anchor-or-alias", "form", "a value is written by reference instead of written out"),
-    Code("AE012", "explicit-tag", "form", "a value has a YAML tag; types come from the schema"),
-    Code("AE013", "several-documents", "form", "a file holds more than one document"),
-    Code("AE014", "complex-key", "form", "a key is not a piece of text"),
-    Code("AE015", "merge-key", "form", "a mapping is merged into another by `<<`"),
-    Code("AE016", "directive", "form", "a file begins with a YAML directive"),
-    Code("AE017", "too-many-values", "form", "a file holds more values than any manifest needs"),
+    DiagnosticCode("AE001", "duplicate-key", "form", "a mapping has the same key twice"),
+    DiagnosticCode("AE002", "unreadable-file", "form", "a path is missing, unreadable or not a regular file"),
+    DiagnosticCode("AE003", "too-large", "form", "a file is larger than any manifest may be"),
+    DiagnosticCode("AE004", "not-utf8", "form", "a file is not UTF-8"),
+    DiagnosticCode(
+        "AE005", "forbidden-character", "form", "a character is invisible or changes how text is shown"
+    ),
+    DiagnosticCode("AE006", "empty-document", "form", "a file declares nothing"),
+    DiagnosticCode("AE007", "yaml-syntax", "form", "a file is not well-formed YAML"),
+    DiagnosticCode("AE008", "tab-indentation", "form", "a tab stands where YAML needs spaces"),
+    DiagnosticCode("AE009", "unclosed-quote", "form", "a quoted text has no closing quote"),
+    DiagnosticCode("AE010", "too-deep", "form", "values are nested deeper than any manifest needs"),
+    DiagnosticCode(
+        "AE011", "anchor-or-alias", "form", "a value is written by reference instead of written out"
+    ),
+    DiagnosticCode("AE012", "explicit-tag", "form", "a value has a YAML tag; types come from the schema"),
+    DiagnosticCode("AE013", "several-documents", "form", "a file holds more than one document"),
+    DiagnosticCode("AE014", "complex-key", "form", "a key is not a piece of text"),
+    DiagnosticCode("AE015", "merge-key", "form", "a mapping is merged into another by `<<`"),
+    DiagnosticCode("AE016", "directive", "form", "a file begins with a YAML directive"),
+    DiagnosticCode("AE017", "too-many-values", "form", "a file holds more values than any manifest needs"),
     # AE1xx: schema, names, form
-    Code("AE101", "unknown-field", "form", "a mapping has a field its schema does not know"),
-    Code("AE102", "missing-field", "form", "a mapping lacks a required field"),
-    Code("AE103", "wrong-kind", "form", "a mapping, a list or a single value stands where another belongs"),
-    Code("AE104", "missing-value", "form", "a field is written without a value"),
-    Code("AE105", "malformed-name", "form", "a name does not have the required form"),
-    Code("AE106", "malformed-boolean", "form", "a truth value is not `true` or `false`"),
-    Code("AE107", "malformed-integer", "form", "an integer is not written in plain decimal digits"),
-    Code("AE108", "malformed-number", "form", "a number is not a finite decimal"),
-    Code("AE109", "quoted-value", "form", "quotes make text of a number or truth value"),
-    Code("AE110", "unknown-choice", "form", "a value is not one of the allowed words"),
-    Code("AE111", "out-of-bounds", "form", "a number is outside its declared bounds"),
-    Code("AE112", "wrong-length", "form", "a list or mapping has too few or too many entries"),
-    Code("AE114", "format-version", "form", "a file is of a format version that this AEROS does not read"),
-    Code("AE120", "duplicate-id", "form", "two declarations have the same name"),
-    Code("AE121", "name-clash", "form", "a name already means something else"),
-    Code("AE122", "unknown-reference", "form", "a name refers to nothing that is declared"),
-    Code("AE123", "missing-entry-point", "form", "a skill's function does not exist"),
-    Code("AE124", "not-a-generator", "form", "a skill's function yields no action"),
-    Code("AE125", "malformed-version", "form", "a version or version range cannot be read"),
-    Code("AE127", "probability", "form", "probabilities are not a distribution"),
-    Code("AE128", "no-success", "form", "a skill has no outcome that is a success"),
-    Code("AE129", "beyond-limits", "form", "a time-out or retry budget exceeds what the site allows"),
-    Code("AE130", "no-module", "form", "a path holds no module"),
-    Code("AE131", "missing-file", "form", "a file that the manifest names is not in the module"),
-    Code("AE132", "malformed-license", "form", "a licence is not an SPDX expression"),
-    Code("AE133", "undeclared-action", "form", "skill code asks for an action its envelope does not hold"),
-    Code("AE134", "reaching-code", "form", "skill code reaches for more than actions and observations"),
-    Code("AE140", "overlapping-bodies", "form", "two bodies of a scene are in each other's place"),
-    Code("AE141", "unusable-model", "form", "a file that is to describe a body describes none"),
+    DiagnosticCode("AE101", "unknown-field", "form", "a mapping has a field its schema does not know"),
+    DiagnosticCode("AE102", "missing-field", "form", "a mapping lacks a required field"),
+    DiagnosticCode(
+        "AE103", "wrong-kind", "form", "a mapping, a list or a single value stands where another belongs"
+    ),
+    DiagnosticCode("AE104", "missing-value", "form", "a field is written without a value"),
+    DiagnosticCode("AE105", "malformed-name", "form", "a name does not have the required form"),
+    DiagnosticCode("AE106", "malformed-boolean", "form", "a truth value is not `true` or `false`"),
+    DiagnosticCode("AE107", "malformed-integer", "form", "an integer is not written in plain decimal digits"),
+    DiagnosticCode("AE108", "malformed-number", "form", "a number is not a finite decimal"),
+    DiagnosticCode("AE109", "quoted-value", "form", "quotes make text of a number or truth value"),
+    DiagnosticCode("AE110", "unknown-choice", "form", "a value is not one of the allowed words"),
+    DiagnosticCode("AE111", "out-of-bounds", "form", "a number is outside its declared bounds"),
+    DiagnosticCode("AE112", "wrong-length", "form", "a list or mapping has too few or too many entries"),
+    DiagnosticCode(
+        "AE114", "format-version", "form", "a file is of a format version that this AEROS does not read"
+    ),
+    DiagnosticCode("AE120", "duplicate-id", "form", "two declarations have the same name"),
+    DiagnosticCode("AE121", "name-clash", "form", "a name already means something else"),
+    DiagnosticCode("AE122", "unknown-reference", "form", "a name refers to nothing that is declared"),
+    DiagnosticCode("AE123", "missing-entry-point", "form", "a skill's function does not exist"),
+    DiagnosticCode("AE124", "not-a-generator", "form", "a skill's function yields no action"),
+    DiagnosticCode("AE125", "malformed-version", "form", "a version or version range cannot be read"),
+    DiagnosticCode("AE127", "probability", "form", "probabilities are not a distribution"),
+    DiagnosticCode("AE128", "no-success", "form", "a skill has no outcome that is a success"),
+    DiagnosticCode(
+        "AE129", "beyond-limits", "form", "a time-out or retry budget exceeds what the site allows"
+    ),
+    DiagnosticCode("AE130", "no-module", "form", "a path holds no module"),
+    DiagnosticCode("AE131", "missing-file", "form", "a file that the manifest names is not in the module"),
+    DiagnosticCode("AE132", "malformed-license", "form", "a licence is not an SPDX expression"),
+    DiagnosticCode(
+        "AE133", "undeclared-action", "form", "skill code asks for an action its envelope does not hold"
+    ),
+    DiagnosticCode(
+        "AE134", "reaching-code", "form", "skill code reaches for more than actions and observations"
+    ),
+    DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene are in each other's place"),
+    DiagnosticCode("AE141", "unusable-model", "form", "a file that is to describe a body describes none"),
     # AE2xx: the expression language
-    Code("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
-    Code("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),
-    Code("AE203", "type-mismatch", "form", "an expression combines values of types that do not fit"),
-    Code("AE204", "unit-mismatch", "form", "an expression combines values of different dimensions"),
-    Code("AE205", "wrong-arguments", "form", "a function is called with the wrong number of arguments"),
-    Code("AE206", "division", "form", "an expression divides by something other than a constant"),
-    Code("AE207", "malformed-quantity", "form", "a value with a unit cannot be read"),
-    Code("AE208", "malformed-declaration", "form", "a variable or volume is declared inconsistently"),
-    Code("AE209", "past-time", "form", "a condition looks back where it may not"),
+    DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
+    DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),
+    DiagnosticCode(
+        "AE203", "type-mismatch", "form", "an expression combines values of types that do not fit"
+    ),
+    DiagnosticCode("AE204", "unit-mismatch", "form", "an expression combines values of different dimensions"),
+    DiagnosticCode(
+        "AE205", "wrong-arguments", "form", "a function is called with the wrong number of arguments"
+    ),
+    DiagnosticCode("AE206", "division", "form", "an expression divides by something other than a constant"),
+    DiagnosticCode("AE207", "malformed-quantity", "form", "a value with a unit cannot be read"),
+    DiagnosticCode(
+        "AE208", "malformed-declaration", "form", "a variable or volume is declared inconsistently"
+    ),
+    DiagnosticCode("AE209", "past-time", "form", "a condition looks back where it may not"),
     # AE3xx: dependencies
-    Code("AE301", "missing-dependency", "dependencies", "a required module is not there"),
-    Code("AE302", "dependency-version", "dependencies", "a required module has another version"),
-    Code("AE303", "dependency-cycle", "dependencies", "modules depend on each other in a circle"),
-    Code("AE304", "incompatible-runtime", "dependencies", "a module does not work with this runtime"),
+    DiagnosticCode("AE301", "missing-dependency", "dependencies", "a required module is not there"),
+    DiagnosticCode("AE302", "dependency-version", "dependencies", "a required module has another version"),
+    DiagnosticCode("AE303", "dependency-cycle", "dependencies", "modules depend on each other in a circle"),
+    DiagnosticCode(
+        "AE304", "incompatible-runtime", "dependencies", "a module does not work with this runtime"
+    ),
     # AE4xx: permission
-    Code(
+    DiagnosticCode(
         "AE401",
         "kind-not-permitted",
         "permission",
         "a skill may ask for actions its module has no permission for",
     ),
-    Code("AE402", "actuator-not-declared", "permission", "an action moves an actuator that is not declared"),
-    Code("AE403", "permission-exceeded", "permission", "an envelope reaches beyond the module's permission"),
-    Code(
+    DiagnosticCode(
+        "AE402", "actuator-not-declared", "permission", "an action moves an actuator that is not declared"
+    ),
+    DiagnosticCode(
+        "AE403", "permission-exceeded", "permission", "an envelope reaches beyond the module's permission"
+    ),
+    DiagnosticCode(
         "AE404", "access-not-granted", "permission", "a module asks for access that the site does not grant"
     ),
-    Code("AE405", "sensor-not-permitted", "permission", "a condition reads a sensor the module may not use"),
-    Code("AE406", "risk-above-ceiling", "permission", "a skill's risk is above the site's ceiling"),
-    Code("AE407", "risk-understated", "permission", "a skill declares less risk than its actions carry"),
-    Code("AE408", "blocked", "permission", "an operator override blocks the module, a skill or an action"),
-    Code("AE409", "empty-permission", "permission", "a permission allows no action at all"),
-    Code("AE410", "actuator-not-held", "permission", "a skill moves what it does not hold while it runs"),
+    DiagnosticCode(
+        "AE405", "sensor-not-permitted", "permission", "a condition reads a sensor the module may not use"
+    ),
+    DiagnosticCode("AE406", "risk-above-ceiling", "permission", "a skill's risk is above the site's ceiling"),
+    DiagnosticCode(
+        "AE407", "risk-understated", "permission", "a skill declares less risk than its actions carry"
+    ),
+    DiagnosticCode(
+        "AE408", "blocked", "permission", "an operator override blocks the module, a skill or an action"
+    ),
+    DiagnosticCode("AE409", "empty-permission", "permission", "a permission allows no action at all"),
+    DiagnosticCode(
+        "AE410", "actuator-not-held", "permission", "a skill moves what it does not hold while it runs"
+    ),
     # AE5xx: safety
-    Code("AE501", "invariant-violated", "safety", "a skill may ask for an action that breaks an invariant"),
-    Code("AE502", "dead-action", "safety", "no action that a skill may ask for is ever allowed"),
-    Code("AE503", "empty-envelope", "safety", "an envelope holds no action, so nothing is proved of it"),
-    Code("AE504", "precondition-never-holds", "safety", "a skill could never start"),
-    Code("AE505", "needless-gate", "safety", "an invariant is left to the gate although it is proved"),
-    Code("AE506", "never-allowed", "safety", "a skill may ask for an action that no state allows"),
-    Code("AE507", "goal-never-holds", "safety", "a task could never reach its goal"),
-    Code("AE508", "goal-always-holds", "safety", "a task's goal is reached by doing nothing"),
-    Code("AE509", "undecided", "safety", "the solver ran out of its budget"),
-    Code("AE510", "hold-excluded", "safety", "a skill could never run to its end without being halted"),
+    DiagnosticCode(
+        "AE501", "invariant-violated", "safety", "a skill may ask for an action that breaks an invariant"
+    ),
+    DiagnosticCode("AE502", "dead-action", "safety", "no action that a skill may ask for is ever allowed"),
+    DiagnosticCode(
+        "AE503", "empty-envelope", "safety", "an envelope holds no action, so nothing is proved of it"
+    ),
+    DiagnosticCode("AE504", "precondition-never-holds", "safety", "a skill could never start"),
+    DiagnosticCode(
+        "AE505", "needless-gate", "safety", "an invariant is left to the gate although it is proved"
+    ),
+    DiagnosticCode("AE506", "never-allowed", "safety", "a skill may ask for an action that no state allows"),
+    DiagnosticCode("AE507", "goal-never-holds", "safety", "a task could never reach its goal"),
+    DiagnosticCode("AE508", "goal-always-holds", "safety", "a task's goal is reached by doing nothing"),
+    DiagnosticCode("AE509", "undecided", "safety", "the solver ran out of its budget"),
+    DiagnosticCode(
+        "AE510", "hold-excluded", "safety", "a skill could never run to its end without being halted"
+    ),
     # AE6xx: policy
-    Code("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),
-    Code("AE602", "stop-not-always-allowed", "policy", "the protective stop is denied in some state"),
-    Code("AE603", "vacuous-rule", "policy", "a rule can never deny anything"),
-    Code("AE604", "shadowed-rule", "policy", "a rule denies nothing that the others do not deny"),
-    Code("AE605", "attenuation-not-allowed", "policy", "an attenuated action would still be denied"),
-    Code("AE606", "attenuation-enlarges", "policy", "an attenuation can enlarge an action or turn it round"),
-    Code("AE607", "no-protective-stop", "policy", "a site does not have exactly one protective stop"),
-    Code("AE608", "infeasible-quota", "policy", "a quota can never be kept"),
-    Code("AE609", "idle-quota", "policy", "a quota counts actions that are never allowed"),
-    Code("AE610", "redundant-quota", "policy", "a quota never runs out before another one does"),
+    DiagnosticCode("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),
+    DiagnosticCode(
+        "AE602", "stop-not-always-allowed", "policy", "the protective stop is denied in some state"
+    ),
+    DiagnosticCode("AE603", "vacuous-rule", "policy", "a rule can never deny anything"),
+    DiagnosticCode("AE604", "shadowed-rule", "policy", "a rule denies nothing that the others do not deny"),
+    DiagnosticCode(
+        "AE605", "attenuation-not-allowed", "policy", "an attenuated action would still be denied"
+    ),
+    DiagnosticCode(
+        "AE606", "attenuation-enlarges", "policy", "an attenuation can enlarge an action or turn it round"
+    ),
+    DiagnosticCode(
+        "AE607", "no-protective-stop", "policy", "a site does not have exactly one protective stop"
+    ),
+    DiagnosticCode("AE608", "infeasible-quota", "policy", "a quota can never be kept"),
+    DiagnosticCode("AE609", "idle-quota", "policy", "a quota counts actions that are never allowed"),
+    DiagnosticCode("AE610", "redundant-quota", "policy", "a quota never runs out before another one does"),
     # AE7xx: decisions
-    Code("AE701", "malformed-request", "decision", "a request does not have the form of a request"),
-    Code("AE702", "unknown-field", "decision", "a request holds a name that is not in the vocabulary"),
-    Code("AE703", "missing-value", "decision", "a value that a rule needs is missing"),
-    Code("AE704", "wrong-type", "decision", "a value has the wrong type or is not finite"),
-    Code("AE705", "out-of-range", "decision", "a value is outside its declared range"),
-    Code("AE706", "stale", "decision", "a measured value is too old"),
-    Code("AE707", "from-the-future", "decision", "a measured value is younger than now"),
-    Code("AE710", "operator-block", "decision", "an operator override forbids the action"),
-    Code("AE720", "not-active", "decision", "the module or skill is not active"),
-    Code("AE730", "outside-envelope", "decision", "the action is outside the skill's envelope"),
-    Code("AE731", "outside-permission", "decision", "the action is outside the module's permission"),
-    Code("AE740", "no-access", "decision", "the action moves an actuator the module or skill may not use"),
-    Code("AE741", "risk-above-ceiling", "decision", "the action carries more risk than is allowed"),
-    Code("AE742", "quota-exhausted", "decision", "a quota has run out"),
-    Code("AE750", "invariant", "decision", "the action breaks an invariant"),
-    Code(
+    DiagnosticCode("AE701", "malformed-request", "decision", "a request does not have the form of a request"),
+    DiagnosticCode(
+        "AE702", "unknown-field", "decision", "a request holds a name that is not in the vocabulary"
+    ),
+    DiagnosticCode("AE703", "missing-value", "decision", "a value that a rule needs is missing"),
+    DiagnosticCode("AE704", "wrong-type", "decision", "a value has the wrong type or is not finite"),
+    DiagnosticCode("AE705", "out-of-range", "decision", "a value is outside its declared range"),
+    DiagnosticCode("AE706", "stale", "decision", "a measured value is too old"),
+    DiagnosticCode("AE707", "from-the-future", "decision", "a measured value is younger than now"),
+    DiagnosticCode("AE710", "operator-block", "decision", "an operator override forbids the action"),
+    DiagnosticCode("AE720", "not-active", "decision", "the module or skill is not active"),
+    DiagnosticCode("AE730", "outside-envelope", "decision", "the action is outside the skill's envelope"),
+    DiagnosticCode(
+        "AE731", "outside-permission", "decision", "the action is outside the module's permission"
+    ),
+    DiagnosticCode(
+        "AE740", "no-access", "decision", "the action moves an actuator the module or skill may not use"
+    ),
+    DiagnosticCode("AE741", "risk-above-ceiling", "decision", "the action carries more risk than is allowed"),
+    DiagnosticCode("AE742", "quota-exhausted", "decision", "a quota has run out"),
+    DiagnosticCode("AE750", "invariant", "decision", "the action breaks an invariant"),
+    DiagnosticCode(
         "AE751",
         "joint-invariant",
         "decision",
         "the action breaks a joint invariant together with one that is under way",
     ),
-    Code("AE752", "actuator-in-use", "decision", "the action moves what another that is under way moves"),
-    Code(
+    DiagnosticCode(
+        "AE752", "actuator-in-use", "decision", "the action moves what another that is under way moves"
+    ),
+    DiagnosticCode(
         "AE760", "malformed-motion", "decision", "nothing can be said of the motion that the plant would make"
     ),
-    Code(
+    DiagnosticCode(
         "AE761",
         "misplaced-motion",
         "decision",
         "a motion does not start where the robot is or end where asked",
     ),
-    Code("AE762", "motion-beyond-limits", "decision", "a motion may exceed a limit of joints, tool or base"),
-    Code(
+    DiagnosticCode(
+        "AE762", "motion-beyond-limits", "decision", "a motion may exceed a limit of joints, tool or base"
+    ),
+    DiagnosticCode(
         "AE763",
         "motion-meets-barrier",
         "decision",
         "a link may enter a volume it keeps out of, or leave its own",
     ),
-    Code(
+    DiagnosticCode(
         "AE764",
         "second-motion",
         "decision",
         "the robot would make a second motion beside one that it cannot be decided with",
     ),
-    Code("AE790", "undecided", "decision", "the solver could not decide"),
+    DiagnosticCode("AE790", "undecided", "decision", "the solver could not decide"),
     # AE8xx: the closed loop
-    Code("AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"),
-    Code("AE802", "dead-end", "closed-loop", "planning rules can come to a state without a way to the goal"),
-    Code("AE803", "not-analysed", "closed-loop", "planning rules are not over finitely many predicates"),
-    Code(
+    DiagnosticCode(
+        "AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"
+    ),
+    DiagnosticCode(
+        "AE802", "dead-end", "closed-loop", "planning rules can come to a state without a way to the goal"
+    ),
+    DiagnosticCode(
+        "AE803", "not-analysed", "closed-loop", "planning rules are not over finitely many predicates"
+    ),
+    DiagnosticCode(
         "AE804", "invariant-not-kept", "closed-loop", "a task can come to a state that its invariant excludes"
     ),
-    Code("AE805", "nothing-to-do", "closed-loop", "a task starts where its goal is reached"),
+    DiagnosticCode("AE805", "nothing-to-do", "closed-loop", "a task starts where its goal is reached"),
     # AE85x: compositions
-    Code("AE851", "step-not-ready", "composition", "a step may start where its precondition does not hold"),
-    Code("AE852", "flow-mismatch", "composition", "an output does not fit the input that takes it"),
-    Code(
+    DiagnosticCode(
+        "AE851", "step-not-ready", "composition", "a step may start where its precondition does not hold"
+    ),
+    DiagnosticCode("AE852", "flow-mismatch", "composition", "an output does not fit the input that takes it"),
+    DiagnosticCode(
         "AE853",
         "output-not-there",
         "composition",
         "an input takes the output of a step that may not have run",
     ),
-    Code("AE854", "unhandled-failure", "composition", "nothing is said of what follows when a step fails"),
-    Code("AE855", "unreachable-step", "composition", "a step or handler of a composition can never run"),
-    Code("AE856", "handler-cycle", "composition", "handlers of failures lead back to each other"),
-    Code("AE857", "uncovered-case", "composition", "a condition without `else` may not be measured"),
-    Code(
+    DiagnosticCode(
+        "AE854", "unhandled-failure", "composition", "nothing is said of what follows when a step fails"
+    ),
+    DiagnosticCode(
+        "AE855", "unreachable-step", "composition", "a step or handler of a composition can never run"
+    ),
+    DiagnosticCode("AE856", "handler-cycle", "composition", "handlers of failures lead back to each other"),
+    DiagnosticCode(
+        "AE857", "uncovered-case", "composition", "a condition without `else` may not be measured"
+    ),
+    DiagnosticCode(
         "AE858", "resource-shared", "composition", "parallel branches need more of a resource than there is"
     ),
-    Code("AE859", "actuator-shared", "composition", "parallel branches move the same actuator"),
-    Code("AE860", "interference", "composition", "a parallel branch writes what another reads or writes"),
-    Code(
+    DiagnosticCode("AE859", "actuator-shared", "composition", "parallel branches move the same actuator"),
+    DiagnosticCode(
+        "AE860", "interference", "composition", "a parallel branch writes what another reads or writes"
+    ),
+    DiagnosticCode(
         "AE861", "joint-invariant-violated", "composition", "two parallel actions together break an invariant"
     ),
-    Code("AE862", "too-many-paths", "composition", "a composition has more paths than are explored"),
+    DiagnosticCode(
+        "AE862", "too-many-paths", "composition", "a composition has more paths than are explored"
+    ),
     # AE88x: configurations
-    Code("AE881", "same-module-twice", "configuration", "two modules have the same name"),
-    Code("AE882", "ambiguous-word", "configuration", "one word routes to tasks of two modules"),
-    Code("AE883", "capability-twice", "configuration", "two modules provide the same capability"),
-    Code(
+    DiagnosticCode("AE881", "same-module-twice", "configuration", "two modules have the same name"),
+    DiagnosticCode("AE882", "ambiguous-word", "configuration", "one word routes to tasks of two modules"),
+    DiagnosticCode("AE883", "capability-twice", "configuration", "two modules provide the same capability"),
+    DiagnosticCode(
         "AE884",
         "inconsistent-dependency",
         "configuration",
         "the set lacks the one version that its modules need",
     ),
-    Code("AE885", "opposed-effects", "configuration", "what one module brings about, another undoes"),
-    Code("AE886", "absent-module", "configuration", "the policy names a module that is not in the set"),
+    DiagnosticCode(
+        "AE885", "opposed-effects", "configuration", "what one module brings about, another undoes"
+    ),
+    DiagnosticCode(
+        "AE886", "absent-module", "configuration", "the policy names a module that is not in the set"
+    ),
     # AE9xx: certificates
-    Code("AE901", "certificate-missing", "certificate", "a module has no certificate"),
-    Code(
+    DiagnosticCode("AE901", "certificate-missing", "certificate", "a module has no certificate"),
+    DiagnosticCode(
         "AE902", "certificate-stale", "certificate", "a certificate is for something else than what is there"
     ),
-    Code("AE903", "certificate-tampered", "certificate", "a certificate's contents do not match its digest"),
-    Code("AE904", "certificate-unwritable", "certificate", "a certificate could not be written"),
+    DiagnosticCode(
+        "AE903", "certificate-tampered", "certificate", "a certificate's contents do not match its digest"
+    ),
+    DiagnosticCode("AE904", "certificate-unwritable", "certificate", "a certificate could not be written"),
     # AE95x: differences
-    Code("AE951", "newly-allowed", "difference", "a change allows something that was denied"),
-    Code("AE952", "newly-denied", "difference", "a change denies something that was allowed"),
-    Code("AE953", "not-comparable", "difference", "two versions do not speak of the same things"),
-    Code("AE954", "otherwise-changed", "difference", "a change alters something but what is allowed"),
+    DiagnosticCode("AE951", "newly-allowed", "difference", "a change allows something that was denied"),
+    DiagnosticCode("AE952", "newly-denied", "difference", "a change denies something that was allowed"),
+    DiagnosticCode("AE953", "not-comparable", "difference", "two versions do not speak of the same things"),
+    DiagnosticCode(
+        "AE954", "otherwise-changed", "difference", "a change alters something but what is allowed"
+    ),
     # AE96x: what is installed on a robot
-    Code("AE960", "not-now", "registry", "a module or a block is not in a state in which that can be done"),
-    Code("AE961", "bundle-unusable", "registry", "a module's files cannot be kept"),
-    Code("AE962", "same-version", "registry", "a module has the version of another one with other contents"),
-    Code("AE963", "not-as-pinned", "registry", "a module's files are not those that were pinned"),
-    Code("AE964", "inactive-dependency", "registry", "an active module needs one that is not active"),
-    Code("AE965", "registry-unusable", "registry", "the registry, or what it keeps, is not what was written"),
-    Code("AE966", "still-moving", "registry", "an action of the old configuration did not end in time"),
+    DiagnosticCode(
+        "AE960", "not-now", "registry", "a module or a block is not in a state in which that can be done"
+    ),
+    DiagnosticCode("AE961", "bundle-unusable", "registry", "a module's files cannot be kept"),
+    DiagnosticCode(
+        "AE962", "same-version", "registry", "a module has the version of another one with other contents"
+    ),
+    DiagnosticCode("AE963", "not-as-pinned", "registry", "a module's files are not those that were pinned"),
+    DiagnosticCode(
+        "AE964", "inactive-dependency", "registry", "an active module needs one that is not active"
+    ),
+    DiagnosticCode(
+        "AE965", "registry-unusable", "registry", "the registry, or what it keeps, is not what was written"
+    ),
+    DiagnosticCode(
+        "AE966", "still-moving", "registry", "an action of the old configuration did not end in time"
+    ),
 )
 
-CODES: Final[dict[str, Code]] = {code.id: code for code in _TABLE}
+CODES: Final[dict[str, DiagnosticCode]] = {code.id: code for code in _TABLE}
 """Every code there is, by id, in order."""
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class SpanLabel:
     """A place and what to say beside it; `text` may be empty."""
 
-    span: Span
+    span: SourceSpan
     text: str = ""
 
 
@@ -265,7 +361,7 @@ class Label:
 class Fix:
     """The text to put in place of what stands at `span`."""
 
-    span: Span
+    span: SourceSpan
     text: str
 
 
@@ -280,8 +376,8 @@ class Diagnostic:
 
     code: str
     headline: str
-    primary: Label | None = None
-    secondary: tuple[Label, ...] = ()
+    primary: SpanLabel | None = None
+    secondary: tuple[SpanLabel, ...] = ()
     notes: tuple[str, ...] = ()
     help: tuple[str, ...] = ()
     severity: Severity = Severity.ERROR
@@ -292,7 +388,7 @@ class Diagnostic:
             raise MisuseError(f"diagnostic code {self.code!r} is not in the registry")
 
     @property
-    def order(self) -> tuple[str, int, int, str, str]:
+    def sort_key(self) -> tuple[str, int, int, str, str]:
         """Sorts by file, then position; a problem of no place comes first."""
         if self.primary is None:
             return ("", -1, -1, self.code, self.headline)
@@ -327,18 +423,18 @@ class Diagnostics:
         self,
         code: str,
         headline: str,
-        at: Span | None = None,
+        at: SourceSpan | None = None,
         label: str = "",
         *,
-        secondary: Iterable[Label] = (),
+        secondary: Iterable[SpanLabel] = (),
         notes: Iterable[str] = (),
         help: Iterable[str] = (),  # noqa: A002  the name a reader of diagnostics expects
     ) -> None:
         """Report an ERROR at one place."""
-        primary = None if at is None else Label(at, label)
+        primary = None if at is None else SpanLabel(at, label)
         self.report(Diagnostic(code, headline, primary, tuple(secondary), tuple(notes), tuple(help)))
 
-    def include(self, others: Diagnostics) -> None:
+    def extend(self, others: Diagnostics) -> None:
         """Report all that `others` has gathered, and count what it has dropped."""
         for diagnostic in others._kept:
             self.report(diagnostic)
@@ -350,7 +446,7 @@ class Diagnostics:
         return self._counts[Severity.ERROR] > 0
 
     @property
-    def full(self) -> bool:
+    def is_full(self) -> bool:
         """Whether further errors would only be counted: time to stop looking."""
         return self._counts[Severity.ERROR] >= self._limit
 
@@ -360,7 +456,7 @@ class Diagnostics:
             raise UserError(self)
 
     def __iter__(self) -> Iterator[Diagnostic]:
-        return iter(sorted(self._kept, key=lambda found: found.order))
+        return iter(sorted(self._kept, key=lambda found: found.sort_key))
 
     def __len__(self) -> int:
         return len(self._kept)

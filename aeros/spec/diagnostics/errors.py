@@ -39,8 +39,8 @@ class DisagreementError(InternalError):
     about: what asked it; script: the question.
     """
 
-    def __init__(self, about: str, script: str, first: str, second: str) -> None:
-        super().__init__(f"of {about}, {first}, but {second}")
-        self.about = about
+    def __init__(self, description: str, script: str, first: str, second: str) -> None:
+        super().__init__(f"of {description}, {first}, but {second}")
+        self.about = description
         self.script = script
         self.answers = (first, second)

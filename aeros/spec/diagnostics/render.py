@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any, Final
 
-from aeros.spec.diagnostics.codes import CODES, Diagnostic, Label, Severity
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.codes import CODES, Diagnostic, Severity, SpanLabel
+from aeros.spec.diagnostics.source import Source, SourceSpan
 
 LONGEST_LINE: Final = 160
 """Characters of a source line that are shown; a longer line is shown around its mark."""
 
 _BLOCK: Final = re.compile(r"[|>][-+0-9]*\s*(#.*)?")  # what stands above a text in a block
-_MOST_LINES: Final = 8  # of a text in a block that are shown
+_MAX_LINES: Final = 8  # of a text in a block that are shown
 _LEAD: Final = 40  # characters shown before the mark in a shortened line
 _LONGEST_TEXT: Final = 4000  # characters of a headline, label or note that are shown
 _ESCAPED: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
@@ -44,15 +44,17 @@ def render_all(diagnostics: Iterable[Diagnostic], *, colour: bool = False) -> st
 
 def render_text(diagnostic: Diagnostic, *, colour: bool = False) -> str:
     """The diagnostic as lines for a terminal; ends with a line break."""
-    paint = _painted if colour else _plain
+    paint = _colour if colour else _plain
     severity = diagnostic.severity.value
     slug = CODES[diagnostic.code].slug
-    rows = [f"{paint(f'{severity}[{diagnostic.code}]', severity)} {slug}: {safe(diagnostic.headline)}"]
+    rows = [
+        f"{paint(f'{severity}[{diagnostic.code}]', severity)} {slug}: {escape_invisible(diagnostic.headline)}"
+    ]
     rows += _snippets(diagnostic, paint)
     for word, texts in (("note", diagnostic.notes), ("help", diagnostic.help)):
         for text in texts:
             # Later lines are indented, so text cannot pose as the next diagnostic.
-            lines = [safe(line) for line in text.split("\n")]
+            lines = [escape_invisible(line) for line in text.split("\n")]
             rows.append(f"{paint(f'{word}:', word)} " + ("\n" + " " * 6).join(lines))
     return "\n".join(rows) + "\n"
 
@@ -72,7 +74,7 @@ def render_json(diagnostic: Diagnostic) -> dict[str, Any]:
     }
 
 
-def safe(text: str) -> str:
+def escape_invisible(text: str) -> str:
     """The text with every character that is not plainly visible written as an escape."""
     shown = "".join(map(_safe_character, text[:_LONGEST_TEXT]))
     return shown if len(text) <= _LONGEST_TEXT else shown + "…"
@@ -86,7 +88,7 @@ def _safe_character(character: str) -> str:
     return character.encode("unicode_escape").decode("ascii")
 
 
-def _label_data(label: Label) -> dict[str, Any]:
+def _label_data(label: SpanLabel) -> dict[str, Any]:
     span = label.span
     return {
         "path": span.source.path,
@@ -104,12 +106,12 @@ def _plain(text: str, role: str) -> str:
     return text
 
 
-def _painted(text: str, role: str) -> str:
+def _colour(text: str, role: str) -> str:
     return f"\x1b[{_COLOURS[role]}m{text}\x1b[0m"
 
 
 @dataclass(frozen=True, slots=True)
-class _Mark:
+class _LabelMark:
     """One label on its first line: offsets within the line, the sign drawn, its colour."""
 
     start: int
@@ -129,7 +131,7 @@ class _Row:
         self._cells += [(" ", "")] * (column + len(text) - len(self._cells))
         self._cells[column : column + len(text)] = [(character, role) for character in text]
 
-    def shown(self, paint: Paint) -> str:
+    def to_text(self, paint: Paint) -> str:
         runs = groupby(self._cells, key=lambda cell: cell[1])
         texts = ((role, "".join(character for character, _ in cells)) for role, cells in runs)
         return "".join(paint(text, role) if role else text for role, text in texts)
@@ -141,8 +143,8 @@ def _snippets(diagnostic: Diagnostic, paint: Paint) -> list[str]:
         labels = [(label, False) for label in diagnostic.secondary]
     else:
         labels = [(diagnostic.primary, True), *((label, False) for label in diagnostic.secondary)]
-    marks: dict[Source, dict[int, list[_Mark]]] = {}
-    places: dict[Source, Span] = {}
+    marks: dict[Source, dict[int, list[_LabelMark]]] = {}
+    places: dict[Source, SourceSpan] = {}
     for label, is_primary in labels:
         places.setdefault(label.span.source, label.span)
         role = _role(diagnostic.severity, is_primary)
@@ -160,11 +162,11 @@ def _role(severity: Severity, is_primary: bool) -> str:
     return severity.value if is_primary else "secondary"
 
 
-def _location(span: Span, arrow: str, width: int, paint: Paint) -> str:
-    return f"{' ' * width}{paint(arrow, 'gutter')} {safe(span.source.path)}:{span.line}:{span.column}"
+def _location(span: SourceSpan, arrow: str, width: int, paint: Paint) -> str:
+    return f"{' ' * width}{paint(arrow, 'gutter')} {escape_invisible(span.source.path)}:{span.line}:{span.column}"
 
 
-def _marks(label: Label, sign: str, role: str) -> list[tuple[int, list[_Mark]]]:
+def _marks(label: SpanLabel, sign: str, role: str) -> list[tuple[int, list[_LabelMark]]]:
     """The label's part on its first line, by line; of a text in a block, its part on each line of that.
 
     What else goes on below the first line is not drawn.
@@ -174,19 +176,19 @@ def _marks(label: Label, sign: str, role: str) -> list[tuple[int, list[_Mark]]]:
     first = span.source.line_text(span.line)
     start, end = span.start - line_start, min(span.end - line_start, len(first))
     if not _BLOCK.fullmatch(first, start):
-        return [(span.line, [_Mark(start, max(start, end), sign, role, safe(label.text))])]
-    marks: list[tuple[int, list[_Mark]]] = []
+        return [(span.line, [_LabelMark(start, max(start, end), sign, role, escape_invisible(label.text))])]
+    marks: list[tuple[int, list[_LabelMark]]] = []
     for line in range(span.line + 1, span.end_line + 1):
         text = span.source.line_text(line).rstrip()
         start, end = len(text) - len(text.lstrip()), span.end - span.source.line_start(line)
-        if start < min(len(text), end) and len(marks) < _MOST_LINES:
-            marks.append((line, [_Mark(start, min(len(text), end), sign, role, "")]))
+        if start < min(len(text), end) and len(marks) < _MAX_LINES:
+            marks.append((line, [_LabelMark(start, min(len(text), end), sign, role, "")]))
     if marks:
-        marks[-1][1][0] = replace(marks[-1][1][0], text=safe(label.text))
+        marks[-1][1][0] = replace(marks[-1][1][0], text=escape_invisible(label.text))
     return [(span.line, []), *marks]
 
 
-def _marked_lines(source: Source, marks: dict[int, list[_Mark]], width: int, paint: Paint) -> list[str]:
+def _marked_lines(source: Source, marks: dict[int, list[_LabelMark]], width: int, paint: Paint) -> list[str]:
     rows: list[str] = []
     previous = None
     for line in sorted(marks):
@@ -196,12 +198,12 @@ def _marked_lines(source: Source, marks: dict[int, list[_Mark]], width: int, pai
         rows.append(f"{paint(f'{line:>{width}} |', 'gutter')} {shown}".rstrip())
         gutter = paint(f"{'':>{width}} |", "gutter")
         if marks[line]:
-            rows += [f"{gutter} {row.shown(paint)}" for row in _rows_below(marks[line], columns)]
+            rows += [f"{gutter} {row.to_text(paint)}" for row in _rows_below(marks[line], columns)]
         previous = line
     return rows
 
 
-def _window(text: str, marks: list[_Mark]) -> tuple[str, Callable[[int], int]]:
+def _window(text: str, marks: list[_LabelMark]) -> tuple[str, Callable[[int], int]]:
     """The part of a line to show, made safe, and where on the screen each offset of it lies."""
     low, high = 0, len(text)
     if high > LONGEST_LINE:
@@ -222,7 +224,7 @@ def _width(character: str) -> int:
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
 
 
-def _rows_below(marks: list[_Mark], column_of: Callable[[int], int]) -> list[_Row]:
+def _rows_below(marks: list[_LabelMark], column_of: Callable[[int], int]) -> list[_Row]:
     """The row of carets and dashes with the last label on it, then a row for each other label."""
     placed = [(column_of(m.start), max(column_of(m.end), column_of(m.start) + 1), m) for m in marks]
     first = _Row()

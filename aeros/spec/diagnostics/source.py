@@ -53,13 +53,13 @@ class Source:
         end = self._starts[line] - 1 if line < self.line_count else len(self.text)
         return self.text[start:end].removesuffix("\r")
 
-    def span(self, start: int, end: int) -> Span:
+    def span(self, start: int, end: int) -> SourceSpan:
         """The characters from `start` up to, not including, `end`."""
-        return Span(self, start, end)
+        return SourceSpan(self, start, end)
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Span:
+class SourceSpan:
     """The characters of `source` from `start` up to, not including, `end`; empty when equal."""
 
     source: Source
@@ -95,11 +95,11 @@ class Span:
         """Column just after the last character."""
         return self.source.position(self.end)[1]
 
-    def cover(self, other: Span) -> Span:
+    def merge(self, other: SourceSpan) -> SourceSpan:
         """The smallest span that holds both."""
         if other.source != self.source:
             raise MisuseError("spans of two sources have no common cover")
-        return Span(self.source, min(self.start, other.start), max(self.end, other.end))
+        return SourceSpan(self.source, min(self.start, other.start), max(self.end, other.end))
 
     def __str__(self) -> str:
         return f"{self.source.path}:{self.line}:{self.column}"

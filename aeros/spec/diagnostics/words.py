@@ -6,7 +6,7 @@ import unicodedata
 from itertools import groupby
 
 
-def words_of(text: str) -> tuple[str, ...]:
+def normalized_words(text: str) -> tuple[str, ...]:
     """The words of `text`: runs of letters with their marks, digits and `_`, whatever case they are in.
 
     Marks belong to their letters: a vowel sign is as much of a word as a vowel, and é is é however it is

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
-from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Label
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
 from aeros.spec.difference.module_changes import module_changes
-from aeros.spec.difference.policy_change import Change, Relation
+from aeros.spec.difference.policy_change import PolicyChange, Relation
 from aeros.spec.difference.site_changes import site_changes
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Ecm, Site
@@ -20,10 +20,10 @@ from aeros.spec.text.discovery import MANIFEST, module_folders
 
 
 @dataclass(frozen=True)
-class Difference:
+class PolicyDifference:
     """Everything that differs, and why a side could not be read, in which case nothing is compared."""
 
-    changes: tuple[Change, ...] = ()
+    changes: tuple[PolicyChange, ...] = ()
     problems: tuple[Diagnostic, ...] = ()
 
     @property
@@ -46,7 +46,7 @@ def is_site(path: Path) -> bool:
     return path.is_file() and path.name != MANIFEST
 
 
-def compare(old: Path, new: Path, site_path: Path, rlimit: int = DEFAULT_RLIMIT) -> Difference:
+def compare(old: Path, new: Path, site_path: Path, rlimit: int = DEFAULT_RLIMIT) -> PolicyDifference:
     """What going from `old` to `new` newly allows and denies: both site files, or both of modules.
 
     site_path: the site under which modules are compared; unused for sites.
@@ -55,13 +55,13 @@ def compare(old: Path, new: Path, site_path: Path, rlimit: int = DEFAULT_RLIMIT)
     if is_site(new):
         before, after = load_site(old, sink), load_site(new, sink)
         if before is None or after is None:
-            return Difference(problems=tuple(sink))
-        return Difference(tuple(site_changes(before, after, rlimit)), tuple(sink))
+            return PolicyDifference(problems=tuple(sink))
+        return PolicyDifference(tuple(site_changes(before, after, rlimit)), tuple(sink))
     site = load_site(site_path, sink)
     modules = [] if site is None else [_modules(path, site, sink) for path in (old, new)]
     if site is None or sink.has_errors:
-        return Difference(problems=tuple(sink))
-    return Difference(tuple(_compare_modules(modules[0], modules[1], site, rlimit)), tuple(sink))
+        return PolicyDifference(problems=tuple(sink))
+    return PolicyDifference(tuple(_compare_modules(modules[0], modules[1], site, rlimit)), tuple(sink))
 
 
 def _modules(path: Path, site: Site, sink: Diagnostics) -> dict[str, Ecm]:
@@ -76,13 +76,15 @@ def _modules(path: Path, site: Site, sink: Diagnostics) -> dict[str, Ecm]:
             continue
         ecm = loaded.ecm
         if ecm.id in found:
-            first = (Label(found[ecm.id].span, "first here"),)
+            first = (SpanLabel(found[ecm.id].span, "first here"),)
             sink.error("AE120", f"two modules are called `{ecm.id}`", ecm.span, secondary=first)
         found[ecm.id] = ecm
     return found
 
 
-def _compare_modules(old: dict[str, Ecm], new: dict[str, Ecm], site: Site, rlimit: int) -> Iterator[Change]:
+def _compare_modules(
+    old: dict[str, Ecm], new: dict[str, Ecm], site: Site, rlimit: int
+) -> Iterator[PolicyChange]:
     """Modules are paired by id; a single one on either side is meant as the same module."""
     if len(old) == len(new) == 1:
         ((before,), (after,)) = (old.values(), new.values())

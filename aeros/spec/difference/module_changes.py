@@ -12,23 +12,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aeros.spec.difference.policy_change import (
-    Change,
+    PolicyChange,
     Relation,
     bounds_relation,
-    finite,
-    listed_change,
+    describe_set_change,
+    finite_change,
     sets_relation,
 )
-from aeros.spec.difference.set_comparison import Condition, Side, compare_sets
+from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, compare_sets
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.units import show_number
-from aeros.spec.model.model import ActionKind, Clause, Ecm, Site, Skill
+from aeros.spec.expr.units import format_number
+from aeros.spec.model.model import ActionCondition, ActionKind, Ecm, Site, Skill
 
 ACCESS = ("actuators", "sensors", "channels", "compute")
 
 
 @dataclass(frozen=True)
-class _Asking:
+class _SkillVersion:
     """A skill of one version of a module; either may be missing."""
 
     ecm: Ecm | None
@@ -41,11 +41,11 @@ class _Asking:
 
 def module_changes(
     module: str, old: Ecm | None, new: Ecm | None, site: Site, rlimit: int
-) -> Iterator[Change]:
+) -> Iterator[PolicyChange]:
     """Every subject of either version of `module`, and how it changed; None where there is none."""
     names = dict.fromkeys([*(old.skills if old else ()), *(new.skills if new else ())])
     for name in names:
-        before, after = (_Asking(ecm, ecm.skills.get(name) if ecm else None) for ecm in (old, new))
+        before, after = (_SkillVersion(ecm, ecm.skills.get(name) if ecm else None) for ecm in (old, new))
         for kind in dict.fromkeys([*before.kinds, *after.kinds]):
             yield compare_sets(
                 f"{module}/{name}/{kind}",
@@ -60,67 +60,69 @@ def module_changes(
         yield from _module_changes(old, new)
 
 
-def _allowed(asking: _Asking, site: Site, kind: ActionKind) -> Side:
+def _allowed(asking: _SkillVersion, site: Site, kind: ActionKind) -> ComparedSet:
     """Every state, input and action of `kind` that the skill may ask for and the gate allows as asked."""
     ecm, skill = asking.ecm, asking.skill
     if ecm is None or skill is None:
-        return Side((), (Condition(t.FALSE, None),), ecm.span if ecm else None)
-    declared = (*site.observed.values(), *kind.parameters.values(), *skill.inputs.values())
-    clause, permitted = skill.envelope.get(kind.name), ecm.permission.get(kind.name)
+        return ComparedSet((), (SetCondition(t.FALSE, None),), ecm.span if ecm else None)
+    declared = (*site.observed_variables.values(), *kind.parameters.values(), *skill.inputs.values())
+    clause, permitted = skill.envelope.get(kind.name), ecm.permitted_actions.get(kind.name)
     if clause is None:
-        return Side(declared, (Condition(t.FALSE, skill.span),), skill.span)
-    conditions = [Condition(clause.term, clause.span)]
+        return ComparedSet(declared, (SetCondition(t.FALSE, skill.span),), skill.span)
+    conditions = [SetCondition(clause.term, clause.span)]
     if permitted is None:
-        conditions.append(Condition(t.FALSE, ecm.access_span))
+        conditions.append(SetCondition(t.FALSE, ecm.access_span))
     else:
-        conditions.append(Condition(permitted.term, permitted.span))
-    if _denied_whatever_it_is(ecm, site, skill, kind):
-        conditions.append(Condition(t.FALSE, skill.span))
-    conditions += [Condition(rule.terms[kind.name], rule.require_span) for rule in site.rules_on(kind.name)]
-    return Side(declared, tuple(conditions), clause.span)
+        conditions.append(SetCondition(permitted.term, permitted.span))
+    if _is_denied_by_finite_layers(ecm, site, skill, kind):
+        conditions.append(SetCondition(t.FALSE, skill.span))
+    conditions += [
+        SetCondition(rule.terms[kind.name], rule.require_span) for rule in site.rules_for_kind(kind.name)
+    ]
+    return ComparedSet(declared, tuple(conditions), clause.span)
 
 
-def _denied_whatever_it_is(ecm: Ecm, site: Site, skill: Skill, kind: ActionKind) -> bool:
+def _is_denied_by_finite_layers(ecm: Ecm, site: Site, skill: Skill, kind: ActionKind) -> bool:
     """Whether overrides, access or risk deny every action of the kind, as the gate's finite layers do."""
-    usable = skill.actuators & ecm.access.actuators & site.access_of(ecm.id).actuators
+    usable = skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators
     blocked = any(block.matches(ecm.id, skill.id, kind.name) for block in site.blocks)
     return blocked or not kind.actuators <= usable or not kind.risk <= skill.risk <= site.risk_ceiling
 
 
-def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int) -> Iterator[Change]:
+def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int) -> Iterator[PolicyChange]:
     yield compare_sets(
         f"{subject}/precondition",
         f"a start of `{new.id}`",
-        _where(old, old.precondition, site),
-        _where(new, new.precondition, site),
+        _condition_location(old, old.precondition, site),
+        _condition_location(new, new.precondition, site),
         rlimit,
     )
-    if old.hold is not None or new.hold is not None:
+    if old.hold_condition is not None or new.hold_condition is not None:
         yield compare_sets(
             f"{subject}/hold",
             f"a state in which `{new.id}` goes on",
-            _where(old, old.hold, site),
-            _where(new, new.hold, site),
+            _condition_location(old, old.hold_condition, site),
+            _condition_location(new, new.hold_condition, site),
             rlimit,
         )
     risk = bounds_relation(new.risk > old.risk, new.risk < old.risk)
     words = (old.risk.name.lower(), new.risk.name.lower())
-    yield finite(
+    yield finite_change(
         f"{subject}/risk",
         risk,
         f"the risk of `{new.id}` was {words[0]} and is {words[1]}",
         old.risk_span,
         new.risk_span,
     )
-    yield finite(
+    yield finite_change(
         f"{subject}/timeout",
         bounds_relation(new.timeout > old.timeout, new.timeout < old.timeout),
-        f"the time-out of `{new.id}` was {show_number(old.timeout)} s and is {show_number(new.timeout)} s",
+        f"the time-out of `{new.id}` was {format_number(old.timeout)} s and is {format_number(new.timeout)} s",
         old.span,
         new.span,
     )
     may, may_not = "may be run twice", "may not"
-    yield finite(
+    yield finite_change(
         f"{subject}/idempotent",
         bounds_relation(new.idempotent > old.idempotent, new.idempotent < old.idempotent),
         f"`{new.id}` {may if new.idempotent else may_not}; before it {may if old.idempotent else may_not}",
@@ -129,31 +131,33 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
     )
     for what in ("actuators", "resources"):
         before, after = getattr(old, what), getattr(new, what)
-        headline = listed_change(f"{what} of `{new.id}`", before, after)
-        yield finite(f"{subject}/{what}", sets_relation(before, after), headline, old.span, new.span)
-    if set(old.gated) != set(new.gated):
-        headline = listed_change(f"`{new.id}` leaves invariants to the gate", set(old.gated), set(new.gated))
-        spans = [next(iter(skill.gated.values()), skill.span) for skill in (old, new)]
-        yield finite(f"{subject}/gated", Relation.OTHERWISE, headline, *spans)
+        headline = describe_set_change(f"{what} of `{new.id}`", before, after)
+        yield finite_change(f"{subject}/{what}", sets_relation(before, after), headline, old.span, new.span)
+    if set(old.runtime_checked) != set(new.runtime_checked):
+        headline = describe_set_change(
+            f"`{new.id}` leaves invariants to the gate", set(old.runtime_checked), set(new.runtime_checked)
+        )
+        spans = [next(iter(skill.runtime_checked.values()), skill.span) for skill in (old, new)]
+        yield finite_change(f"{subject}/gated", Relation.CHANGED_OTHERWISE, headline, *spans)
 
 
-def _where(skill: Skill, clause: Clause | None, site: Site) -> Side:
+def _condition_location(skill: Skill, clause: ActionCondition | None, site: Site) -> ComparedSet:
     """Where a condition of the skill's holds; everywhere if there is none."""
-    declared = (*site.observed.values(), *skill.inputs.values())
-    conditions = () if clause is None else (Condition(clause.term, clause.span),)
-    return Side(declared, conditions, skill.span)
+    declared = (*site.observed_variables.values(), *skill.inputs.values())
+    conditions = () if clause is None else (SetCondition(clause.term, clause.span),)
+    return ComparedSet(declared, conditions, skill.span)
 
 
-def _module_changes(old: Ecm, new: Ecm) -> Iterator[Change]:
+def _module_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
     for group in ACCESS:
-        before, after = getattr(old.access, group), getattr(new.access, group)
-        headline = listed_change(f"{group} of `{new.id}`", before, after)
+        before, after = getattr(old.requested_access, group), getattr(new.requested_access, group)
+        headline = describe_set_change(f"{group} of `{new.id}`", before, after)
         relation = sets_relation(before, after)
-        yield finite(f"{new.id}/{group}", relation, headline, old.access_span, new.access_span)
+        yield finite_change(f"{new.id}/{group}", relation, headline, old.access_span, new.access_span)
     if old.code_digest != new.code_digest:
         headline = f"the code of `{new.id}` differs: what it may ask for is compared here, not what it does"
-        yield finite(f"{new.id}/code", Relation.OTHERWISE, headline)
+        yield finite_change(f"{new.id}/code", Relation.CHANGED_OTHERWISE, headline)
     if old.model_digests != new.model_digests:
         changed = dict(old.model_digests.items() ^ new.model_digests.items())
         headline = f"models of `{new.id}` differ, which is not compared: {', '.join(sorted(changed))}"
-        yield finite(f"{new.id}/models", Relation.OTHERWISE, headline)
+        yield finite_change(f"{new.id}/models", Relation.CHANGED_OTHERWISE, headline)

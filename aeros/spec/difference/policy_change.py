@@ -6,8 +6,8 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from enum import Enum
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.verification.witness import Witness
 
 
@@ -18,7 +18,7 @@ class Relation(Enum):
     NEWLY_ALLOWED = "newly allowed"
     NEWLY_DENIED = "newly denied"
     INCOMPARABLE = "incomparable"  # some things newly allowed, others newly denied
-    OTHERWISE = "changed"  # allows and denies the same, and yet is not the same
+    CHANGED_OTHERWISE = "changed"  # allows and denies the same, and yet is not the same
     NOT_COMPARABLE = "not comparable"  # the two speak of different things
     UNDECIDED = "undecided"
 
@@ -29,7 +29,7 @@ class Relation(Enum):
 
 
 @dataclass(frozen=True)
-class Change:
+class PolicyChange:
     """What became of one subject, such as `wrap/grip` or `policy/limits/retries`.
 
     witnesses: by `newly allowed` or `newly denied`, a state and an action that show it.
@@ -45,16 +45,16 @@ _CODES = {
     Relation.NEWLY_ALLOWED: ("AE951", Severity.WARNING),
     Relation.NEWLY_DENIED: ("AE952", Severity.NOTE),
     Relation.NOT_COMPARABLE: ("AE953", Severity.ERROR),
-    Relation.OTHERWISE: ("AE954", Severity.NOTE),
+    Relation.CHANGED_OTHERWISE: ("AE954", Severity.NOTE),
     Relation.UNDECIDED: ("AE509", Severity.ERROR),
 }
 
 
-def told(
+def diagnostic_for(
     relation: Relation,
     headline: str,
-    old: tuple[Label, ...] = (),
-    new: tuple[Label, ...] = (),
+    old: tuple[SpanLabel, ...] = (),
+    new: tuple[SpanLabel, ...] = (),
     notes: tuple[str, ...] = (),
 ) -> Diagnostic:
     """A change as a diagnostic: the new lines are primary, the old ones beside them."""
@@ -63,20 +63,22 @@ def told(
     return Diagnostic(code, headline, places[0] if places else None, places[1:], notes, severity=severity)
 
 
-def finite(
+def finite_change(
     subject: str,
     relation: Relation,
     headline: str,
-    old: Span | None = None,
-    new: Span | None = None,
-) -> Change:
+    old: SourceSpan | None = None,
+    new: SourceSpan | None = None,
+) -> PolicyChange:
     """A change that no solver is needed for; INCOMPARABLE is told as both of its halves."""
     halves = [] if relation is Relation.EQUAL else [relation]
     if relation is Relation.INCOMPARABLE:
         halves = [Relation.NEWLY_ALLOWED, Relation.NEWLY_DENIED]
-    before = () if old is None else (Label(old, "old"),)
-    after = () if new is None else (Label(new, "new"),)
-    return Change(subject, relation, tuple(told(half, headline, before, after) for half in halves))
+    before = () if old is None else (SpanLabel(old, "old"),)
+    after = () if new is None else (SpanLabel(new, "new"),)
+    return PolicyChange(
+        subject, relation, tuple(diagnostic_for(half, headline, before, after) for half in halves)
+    )
 
 
 def sets_relation(old: Set[str], new: Set[str]) -> Relation:
@@ -91,12 +93,12 @@ def bounds_relation(allows_more: bool, allows_less: bool) -> Relation:
     return Relation.NEWLY_DENIED if allows_less else Relation.EQUAL
 
 
-def listed_change(what: str, old: Set[str], new: Set[str]) -> str:
+def describe_set_change(what: str, old: Set[str], new: Set[str]) -> str:
     """A headline that names what was added to a set and what was taken away."""
-    parts = [f"with {_listed(new - old)}"] if new - old else []
-    parts += [f"without {_listed(old - new)}"] if old - new else []
+    parts = [f"with {_join_names(new - old)}"] if new - old else []
+    parts += [f"without {_join_names(old - new)}"] if old - new else []
     return f"{what}: now {' and '.join(parts)}"
 
 
-def _listed(names: Set[str]) -> str:
+def _join_names(names: Set[str]) -> str:
     return ", ".join(f"`{name}`" for name in sorted(names))

@@ -12,62 +12,64 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics.codes import Diagnostic, Label
-from aeros.spec.diagnostics.source import Span
-from aeros.spec.difference.policy_change import Change, Relation, bounds_relation, told
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.difference.policy_change import PolicyChange, Relation, bounds_relation, diagnostic_for
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model.model import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.obligation import Claim, Obligation, Space
+from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.verification.discharge import Finding, discharge
+from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.witness import Witness
 
 
 @dataclass(frozen=True)
-class Condition:
+class SetCondition:
     """One condition that every member of a set meets, and where it is written, if anywhere."""
 
     term: t.Term
-    span: Span | None
+    span: SourceSpan | None
 
 
 @dataclass(frozen=True)
-class Side:
+class ComparedSet:
     """One of the two sets: everything declared that meets all `conditions`.
 
     declared: every variable that a condition may mention; all parameters of the action.
     where: shown where no condition of this side is the reason for a difference.
     """
 
-    declared: tuple[Declared, ...]
-    conditions: tuple[Condition, ...]
-    where: Span | None
+    variables: tuple[Declared, ...]
+    conditions: tuple[SetCondition, ...]
+    span: SourceSpan | None
 
-    def labels(self, word: str, conditions: Iterable[Condition] = ()) -> tuple[Label, ...]:
+    def labels(self, word: str, conditions: Iterable[SetCondition] = ()) -> tuple[SpanLabel, ...]:
         """Where `conditions` are written, or else where this side is."""
         spans = [one.span for one in conditions if one.span is not None]
-        spans = spans or ([] if self.where is None else [self.where])
-        return tuple(Label(span, word) for span in dict.fromkeys(spans))
+        spans = spans or ([] if self.span is None else [self.span])
+        return tuple(SpanLabel(span, word) for span in dict.fromkeys(spans))
 
 
-def compare_sets(subject: str, what: str, old: Side, new: Side, rlimit: int) -> Change:
+def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, rlimit: int) -> PolicyChange:
     """How the set `new` relates to `old`.
 
     what: names a member for people, as in ``a `grip` of `wrap` ``.
     """
-    old, new = _emptied(old, new), _emptied(new, old)
-    clash = _clash(old, new)
+    old, new = _align_empty_side(old, new), _align_empty_side(new, old)
+    clash = _variable_mismatch(old, new)
     if clash is not None:
         headline = f"cannot compare {what}: {clash}"
-        diagnostic = told(Relation.NOT_COMPARABLE, headline, old.labels("old"), new.labels("new"))
-        return Change(subject, Relation.NOT_COMPARABLE, (diagnostic,))
-    declared = _merged(old, new)
-    before, after = _bounded(old, declared), _bounded(new, declared)
+        diagnostic = diagnostic_for(Relation.NOT_COMPARABLE, headline, old.labels("old"), new.labels("new"))
+        return PolicyChange(subject, Relation.NOT_COMPARABLE, (diagnostic,))
+    declared = _merge_variables(old, new)
+    before, after = _add_range_conditions(old, declared), _add_range_conditions(new, declared)
     found = {
-        Relation.NEWLY_ALLOWED: _beyond(subject, Relation.NEWLY_ALLOWED, declared, after, before, rlimit),
-        Relation.NEWLY_DENIED: _beyond(subject, Relation.NEWLY_DENIED, declared, before, after, rlimit),
+        Relation.NEWLY_ALLOWED: _subset_check(
+            subject, Relation.NEWLY_ALLOWED, declared, after, before, rlimit
+        ),
+        Relation.NEWLY_DENIED: _subset_check(subject, Relation.NEWLY_DENIED, declared, before, after, rlimit),
     }
     shown = {
         relation: one.witness
@@ -82,24 +84,24 @@ def compare_sets(subject: str, what: str, old: Side, new: Side, rlimit: int) -> 
         relation = Relation.UNDECIDED
         headline = f"undecided: whether {what} is allowed as before"
         note = f"the solver said: {unknown[0].reason}"
-        diagnostics.append(told(relation, headline, old.labels("old"), new.labels("new"), (note,)))
-    return Change(subject, relation, tuple(diagnostics), witnesses)
+        diagnostics.append(diagnostic_for(relation, headline, old.labels("old"), new.labels("new"), (note,)))
+    return PolicyChange(subject, relation, tuple(diagnostics), witnesses)
 
 
-def _emptied(side: Side, other: Side) -> Side:
+def _align_empty_side(side: ComparedSet, other: ComparedSet) -> ComparedSet:
     """`side`, but where it has no members, of the same things as `other`: nothing compares with anything."""
     never = tuple(one for one in side.conditions if one.term == t.FALSE)
-    return replace(side, declared=other.declared, conditions=never) if never else side
+    return replace(side, variables=other.variables, conditions=never) if never else side
 
 
-def _beyond(
+def _subset_check(
     subject: str,
     relation: Relation,
     declared: tuple[Declared, ...],
-    more: tuple[Condition, ...],
-    less: tuple[Condition, ...],
+    more: tuple[SetCondition, ...],
+    less: tuple[SetCondition, ...],
     rlimit: int,
-) -> Finding | None:
+) -> ObligationResult | None:
     """Whether every member of `more` is one of `less`; None where `less` asks for nothing else."""
     assumed = tuple(one.term for one in more)
     further = [one.term for one in less if one.term not in assumed]
@@ -108,51 +110,53 @@ def _beyond(
     claim = Obligation(
         id=ClaimForm.DIFFERENCE(subject, relation.value),
         code="AE951" if relation is Relation.NEWLY_ALLOWED else "AE952",
-        claim=Claim.ALWAYS,
-        space=Space(declared, assumed),
+        mode=ClaimMode.ALWAYS,
+        space=VariableSpace(declared, assumed),
         conclusion=t.conjunction(*further),
         headline=relation.value,
-        primary=Label(declared[0].span),
+        primary=SpanLabel(declared[0].span),
     )
-    (finding,) = discharge([claim], Oracle(rlimit))
+    (finding,) = discharge_obligations([claim], Oracle(rlimit))
     return finding
 
 
-def _diagnostic(relation: Relation, what: str, witness: Witness, old: Side, new: Side) -> Diagnostic:
+def _diagnostic(
+    relation: Relation, what: str, witness: Witness, old: ComparedSet, new: ComparedSet
+) -> Diagnostic:
     """The witness by those of its values that the changed conditions depend on."""
     before, after = ([one.term for one in side.conditions] for side in (old, new))
     gone = [one for one in old.conditions if one.term not in after]
     come = [one for one in new.conditions if one.term not in before]
     depends = {name for one in (*gone, *come) for name in t.variables_of(one.term)}
     lines = witness.lines()
-    changed = [line for one, line in zip(witness.declared, lines, strict=True) if one.name in depends]
+    changed = [line for one, line in zip(witness.variables, lines, strict=True) if one.name in depends]
     changed = changed or lines
     notes = ["for example, with\n" + "\n".join(changed)] if changed else []
     if len(changed) < len(lines):
         notes.append(f"`--format json` shows all {len(lines)} values of this witness")
     headline = f"{what} is {relation.value}"
-    return told(relation, headline, old.labels("old", gone), new.labels("new", come), tuple(notes))
+    return diagnostic_for(relation, headline, old.labels("old", gone), new.labels("new", come), tuple(notes))
 
 
-def _clash(old: Side, new: Side) -> str | None:
+def _variable_mismatch(old: ComparedSet, new: ComparedSet) -> str | None:
     """Why the two sets are not of the same things, if they are not."""
-    before, after = ({one.name: one for one in side.declared} for side in (old, new))
+    before, after = ({one.name: one for one in side.variables} for side in (old, new))
     used = {name for side in (old, new) for one in side.conditions for name in t.variables_of(one.term)}
     for name in (*before, *(name for name in after if name not in before)):
         one, other = before.get(name), after.get(name)
         role = (one or after[name]).variable.role
         if one is None or other is None:
-            if role is t.Role.PARAMETER or (role is t.Role.INPUT and name in used):
+            if role is t.VariableRole.PARAMETER or (role is t.VariableRole.INPUT and name in used):
                 return f"only the {'new' if one is None else 'old'} side has `{name}`"
-        elif one.variable != other.variable and (name in used or role is not t.Role.STATE):
+        elif one.variable != other.variable and (name in used or role is not t.VariableRole.STATE):
             return f"`{name}` was {one.variable.type} and is {other.variable.type}"
     return None
 
 
-def _merged(old: Side, new: Side) -> tuple[Declared, ...]:
+def _merge_variables(old: ComparedSet, new: ComparedSet) -> tuple[Declared, ...]:
     """Every variable of either side once, in a range that holds both of its ranges."""
-    merged = {one.name: one for one in old.declared}
-    for one in new.declared:
+    merged = {one.name: one for one in old.variables}
+    for one in new.variables:
         before = merged.get(one.name)
         widest = one.range
         if before is not None and before.range is not None and one.range is not None:
@@ -162,14 +166,15 @@ def _merged(old: Side, new: Side) -> tuple[Declared, ...]:
     return tuple(merged.values())
 
 
-def _bounded(side: Side, merged: Iterable[Declared]) -> tuple[Condition, ...]:
+def _add_range_conditions(side: ComparedSet, merged: Iterable[Declared]) -> tuple[SetCondition, ...]:
     """The side's conditions, with its own range of each variable that may go beyond it now."""
     whole = {one.name: one.range for one in merged}
     used = {name for one in side.conditions for name in t.variables_of(one.term)}
     narrower = [
-        Condition(_in_range(one), one.span)
-        for one in side.declared
-        if one.range != whole[one.name] and (one.name in used or one.variable.role is not t.Role.STATE)
+        SetCondition(_in_range(one), one.span)
+        for one in side.variables
+        if one.range != whole[one.name]
+        and (one.name in used or one.variable.role is not t.VariableRole.STATE)
     ]
     return (*side.conditions, *narrower)
 

@@ -12,24 +12,33 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.difference.module_changes import ACCESS
 from aeros.spec.difference.policy_change import (
-    Change,
+    PolicyChange,
     Relation,
     bounds_relation,
-    finite,
-    listed_change,
+    describe_set_change,
+    finite_change,
     sets_relation,
 )
-from aeros.spec.difference.set_comparison import Condition, Side, compare_sets
+from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, compare_sets
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.units import show_number
-from aeros.spec.model.model import Access, ActionKind, Block, Declared, Execute, JointRule, Quota, Site
+from aeros.spec.expr.units import format_number
+from aeros.spec.model.model import (
+    Access,
+    ActionKind,
+    Declared,
+    Execute,
+    JointRule,
+    OperatorOverride,
+    Quota,
+    Site,
+)
 from aeros.spec.obligations.joint import joint_variables
 
 
-def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
+def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
     """Every subject of either site, and how it changed."""
     for name in dict.fromkeys([*old.kinds, *new.kinds]):
         before, after = _allowed(old, name), _allowed(new, name)
@@ -49,108 +58,114 @@ def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
     yield from _quota_changes(old.quotas, new.quotas)
     yield from _isolation_changes(old, new)
     yield from _mcp_changes(old, new)
-    yield _undeclared_change(old, new)
+    yield _undeclared_outcome_change(old, new)
     yield _motion_change(old, new)
 
 
-def _undeclared_change(old: Site, new: Site) -> Change:
+def _undeclared_outcome_change(old: Site, new: Site) -> PolicyChange:
     """Planning anew after an outcome that nothing declares lets a task go on."""
-    before, after = old.stops_at_undeclared, new.stops_at_undeclared
+    before, after = old.stops_on_undeclared_outcome, new.stops_on_undeclared_outcome
     words = ["stop" if stops else "replan" for stops in (before, after)]
     headline = f"after an outcome that no manifest declares it was `{words[0]}`, and is `{words[1]}`"
     places = [site.policy_spans.get("policy/undeclared_outcome") for site in (old, new)]
     relation = bounds_relation(before and not after, after and not before)
-    return finite("policy/undeclared_outcome", relation, headline, *places)
+    return finite_change("policy/undeclared_outcome", relation, headline, *places)
 
 
-def _motion_change(old: Site, new: Site) -> Change:
+def _motion_change(old: Site, new: Site) -> PolicyChange:
     """Whatever changed of what motions are decided by may allow some and deny others; nothing is compared."""
     changed = old.motion != new.motion
     relation = bounds_relation(changed and old.motion is not None, changed and new.motion is not None)
     headline = "what whole motions are decided by, the section `motion` and what it names, changed"
-    return finite("motion", relation, headline, old.span, new.span)
+    return finite_change("motion", relation, headline, old.span, new.span)
 
 
-def _allowed(site: Site, name: str) -> Side:
+def _allowed(site: Site, name: str) -> ComparedSet:
     kind = site.kinds.get(name)
     if kind is None:
-        return Side((), (Condition(t.FALSE, None),), site.span)
-    conditions = [Condition(rule.terms[name], rule.require_span) for rule in site.rules_on(name)]
+        return ComparedSet((), (SetCondition(t.FALSE, None),), site.span)
+    conditions = [SetCondition(rule.terms[name], rule.require_span) for rule in site.rules_for_kind(name)]
     everywhere = (
         block.module is None and block.skill is None and block.action == name for block in site.blocks
     )
     if any(everywhere) or kind.risk > site.risk_ceiling:
-        conditions.append(Condition(t.FALSE, kind.span))
-    return Side((*site.observed.values(), *kind.parameters.values()), tuple(conditions), kind.span)
+        conditions.append(SetCondition(t.FALSE, kind.span))
+    return ComparedSet(
+        (*site.observed_variables.values(), *kind.parameters.values()), tuple(conditions), kind.span
+    )
 
 
-def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -> Iterator[Change]:
+def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -> Iterator[PolicyChange]:
     subject, places = f"actions/{after.name}", (before.span, after.span)
     risk = bounds_relation(after.risk < before.risk, after.risk > before.risk)
     words = [kind.risk.name.lower() for kind in (before, after)]
-    yield finite(
+    yield finite_change(
         f"{subject}/risk", risk, f"the risk of `{after.name}` was {words[0]} and is {words[1]}", *places
     )
     moved = sets_relation(after.actuators, before.actuators)  # fewer to be permitted allows more
-    headline = listed_change(f"actuators that `{after.name}` moves", before.actuators, after.actuators)
-    yield finite(f"{subject}/actuators", moved, headline, *places)
+    headline = describe_set_change(f"actuators that `{after.name}` moves", before.actuators, after.actuators)
+    yield finite_change(f"{subject}/actuators", moved, headline, *places)
     reduced = [
         {
             rule.id: rule.attenuations[after.name]
-            for rule in site.rules_on(after.name)
+            for rule in site.rules_for_kind(after.name)
             if after.name in rule.attenuations
         }
         for site in (old, new)
     ]
     if reduced[0] != reduced[1] or before.protective != after.protective:
         headline = f"what the gate makes of a `{after.name}` that it does not allow as asked differs"
-        yield finite(f"{subject}/attenuation", Relation.OTHERWISE, headline, *places)
+        yield finite_change(f"{subject}/attenuation", Relation.CHANGED_OTHERWISE, headline, *places)
 
 
-def _joint_changes(old: Site, new: Site, rlimit: int) -> Iterator[Change]:
+def _joint_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
     """Rules about two actions at the same time: which pairs each of them allows."""
-    before, after = ({rule.id: rule for rule in site.joint} for site in (old, new))
+    before, after = ({rule.id: rule for rule in site.joint_rules} for site in (old, new))
     for name in dict.fromkeys([*before, *after]):
         one, other = _pairs(old, before.get(name)), _pairs(new, after.get(name))
-        one = replace(one, declared=one.declared or other.declared)
-        other = replace(other, declared=other.declared or one.declared)
+        one = replace(one, variables=one.variables or other.variables)
+        other = replace(other, variables=other.variables or one.variables)
         yield compare_sets(f"joint/{name}", f"a pair of actions under `{name}`", one, other, rlimit)
 
 
-def _pairs(site: Site, rule: JointRule | None) -> Side:
+def _pairs(site: Site, rule: JointRule | None) -> ComparedSet:
     """Every pair that the rule allows; without one, all."""
     if rule is None:
-        return Side((), (), site.span)
-    return Side(joint_variables(site, rule), (Condition(rule.term, rule.require_span),), rule.require_span)
+        return ComparedSet((), (), site.span)
+    return ComparedSet(
+        joint_variables(site, rule), (SetCondition(rule.term, rule.require_span),), rule.require_span
+    )
 
 
-def _vocabulary_changes(old: Mapping[str, Declared], new: Mapping[str, Declared]) -> Iterator[Change]:
+def _vocabulary_changes(old: Mapping[str, Declared], new: Mapping[str, Declared]) -> Iterator[PolicyChange]:
     for name in dict.fromkeys([*old, *new]):
         before, after, subject = old.get(name), new.get(name), f"state/{name}"
         if before is None or after is None:
             headline = f"`{name}` is {'measured now' if before is None else 'no longer measured'}"
             spans = (None if one is None else one.span for one in (before, after))
-            yield finite(subject, Relation.OTHERWISE, headline, *spans)
+            yield finite_change(subject, Relation.CHANGED_OTHERWISE, headline, *spans)
             continue
         ages = [one.max_age or Fraction(0) for one in (before, after)]
-        headline = f"`{name}` may be {show_number(ages[1])} s old, and was {show_number(ages[0])} s"
+        headline = f"`{name}` may be {format_number(ages[1])} s old, and was {format_number(ages[0])} s"
         age = bounds_relation(ages[1] > ages[0], ages[1] < ages[0])
-        yield finite(f"{subject}/max_age", age, headline, before.span, after.span)
+        yield finite_change(f"{subject}/max_age", age, headline, before.span, after.span)
         if before.sensor != after.sensor:
             headline = f"`{name}` was measured by `{before.sensor}` and is by `{after.sensor}`"
-            yield finite(f"{subject}/sensor", Relation.OTHERWISE, headline, before.span, after.span)
+            yield finite_change(
+                f"{subject}/sensor", Relation.CHANGED_OTHERWISE, headline, before.span, after.span
+            )
 
 
 def _access_changes(
-    subject: str, who: str, old: Access, new: Access, places: tuple[Span | None, Span | None]
-) -> Iterator[Change]:
+    subject: str, who: str, old: Access, new: Access, places: tuple[SourceSpan | None, SourceSpan | None]
+) -> Iterator[PolicyChange]:
     for group in ACCESS:
         before, after = getattr(old, group), getattr(new, group)
-        headline = listed_change(f"{group} granted to {who}", before, after)
-        yield finite(f"{subject}/{group}", sets_relation(before, after), headline, *places)
+        headline = describe_set_change(f"{group} granted to {who}", before, after)
+        yield finite_change(f"{subject}/{group}", sets_relation(before, after), headline, *places)
 
 
-def _number_changes(old: Site, new: Site) -> Iterator[Change]:
+def _number_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     """The risk ceiling, limits and capacities: of all of these more allows more."""
     pairs: dict[str, tuple[Fraction | int, Fraction | int]] = {
         "policy/risk_ceiling": (old.risk_ceiling, new.risk_ceiling),
@@ -163,27 +178,33 @@ def _number_changes(old: Site, new: Site) -> Iterator[Change]:
         pairs[f"resources/{name}"] = (old.resources.get(name, 0), new.resources.get(name, 0))
     for subject, (before, after) in pairs.items():
         relation = bounds_relation(after > before, after < before)
-        shown = [show_number(Fraction(value)) for value in (before, after)]
+        shown = [format_number(Fraction(value)) for value in (before, after)]
         headline = f"`{subject.replace('/', '.')}` was {shown[0]} and is {shown[1]}"
-        yield finite(subject, relation, headline, *(one.policy_spans.get(subject) for one in (old, new)))
+        yield finite_change(
+            subject, relation, headline, *(one.policy_spans.get(subject) for one in (old, new))
+        )
 
 
-def _block_changes(old: Sequence[Block], new: Sequence[Block]) -> Iterator[Change]:
+def _block_changes(
+    old: Sequence[OperatorOverride], new: Sequence[OperatorOverride]
+) -> Iterator[PolicyChange]:
     """Overrides by what they match: one more denies more."""
     before, after = ({(one.module, one.skill, one.action): one for one in blocks} for blocks in (old, new))
     for matched in dict.fromkeys([*before, *after]):
         block = before.get(matched) or after[matched]
         relation = bounds_relation(matched not in after, matched not in before)
         verb = "no longer blocks" if matched not in after else "now blocks"
-        named = ", ".join(f"{what} `{name}`" for what, name in zip(_MATCHED, matched, strict=True) if name)
+        named = ", ".join(
+            f"{what} `{name}`" for what, name in zip(_BLOCK_MATCH_FIELDS, matched, strict=True) if name
+        )
         spans = (None if one is None else one.span for one in (before.get(matched), after.get(matched)))
-        yield finite(f"policy/blocks/{block.id}", relation, f"the operator {verb} {named}", *spans)
+        yield finite_change(f"policy/blocks/{block.id}", relation, f"the operator {verb} {named}", *spans)
 
 
-_MATCHED = ("module", "skill", "action")
+_BLOCK_MATCH_FIELDS = ("module", "skill", "action")
 
 
-def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[Change]:
+def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[PolicyChange]:
     """Quotas by id: fewer kinds, more actions, a shorter window or no quota at all allow more."""
     before, after = ({quota.id: quota for quota in quotas} for quotas in (old, new))
     for name in dict.fromkeys([*before, *after]):
@@ -193,47 +214,58 @@ def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[Chang
             headline = f"the quota `{name}` {'is gone' if other is None else 'is new'}"
         else:
             relation = bounds_relation(
-                other.at_most > one.at_most or other.within < one.within or not one.kinds <= other.kinds,
-                other.at_most < one.at_most or other.within > one.within or not other.kinds <= one.kinds,
+                other.max_count > one.max_count
+                or other.window_s < one.window_s
+                or not one.kinds <= other.kinds,
+                other.max_count < one.max_count
+                or other.window_s > one.window_s
+                or not other.kinds <= one.kinds,
             )
-            headline = f"the quota `{name}` was {_shown(one)} and is {_shown(other)}"
+            headline = f"the quota `{name}` was {_format_quota(one)} and is {_format_quota(other)}"
         spans = (None if quota is None else quota.span for quota in (one, other))
-        yield finite(f"policy/quotas/{name}", relation, headline, *spans)
+        yield finite_change(f"policy/quotas/{name}", relation, headline, *spans)
 
 
-def _isolation_changes(old: Site, new: Site) -> Iterator[Change]:
+def _isolation_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     """More trust and fewer required layers allow more of what code does beside asking."""
     before, after = old.isolation, new.isolation
     places = [site.policy_spans.get("policy/isolation") for site in (old, new)]
-    headline = listed_change("modules trusted to run in the runtime's process", before.trusted, after.trusted)
-    relation = sets_relation(before.trusted, after.trusted)
-    yield finite("policy/isolation/trusted", relation, headline, *places)
-    headline = listed_change("required layers of isolation", before.require, after.require)
-    relation = sets_relation(after.require, before.require)
-    yield finite("policy/isolation/require", relation, headline, *places)
-    words = ["refuse" if one.refuses else "warn" for one in (before, after)]
+    headline = describe_set_change(
+        "modules trusted to run in the runtime's process", before.trusted_modules, after.trusted_modules
+    )
+    relation = sets_relation(before.trusted_modules, after.trusted_modules)
+    yield finite_change("policy/isolation/trusted", relation, headline, *places)
+    headline = describe_set_change(
+        "required layers of isolation", before.required_layers, after.required_layers
+    )
+    relation = sets_relation(after.required_layers, before.required_layers)
+    yield finite_change("policy/isolation/require", relation, headline, *places)
+    words = ["refuse" if one.refuses_missing else "warn" for one in (before, after)]
     headline = f"where a layer of isolation is missing, the answer was `{words[0]}` and is `{words[1]}`"
-    relation = bounds_relation(before.refuses and not after.refuses, after.refuses and not before.refuses)
-    yield finite("policy/isolation/missing", relation, headline, *places)
-    shown = [show_number(one.answer_within) for one in (before, after)]
+    relation = bounds_relation(
+        before.refuses_missing and not after.refuses_missing,
+        after.refuses_missing and not before.refuses_missing,
+    )
+    yield finite_change("policy/isolation/missing", relation, headline, *places)
+    shown = [format_number(one.answer_timeout_s) for one in (before, after)]
     headline = f"skill code may compute for {shown[1]} s before each action, and {shown[0]} s before"
-    longer = after.answer_within > before.answer_within
-    relation = bounds_relation(longer, after.answer_within < before.answer_within)
-    yield finite("policy/isolation/answer_within", relation, headline, *places)
+    longer = after.answer_timeout_s > before.answer_timeout_s
+    relation = bounds_relation(longer, after.answer_timeout_s < before.answer_timeout_s)
+    yield finite_change("policy/isolation/answer_within", relation, headline, *places)
 
 
-def _mcp_changes(old: Site, new: Site) -> Iterator[Change]:
+def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     """Less of the operator's approval, longer plans and more skills allow clients of `aeros mcp` more."""
     before, after = old.mcp, new.mcp
     places = [site.policy_spans.get("policy/mcp") for site in (old, new)]
     headline = f"plans of MCP clients were `{before.execute.value}` and are `{after.execute.value}`"
-    ways = [_FREEDOM.index(one.execute) for one in (before, after)]
-    yield finite(
+    ways = [_EXECUTE_ORDER.index(one.execute) for one in (before, after)]
+    yield finite_change(
         "policy/mcp/execute", bounds_relation(ways[1] > ways[0], ways[1] < ways[0]), headline, *places
     )
-    headline = f"plans of MCP clients had {before.most_steps} steps at most and have {after.most_steps}"
-    relation = bounds_relation(after.most_steps > before.most_steps, after.most_steps < before.most_steps)
-    yield finite("policy/mcp/most_steps", relation, headline, *places)
+    headline = f"plans of MCP clients had {before.max_steps} steps at most and have {after.max_steps}"
+    relation = bounds_relation(after.max_steps > before.max_steps, after.max_steps < before.max_steps)
+    yield finite_change("policy/mcp/most_steps", relation, headline, *places)
     if before.skills is None or after.skills is None:
         relation = bounds_relation(
             before.skills != after.skills and after.skills is None,
@@ -242,13 +274,15 @@ def _mcp_changes(old: Site, new: Site) -> Iterator[Change]:
         headline = f"plans of MCP clients may {'' if after.skills is None else 'not '}have every skill"
     else:
         relation = sets_relation(before.skills, after.skills)
-        headline = listed_change("skills that plans of MCP clients may have", before.skills, after.skills)
-    yield finite("policy/mcp/skills", relation, headline, *places)
+        headline = describe_set_change(
+            "skills that plans of MCP clients may have", before.skills, after.skills
+        )
+    yield finite_change("policy/mcp/skills", relation, headline, *places)
 
 
-_FREEDOM = (Execute.DENIED, Execute.APPROVAL, Execute.ALLOWED)
+_EXECUTE_ORDER = (Execute.DENIED, Execute.APPROVAL, Execute.ALLOWED)
 
 
-def _shown(quota: Quota) -> str:
+def _format_quota(quota: Quota) -> str:
     kinds = ", ".join(sorted(quota.kinds))
-    return f"{quota.at_most} of {kinds} within {show_number(quota.within)} s"
+    return f"{quota.max_count} of {kinds} within {format_number(quota.window_s)} s"

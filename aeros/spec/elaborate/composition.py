@@ -8,21 +8,21 @@ from typing import Any
 
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression
-from aeros.spec.elaborate.lookup import check_range, known
+from aeros.spec.elaborate.lookup import check_in_range, resolve_name
 from aeros.spec.elaborate.scopes import constant_scope, state_scope
 from aeros.spec.expr import terms as t
-from aeros.spec.model.composition import STOP, Composition, Flow, Part, Step
+from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
 from aeros.spec.model.model import Site, Skill
 from aeros.spec.model.step_graph import If, Par, Seq
-from aeros.spec.text.fields import Choice, Entries, Expression, Integer, Text
+from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 
-_OF_STEPS = ("id", "inputs", "retry", "on_failure")
+_STEP_FIELDS = ("id", "inputs", "retry", "on_failure")
 
 
 def elaborate_compositions(
-    entries: Entries[declared.Composition], site: Site, skills: Mapping[str, Skill], sink: Diagnostics
+    entries: MappingField[declared.Composition], site: Site, skills: Mapping[str, Skill], sink: Diagnostics
 ) -> dict[str, Composition]:
     """The compositions by name; what is at fault is reported and left out."""
     found: dict[str, Composition] = {}
@@ -41,44 +41,44 @@ def elaborate_compositions(
 
 
 @dataclass(frozen=True)
-class _Run:
+class _InvocationFields:
     """What a step and a handler have in common."""
 
-    skill: Text
-    inputs: tuple[tuple[Text, Expression | declared.Flow], ...]
-    retry: Integer | None
-    on_failure: Text | None
+    skill: TextField
+    inputs: tuple[tuple[TextField, ExpressionField | declared.OutputReference], ...]
+    retry: IntegerField | None
+    on_failure: TextField | None
 
 
-def _parts(part: declared.Part) -> Iterator[declared.Part]:
+def _subparts(part: declared.Part) -> Iterator[declared.Part]:
     yield part
     inner = [*(part.seq or ()), *(part.par or ()), *([part.then] if part.then else [])]
     inner += [part.else_] if isinstance(part.else_, declared.Part) else []
     for one in inner:
-        yield from _parts(one)
+        yield from _subparts(one)
 
 
 class _Elaborator:
     def __init__(
-        self, one: declared.Composition, site: Site, skills: Mapping[str, Skill], sink: Diagnostics
+        self, composition: declared.Composition, site: Site, skills: Mapping[str, Skill], sink: Diagnostics
     ) -> None:
-        self._declared = one
+        self._declared = composition
         self._site = site
         self._skills = skills
         self._sink = sink
-        self._named = {name.value: handler for name, handler in one.handlers}
-        self._steps: dict[str, Text] = {}
+        self._named = {name.value: handler for name, handler in composition.handlers}
+        self._steps: dict[str, TextField] = {}
         self._handlers: dict[str, Step] = {}
 
-    def composition(self, name: Text) -> Composition | None:
+    def composition(self, name: TextField) -> Composition | None:
         one, before = self._declared, len(self._sink)
-        for part in _parts(one.do):
+        for part in _subparts(one.do):
             if part.skill is not None:
-                self._take_name(part.id or part.skill, part.skill)
+                self._register_name(part.id or part.skill, part.skill)
         for handler_name, handler in one.handlers:
-            if handler_name.value == STOP:
+            if handler_name.value == STOP_ON_FAILURE:
                 self._sink.error("AE121", "`stop` is what `on_failure` says to stop", handler_name.span)
-            run = _Run(handler.skill, handler.inputs.items, handler.retry, handler.on_failure)
+            run = _InvocationFields(handler.skill, handler.inputs.items, handler.retry, handler.on_failure)
             step = self._step(handler_name.value, run, handler_name.span)
             if step is not None:
                 self._handlers[handler_name.value] = step
@@ -91,7 +91,7 @@ class _Elaborator:
         span = None if one.precondition is None else one.precondition.span
         return Composition(name.value, precondition or t.TRUE, span, body, self._handlers, name.span)
 
-    def _take_name(self, name: Text, skill: Text) -> None:
+    def _register_name(self, name: TextField, skill: TextField) -> None:
         if name.value in self._steps:
             self._sink.error(
                 "AE120",
@@ -109,14 +109,15 @@ class _Elaborator:
         ]
         if len(forms) != 1:
             found = "nothing of these" if not forms else " and ".join(f"`{form}`" for form in forms)
-            self._fault(
-                f"a part has one of `seq`, `par`, `if` and `skill`; here is {found}", _head(part.span)
+            self._report(
+                f"a part has one of `seq`, `par`, `if` and `skill`; here is {found}",
+                _first_line_span(part.span),
             )
             return None
         self._check_fields(part, forms[0])
         if part.skill is not None:
             name = part.id or part.skill
-            run = _Run(part.skill, part.inputs.items, part.retry, part.on_failure)
+            run = _InvocationFields(part.skill, part.inputs.items, part.retry, part.on_failure)
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:
             return self._if(part, part.if_)
@@ -124,28 +125,28 @@ class _Elaborator:
         least = 1 if part.seq is not None else 2
         if len(inner) < least:
             needed = "a `seq` has at least one part" if least == 1 else "a `par` has at least two branches"
-            self._sink.error("AE112", needed, _head(part.span))
+            self._sink.error("AE112", needed, _first_line_span(part.span))
         parts = tuple(built for one in inner if (built := self._part(one)) is not None)
-        return Seq(parts) if part.seq is not None else Par(parts, _head(part.span))
+        return Seq(parts) if part.seq is not None else Par(parts, _first_line_span(part.span))
 
     def _check_fields(self, part: declared.Part, form: str) -> None:
         """Fields stand only where they mean something."""
         if form != "skill":
-            for name in _OF_STEPS:
+            for name in _STEP_FIELDS:
                 value = getattr(part, name)
-                if value is not None and value != Entries():
-                    self._fault(f"`{name}` belongs to a step with a `skill`", _head(part.span))
+                if value is not None and value != MappingField():
+                    self._report(f"`{name}` belongs to a step with a `skill`", _first_line_span(part.span))
         if form != "if" and (part.then is not None or part.else_ is not None):
-            self._fault("`then` and `else` belong to an `if`", _head(part.span))
+            self._report("`then` and `else` belong to an `if`", _first_line_span(part.span))
 
-    def _if(self, part: declared.Part, condition: Expression) -> If[Step] | None:
+    def _if(self, part: declared.Part, condition: ExpressionField) -> If[Step] | None:
         term = elaborate_expression(condition, state_scope(self._site), self._sink)
         if part.then is None:
-            self._fault("an `if` needs a `then`", condition.span)
+            self._report("an `if` needs a `then`", condition.span)
             return None
         then = self._part(part.then)
         otherwise: Part | None = None
-        if isinstance(part.else_, Choice):
+        if isinstance(part.else_, ChoiceField):
             otherwise = Seq(())
         elif part.else_ is not None:
             otherwise = self._part(part.else_)
@@ -153,8 +154,8 @@ class _Elaborator:
             return None
         return If(term, condition.value, then, otherwise, condition.span)
 
-    def _step(self, name: str, run: _Run, span: Span) -> Step | None:
-        skill = known(run.skill, self._skills, "a skill of this module", self._sink)
+    def _step(self, name: str, run: _InvocationFields, span: SourceSpan) -> Step | None:
+        skill = resolve_name(run.skill, self._skills, "a skill of this module", self._sink)
         on_failure = None if run.on_failure is None else self._on_failure(run, run.on_failure)
         limit = self._site.limits.retries
         if run.retry is not None and run.retry.value > limit:
@@ -165,56 +166,62 @@ class _Elaborator:
         retry = 0 if run.retry is None else run.retry.value
         return Step(name, skill.id, constants, flows, retry, on_failure, span)
 
-    def _on_failure(self, run: _Run, name: Text) -> str:
+    def _on_failure(self, run: _InvocationFields, name: TextField) -> str:
         """The handler's name; a skill that is no named handler becomes one."""
-        if name.value == STOP:
-            return STOP
+        if name.value == STOP_ON_FAILURE:
+            return STOP_ON_FAILURE
         if run.retry is None:
-            self._fault("`on_failure` runs between two tries, so it needs `retry`", name.span)
+            self._report("`on_failure` runs between two tries, so it needs `retry`", name.span)
         if name.value not in self._named and name.value not in self._handlers:
             candidates = {**dict.fromkeys(self._named, None), **dict.fromkeys(self._skills, None)}
-            known(name, {**candidates, STOP: None}, "a handler or a skill of this module", self._sink)
+            resolve_name(
+                name, {**candidates, STOP_ON_FAILURE: None}, "a handler or a skill of this module", self._sink
+            )
             if name.value in self._skills:
-                step = self._step(name.value, _Run(name, (), None, None), name.span)
+                step = self._step(name.value, _InvocationFields(name, (), None, None), name.span)
                 if step is not None:
                     self._handlers[name.value] = step
         return name.value
 
-    def _inputs(self, run: _Run, skill: Skill) -> tuple[dict[str, Any], dict[str, Flow]]:
-        constants = {name: one.default for name, one in skill.inputs.items() if one.default is not None}
-        flows: dict[str, Flow] = {}
+    def _inputs(
+        self, run: _InvocationFields, skill: Skill
+    ) -> tuple[dict[str, Any], dict[str, OutputReference]]:
+        constants = {
+            name: one.default_value for name, one in skill.inputs.items() if one.default_value is not None
+        }
+        flows: dict[str, OutputReference] = {}
         for name, given in run.inputs:
-            variable = known(name, skill.inputs, f"an input of `{skill.id}`", self._sink)
+            variable = resolve_name(name, skill.inputs, f"an input of `{skill.id}`", self._sink)
             if variable is None:
                 continue
-            if isinstance(given, declared.Flow):
-                flow = self._flow(given)
+            if isinstance(given, declared.OutputReference):
+                flow = self._output_reference(given)
                 if flow is not None:
                     constants.pop(name.value, None)
                     flows[name.value] = flow
                 continue
             type_ = variable.variable.type
             value = elaborate_constant(given, constant_scope(self._site), self._sink, type_)
-            check_range(variable, value, given, self._sink)
+            check_in_range(variable, value, given, self._sink)
             constants[name.value] = value
         written = {name.value for name, _ in run.inputs}
         for missing in skill.inputs.keys() - constants.keys() - flows.keys() - written:
-            self._fault(f"`{skill.id}` needs the input `{missing}`", run.skill.span)
+            self._report(f"`{skill.id}` needs the input `{missing}`", run.skill.span)
         return constants, flows
 
-    def _flow(self, given: declared.Flow) -> Flow | None:
+    def _output_reference(self, given: declared.OutputReference) -> OutputReference | None:
         text = given.from_
         step, _, output = text.value.partition(".")
         source = self._steps.get(step)
         outputs = {} if source is None else getattr(self._skills.get(source.value), "outputs", {})
-        known(text, {f"{step}.{name}": None for name in outputs}, "an output of a step", self._sink)
-        return Flow(step, output, text.span) if output in outputs else None
+        resolve_name(text, {f"{step}.{name}": None for name in outputs}, "an output of a step", self._sink)
+        return OutputReference(step, output, text.span) if output in outputs else None
 
-    def _fault(self, headline: str, at: Span) -> None:
+    def _report(self, headline: str, at: SourceSpan) -> None:
         self._sink.error("AE102", headline, at)
 
 
-def _head(span: Span) -> Span:
+def _first_line_span(span: SourceSpan) -> SourceSpan:
     """The first line of a span: what to underline for a whole part."""
     end = span.source.text.find("\n", span.start, span.end)
-    return span if end < 0 else Span(span.source, span.start, end)
+    return span if end < 0 else SourceSpan(span.source, span.start, end)

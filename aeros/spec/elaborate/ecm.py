@@ -21,17 +21,17 @@ from aeros.spec.elaborate.expressions import (
     elaborate_expression,
     elaborate_quantity,
 )
-from aeros.spec.elaborate.lookup import check_range, known
-from aeros.spec.elaborate.scopes import constant_scope, kind_scope, state_scope
+from aeros.spec.elaborate.lookup import check_in_range, resolve_name
+from aeros.spec.elaborate.scopes import action_scope, constant_scope, state_scope
 from aeros.spec.elaborate.site import elaborate_access
-from aeros.spec.elaborate.vocabulary import check_name, elaborate_variable
+from aeros.spec.elaborate.vocabulary import check_name_is_free, elaborate_variable
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import FamilyType, VectorType
-from aeros.spec.expr.units import TIME, parse_quantity, show_number
-from aeros.spec.model.hold_conditions import MOST_COMBINATIONS, combinations, starting
+from aeros.spec.expr.units import TIME, format_number, parse_quantity
+from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations, start_condition
 from aeros.spec.model.model import (
-    Clause,
+    ActionCondition,
     Declared,
     Ecm,
     Outcome,
@@ -43,7 +43,7 @@ from aeros.spec.model.model import (
     TaskInvariant,
 )
 from aeros.spec.text.digests import MAX_MODELS, model_digest
-from aeros.spec.text.fields import Entries, Expression, Text
+from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 _T = TypeVar("_T")
 
@@ -85,11 +85,11 @@ class _EcmElaborator:
             capabilities={name.value: self._capability(one) for name, one in ecm.capabilities},
             skills=skills,
             tasks={name.value: self._task(name, task, skills) for name, task in ecm.tasks},
-            access=elaborate_access(ecm.permissions),
-            permission=self._clauses(ecm.permissions.actions, {}),
-            requires={name.value: specifier.value for name, specifier in ecm.dependencies.modules},
+            requested_access=elaborate_access(ecm.permissions),
+            permitted_actions=self._clauses(ecm.permissions.actions, {}),
+            required_modules={name.value: specifier.value for name, specifier in ecm.dependencies.modules},
             requires_spans={name.value: name.span for name, _ in ecm.dependencies.modules},
-            runtime=ecm.dependencies.aeros.value,
+            required_aeros_version=ecm.dependencies.aeros.value,
             runtime_span=ecm.dependencies.aeros.span,
             access_span=ecm.permissions.key_span or ecm.permissions.span,
             span=ecm.id.span,
@@ -144,27 +144,31 @@ class _EcmElaborator:
         if not capability.provided_by:
             self._sink.error("AE112", "a capability is provided by at least one skill", capability.span)
         for name in capability.provided_by:
-            self._known(name, self._provider_names, "a skill or composition of this module")
+            self._resolve_name(name, self._provider_names, "a skill or composition of this module")
         return tuple(name.value for name in capability.provided_by)
 
-    def _skill(self, name: Text, skill: declared.Skill) -> Skill:
+    def _skill(self, name: TextField, skill: declared.Skill) -> Skill:
         inputs, enums = self._inputs(skill.inputs), self._site.enums
         state = state_scope(self._site, inputs)
         asked = None if skill.precondition is None else self._clause(skill.precondition, state)
         hold = None if skill.hold is None else self._clause(skill.hold, state)
-        if hold is not None and combinations(hold) > MOST_COMBINATIONS:
-            headline = f"`hold` reads predicates with more than {MOST_COMBINATIONS} combinations of values"
+        if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
+            headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
             self._sink.error("AE111", headline, hold.span, help=("hold to fewer of them",))
         outputs = {
             output.value: variable
             for output, quantity in skill.outputs
-            if (variable := elaborate_variable(output.value, quantity, t.Role.INPUT, enums, self._sink))
+            if (
+                variable := elaborate_variable(
+                    output.value, quantity, t.VariableRole.INPUT, enums, self._sink
+                )
+            )
         }
         for resource in skill.resources:
-            self._known(resource, self._site.resources, "a resource of this site")
+            self._resolve_name(resource, self._site.resources, "a resource of this site")
         rules = {rule.id: None for rule in self._site.rules}
         for rule in skill.gated:
-            self._known(rule, rules, "an invariant of this site")
+            self._resolve_name(rule, rules, "an invariant of this site")
         if not skill.envelope:
             self._sink.error(
                 "AE503", f"`{name.value}` may ask for nothing", name.span, help=("declare its `envelope`",)
@@ -175,29 +179,29 @@ class _EcmElaborator:
             module_name=module,
             function=function,
             inputs=inputs,
-            precondition=starting(asked, hold),
+            precondition=start_condition(asked, hold),
             outcomes=self._outcomes(name, skill.outcomes),
             envelope=self._clauses(skill.envelope, inputs),
             actuators=frozenset(actuator.value for actuator in skill.actuators),
             resources=frozenset(resource.value for resource in skill.resources),
             risk=Risk[skill.risk.value.upper()],
             timeout=self._timeout(skill),
-            gated={rule.value: rule.span for rule in skill.gated},
+            runtime_checked={rule.value: rule.span for rule in skill.gated},
             span=name.span,
             risk_span=skill.risk.span,
             entry_span=skill.entry.span,
             outputs=outputs,
             idempotent=skill.idempotent is not None and skill.idempotent.value,
-            hold=hold,
+            hold_condition=hold,
         )
 
-    def _inputs(self, entries: Entries[declared.Input]) -> dict[str, Declared]:
+    def _inputs(self, entries: MappingField[declared.Input]) -> dict[str, Declared]:
         inputs: dict[str, Declared] = {}
         for name, one in entries:
-            if not check_name(name, {}, "input", self._sink):
+            if not check_name_is_free(name, {}, "input", self._sink):
                 continue
             variable = elaborate_variable(
-                f"inputs.{name.value}", one, t.Role.INPUT, self._site.enums, self._sink
+                f"inputs.{name.value}", one, t.VariableRole.INPUT, self._site.enums, self._sink
             )
             if variable is None:
                 continue
@@ -207,11 +211,11 @@ class _EcmElaborator:
                     one.default, constant_scope(self._site), self._sink, variable.variable.type
                 )
                 self._check_range(variable, default, one.default)
-            inputs[name.value] = replace(variable, default=default)
+            inputs[name.value] = replace(variable, default_value=default)
         return inputs
 
-    def _check_range(self, variable: Declared, value: Any, at: Expression) -> None:
-        check_range(variable, value, at, self._sink)
+    def _check_range(self, variable: Declared, value: Any, at: ExpressionField) -> None:
+        check_in_range(variable, value, at, self._sink)
 
     def _timeout(self, skill: declared.Skill) -> Fraction:
         timeout = elaborate_quantity(skill.timeout, TIME, self._sink)
@@ -221,7 +225,7 @@ class _EcmElaborator:
         if not 0 < timeout <= ceiling:
             self._sink.error(
                 "AE129",
-                f"a time-out is longer than 0 s and at most {show_number(ceiling)} s at this site",
+                f"a time-out is longer than 0 s and at most {format_number(ceiling)} s at this site",
                 skill.timeout.span,
             )
         for name, outcome in skill.outcomes:
@@ -230,7 +234,7 @@ class _EcmElaborator:
                 self._sink.error("AE129", f"`{name.value}` lasts longer than the skill's time-out", name.span)
         return timeout
 
-    def _outcomes(self, name: Text, entries: Entries[declared.Outcome]) -> dict[str, Outcome]:
+    def _outcomes(self, name: TextField, entries: MappingField[declared.Outcome]) -> dict[str, Outcome]:
         outcomes = {outcome.value: self._outcome(outcome.value, one) for outcome, one in entries}
         if all(outcome.failure for outcome in outcomes.values()):
             self._sink.error("AE128", f"`{name.value}` has no outcome that is a success", name.span)
@@ -239,32 +243,36 @@ class _EcmElaborator:
         if outcomes and (declared_probability > 1 or (complete and declared_probability != 1)):
             self._sink.error(
                 "AE127",
-                f"the probabilities of `{name.value}` add up to {show_number(declared_probability)}, not 1",
+                f"the probabilities of `{name.value}` add up to {format_number(declared_probability)}, not 1",
                 name.span,
             )
         return outcomes
 
-    def _outcome(self, name: str, one: declared.Outcome) -> Outcome:
-        effects = self._values(one.effects)
-        for variable, _ in one.effects:
+    def _outcome(self, name: str, outcome: declared.Outcome) -> Outcome:
+        effects = self._constant_effects(outcome.effects)
+        for variable, _ in outcome.effects:
             found = self._site.state.get(variable.value)
             if found is not None and isinstance(found.variable.type, VectorType | FamilyType):
                 self._sink.error(
                     "AE203", f"an effect on a {found.variable.type} cannot be declared", variable.span
                 )
-        probability = None if one.probability is None else one.probability.value
-        if probability is not None and not 0 <= probability <= 1 and one.probability is not None:
-            self._sink.error("AE127", "a probability is between 0 and 1", one.probability.span)
-        duration = None if one.duration is None else elaborate_quantity(one.duration, TIME, self._sink)
-        if duration is not None and duration < 0 and one.duration is not None:
-            self._sink.error("AE111", "a duration is not below nothing", one.duration.span)
-        return Outcome(name, effects, one.failure is not None and one.failure.value, probability, duration)
+        probability = None if outcome.probability is None else outcome.probability.value
+        if probability is not None and not 0 <= probability <= 1 and outcome.probability is not None:
+            self._sink.error("AE127", "a probability is between 0 and 1", outcome.probability.span)
+        duration = (
+            None if outcome.duration is None else elaborate_quantity(outcome.duration, TIME, self._sink)
+        )
+        if duration is not None and duration < 0 and outcome.duration is not None:
+            self._sink.error("AE111", "a duration is not below nothing", outcome.duration.span)
+        return Outcome(
+            name, effects, outcome.failure is not None and outcome.failure.value, probability, duration
+        )
 
-    def _values(self, entries: Entries[Expression]) -> dict[str, Any]:
+    def _constant_effects(self, entries: MappingField[ExpressionField]) -> dict[str, Any]:
         """The constant that each state variable is given."""
         values: dict[str, Any] = {}
         for variable, expression in entries:
-            found = self._known(variable, self._site.state, "a state variable of this site")
+            found = self._resolve_name(variable, self._site.state, "a state variable of this site")
             if found is not None:
                 scope = constant_scope(self._site)
                 value = elaborate_constant(expression, scope, self._sink, found.variable.type)
@@ -272,24 +280,28 @@ class _EcmElaborator:
                 values[variable.value] = value
         return values
 
-    def _clauses(self, entries: Entries[Expression], inputs: Mapping[str, Declared]) -> dict[str, Clause]:
-        clauses: dict[str, Clause] = {}
+    def _clauses(
+        self, entries: MappingField[ExpressionField], inputs: Mapping[str, Declared]
+    ) -> dict[str, ActionCondition]:
+        clauses: dict[str, ActionCondition] = {}
         for name, expression in entries:
-            kind = self._known(name, self._site.kinds, "an action kind of this site")
+            kind = self._resolve_name(name, self._site.kinds, "an action kind of this site")
             if kind is None:
                 continue
-            clause = self._clause(expression, kind_scope(self._site, kind, inputs))
+            clause = self._clause(expression, action_scope(self._site, kind, inputs))
             if clause is not None:
                 clauses[name.value] = clause
         return clauses
 
-    def _clause(self, expression: Expression, scope: Scope) -> Clause | None:
+    def _clause(self, expression: ExpressionField, scope: Scope) -> ActionCondition | None:
         found = elaborate_condition(expression, scope, self._sink)
         return (
-            None if found is None else Clause(found.term, expression.value, expression.span, found.conjuncts)
+            None
+            if found is None
+            else ActionCondition(found.term, expression.value, expression.span, found.conjuncts)
         )
 
-    def _task(self, name: Text, task: declared.Task, skills: Mapping[str, Skill]) -> Task:
+    def _task(self, name: TextField, task: declared.Task, skills: Mapping[str, Skill]) -> Task:
         if not task.words:
             self._sink.error("AE112", f"no word routes to the task `{name.value}`", name.span)
         if not task.rules:
@@ -298,7 +310,7 @@ class _EcmElaborator:
         rules = tuple(rule for one in task.rules if (rule := self._planning_rule(one, skills)) is not None)
         words = tuple(word.value.casefold() for word in task.words)
         scene = None if task.scene is None else task.scene.value
-        initial = self._values(task.initial)
+        initial = self._constant_effects(task.initial)
         return Task(
             name.value,
             words,
@@ -323,33 +335,33 @@ class _EcmElaborator:
                 found[one.id.value] = TaskInvariant(one.id.value, term, one.require.value, one.require.span)
         return tuple(found.values())
 
-    def _planning_rule(self, one: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
-        unless = elaborate_expression(one.unless, state_scope(self._site), self._sink)
-        run = self._run_by(one.do, skills)
-        if one.on_failure is not None:
-            self._known(one.on_failure, skills, "a skill of this module")
-            if one.retry is None:
+    def _planning_rule(self, rule: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
+        unless = elaborate_expression(rule.unless, state_scope(self._site), self._sink)
+        run = self._skills_for(rule.do, skills)
+        if rule.on_failure is not None:
+            self._resolve_name(rule.on_failure, skills, "a skill of this module")
+            if rule.retry is None:
                 self._sink.error(
-                    "AE102", "`on_failure` runs between two tries, so it needs `retry`", one.on_failure.span
+                    "AE102", "`on_failure` runs between two tries, so it needs `retry`", rule.on_failure.span
                 )
-        retry = 0 if one.retry is None else one.retry.value
-        if one.retry is not None and retry > self._site.limits.retries:
+        retry = 0 if rule.retry is None else rule.retry.value
+        if rule.retry is not None and retry > self._site.limits.retries:
             self._sink.error(
                 "AE129",
                 f"this site allows at most {self._site.limits.retries} retries of a step",
-                one.retry.span,
+                rule.retry.span,
             )
         if unless is None or not run:
             return None
-        on_failure = None if one.on_failure is None else one.on_failure.value
-        inputs, *_ = [self._step_inputs(one, skill) for skill in run]
-        return PlanningRule(unless, one.unless.value, one.do.value, inputs, retry, on_failure, one.span)
+        on_failure = None if rule.on_failure is None else rule.on_failure.value
+        inputs, *_ = [self._step_inputs(rule, skill) for skill in run]
+        return PlanningRule(unless, rule.unless.value, rule.do.value, inputs, retry, on_failure, rule.span)
 
-    def _run_by(self, do: Text, skills: Mapping[str, Skill]) -> list[Skill]:
+    def _skills_for(self, do: TextField, skills: Mapping[str, Skill]) -> list[Skill]:
         """The skill that a rule names, or every provider of the capability it names; none after a report."""
         if do.value not in self._providers:
             named = {**skills, **dict.fromkeys(self._providers)}
-            self._known(do, named, "a skill or capability of this module")
+            self._resolve_name(do, named, "a skill or capability of this module")
             return [skills[do.value]] if do.value in skills else []
         providers = self._providers[do.value]
         if do.value in skills and providers != [do.value]:
@@ -365,10 +377,10 @@ class _EcmElaborator:
             return []
         return [skills[name] for name in providers]
 
-    def _step_inputs(self, one: declared.PlanningRule, skill: Skill) -> dict[str, Any]:
+    def _step_inputs(self, rule: declared.PlanningRule, skill: Skill) -> dict[str, Any]:
         given: dict[str, Any] = {}
-        for name, expression in one.inputs:
-            variable = self._known(name, skill.inputs, f"an input of `{skill.id}`")
+        for name, expression in rule.inputs:
+            variable = self._resolve_name(name, skill.inputs, f"an input of `{skill.id}`")
             if variable is not None:
                 value = elaborate_constant(
                     expression, constant_scope(self._site), self._sink, variable.variable.type
@@ -376,9 +388,9 @@ class _EcmElaborator:
                 self._check_range(variable, value, expression)
                 given[name.value] = value
         for name_, variable in skill.inputs.items():
-            if variable.default is None and name_ not in given:
-                self._sink.error("AE102", f"`{skill.id}` needs the input `{name_}`", one.do.span)
+            if variable.default_value is None and name_ not in given:
+                self._sink.error("AE102", f"`{skill.id}` needs the input `{name_}`", rule.do.span)
         return given
 
-    def _known(self, name: Text, among: Mapping[str, _T], what: str) -> _T | None:
-        return known(name, among, what, self._sink)
+    def _resolve_name(self, name: TextField, among: Mapping[str, _T], what: str) -> _T | None:
+        return resolve_name(name, among, what, self._sink)

@@ -6,31 +6,31 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
-from aeros.spec.diagnostics.codes import Diagnostics, Label
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
-from aeros.spec.expr.syntax import Extent, Node
+from aeros.spec.expr.syntax import Node, TextRange
 from aeros.spec.expr.typecheck import check, check_condition, infer
 from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import Dimension, Unit, parse_quantity, parse_unit
 from aeros.spec.model.model import Conjunct
-from aeros.spec.text.fields import Expression, Text
-from aeros.spec.text.scalar_positions import span_within
+from aeros.spec.text.fields import ExpressionField, TextField
+from aeros.spec.text.scalar_positions import sub_span
 
 _T = TypeVar("_T")
 
 
 def elaborate_expression(
-    expression: Expression, scope: Scope, sink: Diagnostics, expected: Type = BOOL
+    expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type = BOOL
 ) -> t.Term | None:
     """The typed term of `expression`, or None after reporting why there is none."""
-    return _reporting(expression, sink, lambda node: check(node, scope, expected))
+    return _report_errors(expression, sink, lambda node: check(node, scope, expected))
 
 
-class Condition(NamedTuple):
+class ElaboratedCondition(NamedTuple):
     """A condition and its parts; it is false where all premises are true and all alternatives false."""
 
     term: t.Term
@@ -39,9 +39,11 @@ class Condition(NamedTuple):
     alternatives: tuple[Conjunct, ...]
 
 
-def elaborate_condition(expression: Expression, scope: Scope, sink: Diagnostics) -> Condition | None:
+def elaborate_condition(
+    expression: ExpressionField, scope: Scope, sink: Diagnostics
+) -> ElaboratedCondition | None:
     """As `elaborate_expression`, with the parts that the condition is made of."""
-    found = _reporting(expression, sink, lambda node: check_condition(node, scope))
+    found = _report_errors(expression, sink, lambda node: check_condition(node, scope))
     if found is None:
         return None
     term, *parts = found
@@ -49,18 +51,18 @@ def elaborate_condition(expression: Expression, scope: Scope, sink: Diagnostics)
         tuple(Conjunct(one, _span(expression, extent)) for one, extent in each) for each in parts
     )
     whole = (Conjunct(term, expression.span),)
-    return Condition(term, conjuncts if len(conjuncts) > 1 else whole, premises, alternatives)
+    return ElaboratedCondition(term, conjuncts if len(conjuncts) > 1 else whole, premises, alternatives)
 
 
-def elaborate_constant(expression: Expression, scope: Scope, sink: Diagnostics, expected: Type) -> Any:
+def elaborate_constant(expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type) -> Any:
     """The value of an expression under a `scope` without variables, or None after reporting why not."""
     term = elaborate_expression(expression, scope, sink, expected)
     return None if term is None else evaluate(term, {})
 
 
-def elaborate_number(expression: Expression, scope: Scope, sink: Diagnostics) -> t.Literal | None:
+def elaborate_number(expression: ExpressionField, scope: Scope, sink: Diagnostics) -> t.Literal | None:
     """The real constant that `expression` is, in the dimension it is written in; `scope` has no variables."""
-    found = _reporting(expression, sink, lambda node: infer(node, scope))
+    found = _report_errors(expression, sink, lambda node: infer(node, scope))
     if found is None:
         return None
     term, type_ = found
@@ -71,14 +73,18 @@ def elaborate_number(expression: Expression, scope: Scope, sink: Diagnostics) ->
     return t.Literal(value, type_)
 
 
-def _reporting(expression: Expression, sink: Diagnostics, checked: Callable[[Node], _T]) -> _T | None:
+def _report_errors(
+    expression: ExpressionField, sink: Diagnostics, checked: Callable[[Node], _T]
+) -> _T | None:
     try:
         return checked(parse(expression.value))
     except ExpressionSyntaxError as fault:
         help_ = (fault.help,) if fault.help else ()
         sink.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
     except ExpressionTypeError as fault:
-        beside = () if fault.beside is None else (Label(_span(expression, fault.beside[0]), fault.beside[1]),)
+        beside = (
+            () if fault.beside is None else (SpanLabel(_span(expression, fault.beside[0]), fault.beside[1]),)
+        )
         sink.error(
             fault.code,
             fault.message,
@@ -90,7 +96,7 @@ def _reporting(expression: Expression, sink: Diagnostics, checked: Callable[[Nod
     return None
 
 
-def elaborate_unit(text: Text | None, sink: Diagnostics) -> Unit | None:
+def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
     """The unit that a `unit` field names, or None after reporting that it names none."""
     if text is None:
         return parse_unit("1")
@@ -105,7 +111,7 @@ def elaborate_unit(text: Text | None, sink: Diagnostics) -> Unit | None:
     return unit
 
 
-def elaborate_quantity(text: Text, dimension: Dimension, sink: Diagnostics) -> Fraction | None:
+def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics) -> Fraction | None:
     """The value in SI of a field like `250 mm`, or None after reporting what is wrong with it."""
     parsed = parse_quantity(text.value)
     if parsed is None:
@@ -128,6 +134,6 @@ def elaborate_quantity(text: Text, dimension: Dimension, sink: Diagnostics) -> F
     return value * unit.factor
 
 
-def _span(expression: Expression, extent: Extent) -> Span:
+def _span(expression: ExpressionField, extent: TextRange) -> SourceSpan:
     """Where `extent` of the expression's text stands in its file."""
-    return span_within(expression.node, extent.start, extent.end)
+    return sub_span(expression.node, extent.start, extent.end)

@@ -36,30 +36,30 @@ class LoadedEcm:
 def load_site(path: str | os.PathLike[str], sink: Diagnostics) -> Site | None:
     """The site at `path`, or None after reporting everything that stands in its way."""
     source = _source(path, sink)
-    return None if source is None else site_of(source, sink)
+    return None if source is None else elaborate_source(source, sink)
 
 
-def site_of(source: Source, sink: Diagnostics) -> Site | None:
+def elaborate_source(source: Source, sink: Diagnostics) -> Site | None:
     """The site that `source` declares, or None after reporting everything that stands in its way.
 
     The same text under the same path is the same site, so that who asks again is not kept waiting.
     """
-    site, said = _site_in(source)
-    sink.include(said)
+    site, said = _elaborate_with_diagnostics(source)
+    sink.extend(said)
     return site
 
 
 @lru_cache(maxsize=8)
-def _site_in(source: Source) -> tuple[Site | None, Diagnostics]:
+def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostics]:
     sink = Diagnostics()
-    declared = _declared(source, declared_site.Site, sink)
+    declared = _decode_source(source, declared_site.Site, sink)
     return None if declared is None else elaborate_site(declared, text_digest(source.text), sink), sink
 
 
 def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:
     """The module in `folder` under `site`, or None after reporting everything that stands in its way."""
     source = _source(folder / MANIFEST, sink)
-    declared = None if source is None else _declared(source, declared_ecm.Ecm, sink)
+    declared = None if source is None else _decode_source(source, declared_ecm.Ecm, sink)
     if source is None or declared is None:
         return None
     try:
@@ -80,7 +80,7 @@ def _source(path: str | os.PathLike[str], sink: Diagnostics) -> Source | None:
         return None
 
 
-def _declared(source: Source, schema: type[_T], sink: Diagnostics) -> _T | None:
+def _decode_source(source: Source, schema: type[_T], sink: Diagnostics) -> _T | None:
     node = read_yaml(source, sink)
     declared = None if node is None else decode(node, schema, sink)
     return None if declared is None or sink.has_errors else declared

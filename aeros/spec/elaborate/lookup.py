@@ -7,12 +7,12 @@ from typing import Any, TypeVar
 
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.model.model import Declared
-from aeros.spec.text.fields import Expression, Text
+from aeros.spec.text.fields import ExpressionField, TextField
 
 _T = TypeVar("_T")
 
 
-def known(name: Text, among: Mapping[str, _T], what: str, sink: Diagnostics) -> _T | None:
+def resolve_name(name: TextField, among: Mapping[str, _T], what: str, sink: Diagnostics) -> _T | None:
     """What `name` refers to, or None after reporting that it is not `what`."""
     if name.value not in among:
         near = did_you_mean(name.value, among)
@@ -22,7 +22,7 @@ def known(name: Text, among: Mapping[str, _T], what: str, sink: Diagnostics) -> 
     return among.get(name.value)
 
 
-def check_range(variable: Declared, value: Any, at: Expression, sink: Diagnostics) -> None:
+def check_in_range(variable: Declared, value: Any, at: ExpressionField, sink: Diagnostics) -> None:
     """Report a value outside the declared range of its variable."""
     if value is None or variable.range is None:
         return

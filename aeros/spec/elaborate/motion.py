@@ -9,42 +9,44 @@ from typing import Protocol
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_quantity
-from aeros.spec.elaborate.lookup import known
+from aeros.spec.elaborate.lookup import resolve_name
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.scope import Box
+from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
 from aeros.spec.model.model import ActionKind, Barrier, Declared, MotionKind, MotionPolicy, ToolLimits
-from aeros.spec.text.fields import Text
+from aeros.spec.text.fields import TextField
 
 
-class _Site(Protocol):
+class _MotionVocabulary(Protocol):
     """What of a site its motion section refers to."""
 
     constants: dict[str, t.Term]
-    volumes: dict[str, Box]
+    volumes: dict[str, AxisAlignedBox]
     state: dict[str, Declared]
     kinds: dict[str, ActionKind]
 
 
-def elaborate_motion(motion: declared.Motion, site: _Site, sink: Diagnostics) -> MotionPolicy | None:
+def elaborate_motion(
+    motion: declared.MotionPolicy, site: _MotionVocabulary, sink: Diagnostics
+) -> MotionPolicy | None:
     """The policy that `motion` declares, or None after reporting everything that stands in its way."""
     return _MotionElaborator(site, sink).motion(motion)
 
 
 class _MotionElaborator:
-    def __init__(self, site: _Site, sink: Diagnostics) -> None:
+    def __init__(self, site: _MotionVocabulary, sink: Diagnostics) -> None:
         self._site = site
         self._sink = sink
 
-    def motion(self, motion: declared.Motion) -> MotionPolicy | None:
+    def motion(self, motion: declared.MotionPolicy) -> MotionPolicy | None:
         before = len(self._sink)
-        measured = known(motion.starts_at, self._site.state, "a state variable", self._sink)
+        measured = resolve_name(motion.starts_at, self._site.state, "a state variable", self._sink)
         index = None if measured is None else self._index(motion.starts_at, measured.variable)
         kinds = {name.value: self._kind(name, kind, measured) for name, kind in motion.on}
         joints, tool = motion.joints, motion.tool
         tables = [
-            self._table(name, _rate(ANGLE, order), index)
+            self._joint_table(name, _derivative_dimension(ANGLE, order), index)
             for name, order in (
                 (joints.lowest, 0),
                 (joints.highest, 0),
@@ -55,10 +57,19 @@ class _MotionElaborator:
         ]
         moving = (tool.speed, tool.acceleration, tool.jerk)
         turning = (tool.turning_speed, tool.turning_acceleration, tool.turning_jerk)
-        singles = [self._single(name, _rate(LENGTH, order)) for order, name in enumerate(moving, 1)]
-        singles += [self._single(name, _rate(ANGLE, order)) for order, name in enumerate(turning, 1)]
+        singles = [
+            self._scalar_constant(name, _derivative_dimension(LENGTH, order))
+            for order, name in enumerate(moving, 1)
+        ]
+        singles += [
+            self._scalar_constant(name, _derivative_dimension(ANGLE, order))
+            for order, name in enumerate(turning, 1)
+        ]
         driving = () if motion.base is None else (motion.base.speed, motion.base.acceleration)
-        singles += [self._single(name, _rate(LENGTH, order)) for order, name in enumerate(driving, 1)]
+        singles += [
+            self._scalar_constant(name, _derivative_dimension(LENGTH, order))
+            for order, name in enumerate(driving, 1)
+        ]
         lengths = [
             elaborate_quantity(text, dimension, self._sink)
             for text, dimension in (
@@ -76,33 +87,35 @@ class _MotionElaborator:
         start, end, clearance = (length for length in lengths if length is not None)
         return MotionPolicy(
             kinds=kinds,
-            starts_at=motion.starts_at.value,
-            starts_within=start,
-            ends_within=end,
+            start_variable=motion.starts_at.value,
+            start_tolerance=start,
+            end_tolerance=end,
             lowest=lowest,
             highest=highest,
-            rates=(rates[0], rates[1], rates[2]),
-            tool=ToolLimits((numbers[0], numbers[1], numbers[2]), (numbers[3], numbers[4], numbers[5])),
+            joint_limits=(rates[0], rates[1], rates[2]),
+            tool_limits=ToolLimits(
+                (numbers[0], numbers[1], numbers[2]), (numbers[3], numbers[4], numbers[5])
+            ),
             clearance=clearance,
             barriers=tuple(barrier for barrier in barriers if barrier is not None),
-            base=(numbers[6], numbers[7]) if driving else None,
+            base_limits=(numbers[6], numbers[7]) if driving else None,
         )
 
-    def _kind(self, name: Text, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
-        kind = known(name, self._site.kinds, "an action kind", self._sink)
+    def _kind(self, name: TextField, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
+        kind = resolve_name(name, self._site.kinds, "an action kind", self._sink)
         parameters = {} if kind is None else kind.parameters
         base = motion.base_ends_at
         if base is not None and len(base) != 2:
             self._sink.error("AE112", "where the base ends takes two parameters, x and y", motion.span)
         ends = motion.joints_end_at
-        count = _count(measured)
+        count = _joint_count(measured)
         if ends is not None and count is not None and len(ends) != count:
             headline = f"where the joints end takes {count} parameters, one for each, and not {len(ends)}"
             self._sink.error("AE112", headline, motion.span)
         if kind is None:
             return MotionKind(None, None, None)
         self._parameter(motion.tool_ends_at, parameters, kind, VectorType(LENGTH))
-        self._parameter(motion.peak_speed, parameters, kind, RealType(_rate(LENGTH, 1)))
+        self._parameter(motion.peak_speed, parameters, kind, RealType(_derivative_dimension(LENGTH, 1)))
         for coordinate in base or ():
             self._parameter(coordinate, parameters, kind, RealType(LENGTH))
         for joint in ends or ():
@@ -115,26 +128,28 @@ class _MotionElaborator:
         )
 
     def _parameter(
-        self, name: Text | None, parameters: Mapping[str, Declared], kind: ActionKind, type_: Type
+        self, name: TextField | None, parameters: Mapping[str, Declared], kind: ActionKind, type_: Type
     ) -> None:
         if name is None:
             return
-        found = known(name, parameters, f"a parameter of `{kind.name}`", self._sink)
+        found = resolve_name(name, parameters, f"a parameter of `{kind.name}`", self._sink)
         if found is not None and found.variable.type != type_:
             self._sink.error("AE203", f"`{name.value}` is {found.variable.type}, not {type_}", name.span)
 
-    def _index(self, name: Text, variable: t.Variable) -> str | None:
+    def _index(self, name: TextField, variable: t.Variable) -> str | None:
         type_ = variable.type
         if isinstance(type_, FamilyType) and type_.element == RealType(ANGLE):
             return type_.index.name
         self._sink.error("AE203", f"`{name.value}` is not one angle for each joint", name.span)
         return None
 
-    def _table(self, name: Text, dimension: Dimension, index: str | None) -> tuple[Fraction, ...] | None:
-        found = known(name, self._site.constants, "a constant", self._sink)
+    def _joint_table(
+        self, name: TextField, dimension: Dimension, index: str | None
+    ) -> tuple[Fraction, ...] | None:
+        found = resolve_name(name, self._site.constants, "a constant", self._sink)
         if found is None:
             return None
-        if not isinstance(found, t.Table) or (index is not None and found.type.index.name != index):
+        if not isinstance(found, t.ConstantTable) or (index is not None and found.type.index.name != index):
             self._sink.error("AE203", f"`{name.value}` has not one value for each joint", name.span)
             return None
         if found.type.element != RealType(dimension):
@@ -143,8 +158,8 @@ class _MotionElaborator:
             )
         return found.values
 
-    def _single(self, name: Text, dimension: Dimension) -> Fraction | None:
-        found = known(name, self._site.constants, "a constant", self._sink)
+    def _scalar_constant(self, name: TextField, dimension: Dimension) -> Fraction | None:
+        found = resolve_name(name, self._site.constants, "a constant", self._sink)
         if found is None:
             return None
         if not isinstance(found, t.Literal) or not isinstance(found.value, Fraction):
@@ -155,7 +170,7 @@ class _MotionElaborator:
         return found.value
 
     def _barrier(self, barrier: declared.Barrier) -> Barrier | None:
-        box = known(barrier.volume, self._site.volumes, "a volume", self._sink)
+        box = resolve_name(barrier.volume, self._site.volumes, "a volume", self._sink)
         if barrier.links == ():
             self._sink.error("AE112", f"no link heeds the barrier `{barrier.id.value}`", barrier.id.span)
         if box is None:
@@ -164,19 +179,19 @@ class _MotionElaborator:
             id=barrier.id.value,
             volume=barrier.volume.value,
             box=box,
-            inside=barrier.keep.value == "in",
-            in_base=barrier.frame is not None and barrier.frame.value == "base",
+            keep_inside=barrier.keep.value == "in",
+            is_in_base_frame=barrier.frame is not None and barrier.frame.value == "base",
             links=None if barrier.links is None else frozenset(link.value for link in barrier.links),
             rationale=barrier.rationale.value,
         )
 
 
-def _rate(dimension: Dimension, order: int) -> Dimension:
+def _derivative_dimension(dimension: Dimension, order: int) -> Dimension:
     """The dimension of its derivative of that order with respect to time."""
     return dimension * TIME**-order
 
 
-def _count(measured: Declared | None) -> int | None:
+def _joint_count(measured: Declared | None) -> int | None:
     """How many joints the state variable measures, if it measures any."""
     type_ = None if measured is None else measured.variable.type
     return len(type_.index.members) if isinstance(type_, FamilyType) else None

@@ -12,58 +12,58 @@ from fractions import Fraction
 from functools import reduce
 from typing import Any, Final
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, IntegerType, RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.expr.unparse import spell
+from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.model import Declared, History
 
-MOST_COUNTED: Final = 4096
+MAX_OCCURRENCE_COUNT: Final = 4096
 """Occurrences in one window that a runtime counts; of more it does not know how many."""
 
 _ONE, _ZERO = (t.Literal(Fraction(number), RealType(NUMBER)) for number in (1, 0))
 
 
-class Histories:
+class HistoryCollector:
     """Collects the histories of a site's rules, each of them once."""
 
     def __init__(self) -> None:
         self._kept: dict[str, History] = {}
 
     @property
-    def kept(self) -> tuple[History, ...]:
+    def collected(self) -> tuple[History, ...]:
         """All of them; each stands after those that it depends on."""
         return tuple(self._kept.values())
 
-    def flat(self, term: t.Term, span: Span) -> t.Term:
+    def replace_past_terms(self, term: t.Term, span: SourceSpan) -> t.Term:
         """`term` with a variable in place of each past-time condition; `span` is where it is written."""
-        if not _looks_back(term):
+        if not _has_past_term(term):
             return term
         if isinstance(term, t.Quantified | t.Aggregate):
-            return self.flat(_written_out(term), span)
-        name = spell(term) if isinstance(term, t.PastTerm) else ""
+            return self.replace_past_terms(_expand_index(term), span)
+        name = unparse(term) if isinstance(term, t.PastTerm) else ""
         if name in self._kept:
             return self._kept[name].declared.variable
         changed: dict[str, Any] = {}
         for field in fields(term):
             value = getattr(term, field.name)
             if isinstance(value, t.Term):
-                changed[field.name] = self.flat(value, span)
+                changed[field.name] = self.replace_past_terms(value, span)
             elif isinstance(value, tuple) and value and isinstance(value[0], t.Term):
-                changed[field.name] = tuple(self.flat(part, span) for part in value)
+                changed[field.name] = tuple(self.replace_past_terms(part, span) for part in value)
         inner = replace(term, **changed)
         if not isinstance(inner, t.PastTerm):
             return inner
-        self._kept[name] = History(_declared(name, inner, span), inner)
+        self._kept[name] = History(_history_variable(name, inner, span), inner)
         return self._kept[name].declared.variable
 
 
-def _looks_back(term: t.Term) -> bool:
-    return isinstance(term, t.PastTerm) or any(map(_looks_back, t.children(term)))
+def _has_past_term(term: t.Term) -> bool:
+    return isinstance(term, t.PastTerm) or any(map(_has_past_term, t.children(term)))
 
 
-def _written_out(term: t.Quantified | t.Aggregate) -> t.Term:
+def _expand_index(term: t.Quantified | t.Aggregate) -> t.Term:
     """The same without the index: a past-time condition is kept for each member by itself."""
     index = term.index
     each = tuple(
@@ -79,18 +79,18 @@ def _written_out(term: t.Quantified | t.Aggregate) -> t.Term:
     return reduce(t.Add, each)
 
 
-def _declared(name: str, term: t.PastTerm, span: Span) -> Declared:
+def _history_variable(name: str, term: t.PastTerm, span: SourceSpan) -> Declared:
     """The variable of a history, with what is known of it in every state."""
     now = Fraction(0)  # seconds: it is of the very moment it was kept up to
     match term:
         case t.Previously():
-            return Declared(t.Variable(name, BOOL, t.Role.STATE), span, max_age=now)
-        case t.Since(kept=kept, reset=reset):
-            held = t.Variable(name, BOOL, t.Role.STATE)
+            return Declared(t.Variable(name, BOOL, t.VariableRole.STATE), span, max_age=now)
+        case t.Since(sustained=kept, trigger=reset):
+            held = t.Variable(name, BOOL, t.VariableRole.STATE)
             from_reset, kept_up = t.Implies(reset, held), t.Implies(held, t.Or((reset, kept)))
-            return Declared(held, span, max_age=now, facts=(from_reset, kept_up))
+            return Declared(held, span, max_age=now, known_facts=(from_reset, kept_up))
         case t.Occurrences(operand=operand):
-            count = t.Variable(name, IntegerType(), t.Role.STATE)
-            most = (Fraction(0), Fraction(MOST_COUNTED))
+            count = t.Variable(name, IntegerType(), t.VariableRole.STATE)
+            most = (Fraction(0), Fraction(MAX_OCCURRENCE_COUNT))
             counted = t.Implies(operand, t.Compare("<=", _ONE, count))
-            return Declared(count, span, range=most, max_age=now, facts=(counted,))
+            return Declared(count, span, range=most, max_age=now, known_facts=(counted,))

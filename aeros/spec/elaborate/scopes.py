@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Protocol
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.scope import Box, Scope
+from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.model import ActionKind, Declared
 
@@ -24,7 +24,7 @@ class Vocabulary(Protocol):
         """Named constants."""
 
     @property
-    def volumes(self) -> Mapping[str, Box]:
+    def volumes(self) -> Mapping[str, AxisAlignedBox]:
         """Named boxes."""
 
     @property
@@ -45,7 +45,7 @@ def state_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Sco
     return Scope(_variables(site.state), _variables(inputs), site.constants, site.enums, site.volumes)
 
 
-def kind_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declared] = _NONE) -> Scope:
+def action_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declared] = _NONE) -> Scope:
     """For conditions on actions of `kind`: state, its parameters, and a skill's inputs."""
     variables = _variables({**site.state, **kind.parameters})
     return Scope(variables, _variables(inputs), site.constants, site.enums, site.volumes)
@@ -55,7 +55,7 @@ def scope_over(site: Vocabulary, declared: Iterable[Declared]) -> Scope:
     """For conditions on just these variables: of a state, of a kind of action, or inputs of a skill."""
     inputs, others = {}, {}
     for one in declared:
-        if one.variable.role is t.Role.INPUT:
+        if one.variable.role is t.VariableRole.INPUT:
             inputs[one.name.removeprefix("inputs.")] = one.variable
         else:
             others[one.name] = one.variable

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import (
     elaborate_condition,
     elaborate_expression,
@@ -18,35 +18,35 @@ from aeros.spec.elaborate.expressions import (
     elaborate_unit,
 )
 from aeros.spec.elaborate.motion import elaborate_motion
-from aeros.spec.elaborate.past_time import Histories
-from aeros.spec.elaborate.scopes import constant_scope, joint_scope, kind_scope
-from aeros.spec.elaborate.vocabulary import check_name, elaborate_state, elaborate_variable
+from aeros.spec.elaborate.past_time import HistoryCollector
+from aeros.spec.elaborate.scopes import action_scope, constant_scope, joint_scope
+from aeros.spec.elaborate.vocabulary import check_name_is_free, elaborate_state, elaborate_variable
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.scope import Box, Scope
+from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH, TIME
 from aeros.spec.model.model import (
     Access,
     ActionKind,
-    Block,
     Conjunct,
     Declared,
     Durability,
     Execute,
-    Isolation,
+    IsolationPolicy,
     JointRule,
-    Limits,
     McpPolicy,
+    ModuleLimits,
+    OperatorOverride,
     Quota,
     Risk,
     Rule,
     Site,
 )
-from aeros.spec.text.fields import Entries, Expression, Text
+from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 _T = TypeVar("_T")
 _LONGEST_TIMEOUT = 3600  # s: what runs longer than this unwatched is not halted by any time-out
-_Identified = declared.Invariant | declared.JointInvariant | declared.Block | declared.Quota
+_HasId = declared.Invariant | declared.JointInvariant | declared.OperatorOverride | declared.Quota
 
 
 def elaborate_site(site: declared.Site, digest: str, sink: Diagnostics) -> Site | None:
@@ -63,10 +63,10 @@ class _SiteElaborator:
         self._taken: dict[str, str] = {}
         self.enums: dict[str, EnumType] = {}
         self.constants: dict[str, t.Term] = {}
-        self.volumes: dict[str, Box] = {}
+        self.volumes: dict[str, AxisAlignedBox] = {}
         self.state: dict[str, Declared] = {}
         self.kinds: dict[str, ActionKind] = {}
-        self._histories = Histories()
+        self._histories = HistoryCollector()
 
     def site(self, digest: str) -> Site:
         site, before = self._declared, len(self._sink)
@@ -78,7 +78,7 @@ class _SiteElaborator:
             self._volume(name, volume)
         for name, variable in site.state:
             one = elaborate_state(name.value, variable, self.enums, self._sink)
-            if check_name(name, self._taken, "state variable", self._sink) and one is not None:
+            if check_name_is_free(name, self._taken, "state variable", self._sink) and one is not None:
                 self._taken[name.value] = "a state variable"
                 self.state[name.value] = one
         for name, kind in site.actions:
@@ -109,30 +109,30 @@ class _SiteElaborator:
             resources={name.value: count.value for name, count in site.resources},
             span=site.span,
             grant_spans={name.value: name.span for name, _ in policy.grants},
-            joint=joint,
-            histories=self._histories.kept,
+            joint_rules=joint,
+            histories=self._histories.collected,
             policy_spans=_policy_spans(site),
             motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
             mcp=_mcp(policy.mcp),
-            stops_at_undeclared=policy.undeclared_outcome is None
+            stops_on_undeclared_outcome=policy.undeclared_outcome is None
             or policy.undeclared_outcome.value == "stop",
         )
 
-    def _enum(self, name: Text, members: tuple[Text, ...]) -> None:
-        if not check_name(name, self._taken, "enum", self._sink):
+    def _enum(self, name: TextField, members: tuple[TextField, ...]) -> None:
+        if not check_name_is_free(name, self._taken, "enum", self._sink):
             return
         self._taken[name.value] = "an enum"
         for member in members:
-            if check_name(member, self._taken, "member", self._sink):
+            if check_name_is_free(member, self._taken, "member", self._sink):
                 self._taken[member.value] = f"a member of `{name.value}`"
         if not members:
             self._sink.error("AE112", f"the enum `{name.value}` has no member", name.span)
         self.enums[name.value] = EnumType(name.value, tuple(member.value for member in members))
 
-    def _constant(self, name: Text, constant: declared.Constant) -> None:
-        if not check_name(name, self._taken, "constant", self._sink):
+    def _constant(self, name: TextField, constant: declared.Constant) -> None:
+        if not check_name_is_free(name, self._taken, "constant", self._sink):
             return
         self._taken[name.value] = "a constant"
         if (constant.value is None) == (constant.values is None):
@@ -140,16 +140,16 @@ class _SiteElaborator:
                 "AE102", "a constant has either `value` or `index`, `unit` and `values`", constant.span
             )
         elif constant.value is not None:
-            self._single(name, constant.value)
+            self._scalar_constant(name, constant.value)
         else:
             self._table(name, constant)
 
-    def _single(self, name: Text, value: Expression) -> None:
+    def _scalar_constant(self, name: TextField, value: ExpressionField) -> None:
         number = elaborate_number(value, constant_scope(self), self._sink)
         if number is not None:
             self.constants[name.value] = number
 
-    def _table(self, name: Text, constant: declared.Constant) -> None:
+    def _table(self, name: TextField, constant: declared.Constant) -> None:
         unit = elaborate_unit(constant.unit, self._sink)
         index = None if constant.index is None else self.enums.get(constant.index.value)
         if index is None:
@@ -165,12 +165,12 @@ class _SiteElaborator:
             )
         elif unit is not None:
             numbers = tuple(number.value * unit.factor for number in values)
-            self.constants[name.value] = t.Table(
+            self.constants[name.value] = t.ConstantTable(
                 name.value, FamilyType(index, RealType(unit.dimension)), numbers
             )
 
-    def _volume(self, name: Text, volume: declared.Volume) -> None:
-        if not check_name(name, self._taken, "volume", self._sink):
+    def _volume(self, name: TextField, volume: declared.Volume) -> None:
+        if not check_name_is_free(name, self._taken, "volume", self._sink):
             return
         self._taken[name.value] = "a volume"
         corners = [self._corner(corner, volume) for corner in (volume.lower, volume.upper)]
@@ -185,10 +185,10 @@ class _SiteElaborator:
                 help=("each coordinate of `lower` must be below that of `upper`",),
             )
             return
-        self.volumes[name.value] = Box(lower, upper)
+        self.volumes[name.value] = AxisAlignedBox(lower, upper)
 
     def _corner(
-        self, corner: tuple[Text, ...], volume: declared.Volume
+        self, corner: tuple[TextField, ...], volume: declared.Volume
     ) -> tuple[Fraction, Fraction, Fraction] | None:
         if len(corner) != 3:
             self._sink.error("AE112", f"a corner has three coordinates, not {len(corner)}", volume.span)
@@ -196,12 +196,14 @@ class _SiteElaborator:
         x, y, z = (elaborate_quantity(coordinate, LENGTH, self._sink) for coordinate in corner)
         return None if x is None or y is None or z is None else (x, y, z)
 
-    def _kind(self, name: Text, kind: declared.ActionKind) -> None:
+    def _kind(self, name: TextField, kind: declared.ActionKind) -> None:
         parameters: dict[str, Declared] = {}
         for parameter, quantity in kind.parameters:
-            if not check_name(parameter, self._taken, "parameter", self._sink):
+            if not check_name_is_free(parameter, self._taken, "parameter", self._sink):
                 continue
-            one = elaborate_variable(parameter.value, quantity, t.Role.PARAMETER, self.enums, self._sink)
+            one = elaborate_variable(
+                parameter.value, quantity, t.VariableRole.PARAMETER, self.enums, self._sink
+            )
             if one is not None:
                 parameters[parameter.value] = one
         self.kinds[name.value] = ActionKind(
@@ -230,25 +232,25 @@ class _SiteElaborator:
             if stop.parameters:
                 self._sink.error("AE607", "a protective stop has no parameters to get wrong", stop.span)
 
-    def _check_unique(self, *groups: Iterable[_Identified]) -> None:
-        seen: dict[str, Text] = {}
+    def _check_unique(self, *groups: Iterable[_HasId]) -> None:
+        seen: dict[str, TextField] = {}
         for one in (one for group in groups for one in group):
             if one.id.value in seen:
                 self._sink.error("AE120", f"the rule `{one.id.value}` is declared twice", one.id.span)
             seen[one.id.value] = one.id
 
-    def _rule(self, one: declared.Invariant) -> Rule | None:
-        if one.on == ():
+    def _rule(self, invariant: declared.Invariant) -> Rule | None:
+        if invariant.on == ():
             self._sink.error(
                 "AE112",
-                f"the rule `{one.id.value}` governs no action kind",
-                one.id.span,
+                f"the rule `{invariant.id.value}` governs no action kind",
+                invariant.id.span,
                 help=("name one under `on`, or leave `on` out: the rule then governs all but the stop",),
             )
             return None
         kinds = (
-            self._kinds_named(one.on)
-            if one.on is not None
+            self._resolve_kinds(invariant.on)
+            if invariant.on is not None
             else [k for k in self.kinds.values() if not k.protective]
         )
         terms: dict[str, t.Term] = {}
@@ -257,65 +259,71 @@ class _SiteElaborator:
         alternatives: dict[str, tuple[Conjunct, ...]] = {}
         attenuations: dict[str, dict[str, t.Term]] = {}
         for kind in kinds:
-            scope = replace(kind_scope(self, kind), past=True)
-            found = elaborate_condition(one.require, scope, self._sink)
+            scope = replace(action_scope(self, kind), past=True)
+            found = elaborate_condition(invariant.require, scope, self._sink)
             if found is None:
                 return None  # the same fault would be found for every kind
-            terms[kind.name] = self._histories.flat(found.term, one.require.span)
-            conjuncts[kind.name] = self._flat(found.conjuncts)
-            premises[kind.name] = self._flat(found.premises)
-            alternatives[kind.name] = self._flat(found.alternatives)
-            reduced = self._attenuation(one.attenuate, kind, scope)
+            terms[kind.name] = self._histories.replace_past_terms(found.term, invariant.require.span)
+            conjuncts[kind.name] = self._replace_past_terms(found.conjuncts)
+            premises[kind.name] = self._replace_past_terms(found.premises)
+            alternatives[kind.name] = self._replace_past_terms(found.alternatives)
+            reduced = self._attenuation(invariant.attenuate, kind, scope)
             if reduced:
                 attenuations[kind.name] = reduced
         return Rule(
-            one.id.value,
-            one.require.value,
-            one.rationale.value,
-            one.source.value,
+            invariant.id.value,
+            invariant.require.value,
+            invariant.rationale.value,
+            invariant.source.value,
             terms,
             attenuations,
-            one.span,
-            one.require.span,
+            invariant.span,
+            invariant.require.span,
             conjuncts,
             premises,
             alternatives,
         )
 
-    def _flat(self, parts: tuple[Conjunct, ...]) -> tuple[Conjunct, ...]:
-        return tuple(Conjunct(self._histories.flat(part.term, part.span), part.span) for part in parts)
+    def _replace_past_terms(self, parts: tuple[Conjunct, ...]) -> tuple[Conjunct, ...]:
+        return tuple(
+            Conjunct(self._histories.replace_past_terms(part.term, part.span), part.span) for part in parts
+        )
 
-    def _joint(self, one: declared.JointInvariant) -> JointRule | None:
-        if len(one.on) != 2:
+    def _joint(self, invariant: declared.JointInvariant) -> JointRule | None:
+        if len(invariant.on) != 2:
             self._sink.error(
-                "AE112", "a joint rule has two roles, as in `on: {a: move, b: drive}`", one.id.span
+                "AE112", "a joint rule has two roles, as in `on: {a: move, b: drive}`", invariant.id.span
             )
             return None
         before = len(self._sink)
-        for role, _ in one.on:
-            check_name(role, self._taken, "role", self._sink)
-        kinds = {role.value: self._known(kind, self.kinds, "an action kind") for role, kind in one.on}
+        for role, _ in invariant.on:
+            check_name_is_free(role, self._taken, "role", self._sink)
+        kinds = {
+            role.value: self._resolve_name(kind, self.kinds, "an action kind") for role, kind in invariant.on
+        }
         roles = {role: kind for role, kind in kinds.items() if kind is not None}
         if len(self._sink) > before:
             return None
         scope = replace(joint_scope(self, roles), past=True)
-        found = elaborate_condition(one.require, scope, self._sink)
+        found = elaborate_condition(invariant.require, scope, self._sink)
         if found is None:
             return None
         first, second = ((role, kind.name) for role, kind in roles.items())
         return JointRule(
-            one.id.value,
-            one.require.value,
-            one.rationale.value,
-            one.source.value,
+            invariant.id.value,
+            invariant.require.value,
+            invariant.rationale.value,
+            invariant.source.value,
             (first, second),
-            self._histories.flat(found.term, one.require.span),
-            one.span,
-            one.require.span,
-            self._flat(found.conjuncts),
+            self._histories.replace_past_terms(found.term, invariant.require.span),
+            invariant.span,
+            invariant.require.span,
+            self._replace_past_terms(found.conjuncts),
         )
 
-    def _attenuation(self, entries: Entries[Expression], kind: ActionKind, scope: Scope) -> dict[str, t.Term]:
+    def _attenuation(
+        self, entries: MappingField[ExpressionField], kind: ActionKind, scope: Scope
+    ) -> dict[str, t.Term]:
         reduced: dict[str, t.Term] = {}
         for name, expression in entries:
             parameter = kind.parameters.get(name.value)
@@ -326,15 +334,17 @@ class _SiteElaborator:
                 continue
             term = elaborate_expression(expression, scope, self._sink, parameter.variable.type)
             if term is not None:
-                reduced[name.value] = self._histories.flat(term, expression.span)
+                reduced[name.value] = self._histories.replace_past_terms(term, expression.span)
         return reduced
 
-    def _kinds_named(self, names: tuple[Text, ...]) -> list[ActionKind]:
+    def _resolve_kinds(self, names: tuple[TextField, ...]) -> list[ActionKind]:
         return [
-            kind for name in names if (kind := self._known(name, self.kinds, "an action kind")) is not None
+            kind
+            for name in names
+            if (kind := self._resolve_name(name, self.kinds, "an action kind")) is not None
         ]
 
-    def _known(self, name: Text, among: Mapping[str, _T], what: str) -> _T | None:
+    def _resolve_name(self, name: TextField, among: Mapping[str, _T], what: str) -> _T | None:
         if name.value not in among:
             near = did_you_mean(name.value, among)
             help_ = (
@@ -349,28 +359,28 @@ class _SiteElaborator:
         actuators = {name for kind in self.kinds.values() for name in kind.actuators}
         sensors = {one.sensor: None for one in self.state.values() if one.sensor is not None}
         for name in access.actuators:
-            self._known(name, dict.fromkeys(sorted(actuators), True), "an actuator of any action kind")
+            self._resolve_name(name, dict.fromkeys(sorted(actuators), True), "an actuator of any action kind")
         for name in access.sensors:
-            self._known(name, dict.fromkeys(sensors, True), "a sensor of any state variable")
+            self._resolve_name(name, dict.fromkeys(sensors, True), "a sensor of any state variable")
         return elaborate_access(access)
 
-    def _limits(self, limits: declared.Limits) -> Limits:
+    def _limits(self, limits: declared.ModuleLimits) -> ModuleLimits:
         timeout = self._duration(limits.skill_timeout, "a time-out")
-        found = Limits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
+        found = ModuleLimits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
         planning = None if limits.planning is None else self._duration(limits.planning, "the time for a plan")
         return found if planning is None else replace(found, planning=planning)
 
-    def _duration(self, text: Text, what: str) -> Fraction | None:
+    def _duration(self, text: TextField, what: str) -> Fraction | None:
         duration = elaborate_quantity(text, TIME, self._sink)
         if duration is not None and not 0 < duration <= _LONGEST_TIMEOUT:
             self._sink.error("AE129", f"{what} is longer than 0 s and at most 1 h", text.span)
         return duration
 
-    def _isolation(self, isolation: declared.Isolation | None) -> Isolation:
-        usual = Isolation()
+    def _isolation(self, isolation: declared.IsolationPolicy | None) -> IsolationPolicy:
+        usual = IsolationPolicy()
         if isolation is None:
             return usual
-        within: Fraction | None = usual.answer_within
+        within: Fraction | None = usual.answer_timeout_s
         if isolation.answer_within is not None:
             within = elaborate_quantity(isolation.answer_within, TIME, self._sink)
             if within is not None and not 0 < within <= _LONGEST_TIMEOUT:
@@ -378,29 +388,29 @@ class _SiteElaborator:
                     "AE129", "a time-out is longer than 0 s and at most 1 h", isolation.answer_within.span
                 )
         require = isolation.require
-        return Isolation(
-            usual.require if require is None else frozenset(layer.value for layer in require),
+        return IsolationPolicy(
+            usual.required_layers if require is None else frozenset(layer.value for layer in require),
             isolation.missing is None or isolation.missing.value == "refuse",
             frozenset(name.value for name in isolation.trusted),
-            within or usual.answer_within,
+            within or usual.answer_timeout_s,
         )
 
-    def _block(self, block: declared.Block) -> Block:
+    def _block(self, block: declared.OperatorOverride) -> OperatorOverride:
         if block.skill is not None and block.module is None:
             self._sink.error("AE102", "a blocked skill needs its `module`", block.skill.span)
         if block.action is not None:
-            self._known(block.action, self.kinds, "an action kind")
+            self._resolve_name(block.action, self.kinds, "an action kind")
         if block.module is None and block.action is None:
             self._sink.error(
                 "AE102", "an operator override needs a `module`, a `skill` or an `action`", block.span
             )
         names = (None if name is None else name.value for name in (block.module, block.skill, block.action))
         module, skill, action = names
-        return Block(block.id.value, block.reason.value, module, skill, action, block.id.span)
+        return OperatorOverride(block.id.value, block.reason.value, module, skill, action, block.id.span)
 
     def _quota(self, quota: declared.Quota) -> Quota | None:
         within = elaborate_quantity(quota.within, TIME, self._sink)
-        kinds = self._kinds_named(quota.on)
+        kinds = self._resolve_kinds(quota.on)
         if within is None:
             return None
         if within <= 0:
@@ -413,18 +423,18 @@ class _SiteElaborator:
         )
 
 
-def _mcp(mcp: declared.Mcp | None) -> McpPolicy:
+def _mcp(mcp: declared.McpPolicy | None) -> McpPolicy:
     usual = McpPolicy()
     if mcp is None:
         return usual
     return McpPolicy(
         usual.execute if mcp.execute is None else Execute(mcp.execute.value),
-        usual.most_steps if mcp.most_steps is None else mcp.most_steps.value,
+        usual.max_steps if mcp.most_steps is None else mcp.most_steps.value,
         usual.skills if mcp.skills is None else frozenset(name.value for name in mcp.skills),
     )
 
 
-def _policy_spans(site: declared.Site) -> dict[str, Span]:
+def _policy_spans(site: declared.Site) -> dict[str, SourceSpan]:
     policy, limits = site.policy, site.policy.limits
     return {
         "policy/access": policy.access.key_span or policy.access.span,

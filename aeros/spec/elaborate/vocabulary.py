@@ -23,7 +23,7 @@ from aeros.spec.expr.types import (
 )
 from aeros.spec.expr.units import NUMBER, TIME, Unit, unit_names
 from aeros.spec.model.model import Declared
-from aeros.spec.text.fields import Number, Text
+from aeros.spec.text.fields import NumberField, TextField
 
 Enums = Mapping[str, EnumType]
 _TYPES = ("bool", "int", "real", "vec3")
@@ -34,7 +34,7 @@ _RESERVED = (
 )
 
 
-def check_name(name: Text, taken: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
+def check_name_is_free(name: TextField, taken: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
     """Whether `name` is free; reports what it already means otherwise."""
     if name.value in _RESERVED:
         sink.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
@@ -51,7 +51,7 @@ def check_name(name: Text, taken: Mapping[str, str], what: str, sink: Diagnostic
 
 
 def elaborate_variable(
-    name: str, quantity: declared.Quantity, role: t.Role, enums: Enums, sink: Diagnostics
+    name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, sink: Diagnostics
 ) -> Declared | None:
     """The variable that `quantity` declares, or None after reporting why there is none."""
     unit = elaborate_unit(quantity.unit, sink)
@@ -69,10 +69,10 @@ def elaborate_variable(
         return None
     for text, field in ((quantity.unit, "unit"), (quantity.range, "range")):
         if text is not None and not numeric:
-            span = text.span if isinstance(text, Text) else quantity.span
+            span = text.span if isinstance(text, TextField) else quantity.span
             sink.error("AE208", f"a {type_} has no {field}", span)
             return None
-    place = quantity.range[0].span.cover(quantity.range[-1].span) if quantity.range else None
+    place = quantity.range[0].span.merge(quantity.range[-1].span) if quantity.range else None
     bounds = None if quantity.range is None else _range(quantity.range, unit, sink)
     if bounds is not None and isinstance(type_, IntegerType) and any(end.denominator != 1 for end in bounds):
         sink.error("AE208", "the range of an int ends at whole numbers", place)
@@ -86,7 +86,7 @@ def elaborate_state(
     name: str, one: declared.StateVariable, enums: Enums, sink: Diagnostics
 ) -> Declared | None:
     """The state variable that `one` declares, a family where it has an index."""
-    base = elaborate_variable(name, one, t.Role.STATE, enums, sink)
+    base = elaborate_variable(name, one, t.VariableRole.STATE, enums, sink)
     age = elaborate_quantity(one.max_age, TIME, sink)
     if age is not None and age <= 0:
         sink.error("AE208", "`max_age` must be longer than nothing", one.max_age.span)
@@ -103,7 +103,7 @@ def elaborate_state(
             sink.error("AE208", f"a family of {type_} is not supported", one.index.span)
             return None
         type_ = FamilyType(index, type_)
-    variable = t.Variable(name, type_, t.Role.STATE)
+    variable = t.Variable(name, type_, t.VariableRole.STATE)
     return replace(base, variable=variable, span=one.span, max_age=age, sensor=one.sensor.value)
 
 
@@ -132,14 +132,16 @@ def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Di
     return None
 
 
-def _unknown_enum(name: Text, enums: Enums, sink: Diagnostics) -> None:
+def _unknown_enum(name: TextField, enums: Enums, sink: Diagnostics) -> None:
     near = did_you_mean(name.value, enums)
     help_ = f"did you mean `{near}`?" if near else "declare it under `enums`"
     sink.error("AE122", f"`{name.value}` is not a declared enum", name.span, help=(help_,))
 
 
-def _range(numbers: tuple[Number, ...], unit: Unit, sink: Diagnostics) -> tuple[Fraction, Fraction] | None:
-    span = numbers[0].span.cover(numbers[-1].span) if numbers else None
+def _range(
+    numbers: tuple[NumberField, ...], unit: Unit, sink: Diagnostics
+) -> tuple[Fraction, Fraction] | None:
+    span = numbers[0].span.merge(numbers[-1].span) if numbers else None
     if len(numbers) != 2 or numbers[0].value >= numbers[1].value:
         sink.error(
             "AE208", "a range is two numbers, the lower one first", span, help=("as in `range: [0, 3]`",)

@@ -16,15 +16,15 @@ from typing import Protocol
 from hypothesis import HealthCheck, Phase, given, settings
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, scalars_of
-from aeros.spec.expr.random_conditions import VARIABLES, Case, Ranges, Raw, cases, exact_environment
-from aeros.spec.expr.semantics import evaluate, holds
+from aeros.spec.expr.lower import lower, values_by_scalar
+from aeros.spec.expr.random_conditions import VARIABLES, ConditionCase, Ranges, Raw, cases, exact_environment
+from aeros.spec.expr.semantics import evaluate, is_true
 
-_CLOSE = Fraction(1, 2**48)  # of the two sides: nearer than this is a hard comparison
+_NEAR_TIE_TOLERANCE = Fraction(1, 2**48)  # of the two sides: nearer than this is a hard comparison
 
 
 @dataclass
-class Coverage:
+class CaseCoverage:
     """What a run met."""
 
     true: int = 0
@@ -55,13 +55,13 @@ class ConformanceError(AssertionError):
 
 def check_backend(
     backend: Backend, max_examples: int = 200, *, seeded: bool = True, shrink: bool = True
-) -> Coverage:
+) -> CaseCoverage:
     """Raise `ConformanceError` unless `backend` decides every generated case as `semantics.evaluate` does.
 
     seeded: the same cases on every run; otherwise new ones.
     shrink: look for a smaller failing case before reporting.
     """
-    coverage = Coverage()
+    coverage = CaseCoverage()
     phases = (Phase.generate, Phase.shrink) if shrink else (Phase.generate,)
 
     @settings(
@@ -74,11 +74,11 @@ def check_backend(
         suppress_health_check=list(HealthCheck),
     )
     @given(cases())
-    def agrees(case: Case) -> None:
-        expected = holds(case.term, exact_environment(case.values))
+    def agrees(case: ConditionCase) -> None:
+        expected = is_true(case.term, exact_environment(case.values))
         coverage.true += expected
         coverage.false += not expected
-        coverage.close += is_close(case)
+        coverage.close += is_near_tie(case)
         decided = backend.decide(case.term, VARIABLES, case.ranges, case.values)
         if decided is not expected:
             raise ConformanceError(f"{backend.name}: {decided}, by definition {expected}: {case}")
@@ -89,9 +89,9 @@ def check_backend(
     return coverage
 
 
-def is_close(case: Case) -> bool:
+def is_near_tie(case: ConditionCase) -> bool:
     """Whether some comparison of the case has sides that are equal or nearly so, and not both constant."""
-    scalars = scalars_of(VARIABLES, exact_environment(case.values))
+    scalars = values_by_scalar(VARIABLES, exact_environment(case.values))
     pending = [lower(case.term)]
     while pending:
         term = pending.pop()
@@ -101,7 +101,7 @@ def is_close(case: Case) -> bool:
             if (
                 isinstance(left, Fraction)
                 and isinstance(right, Fraction)
-                and abs(left - right) <= _CLOSE * (abs(left) + abs(right))
+                and abs(left - right) <= _NEAR_TIE_TOLERANCE * (abs(left) + abs(right))
             ):
                 return True
     return False

@@ -29,7 +29,7 @@ def dot(left: t.Term, right: t.Term) -> t.Term:
     return t.Add(t.Add(products[0], products[1]), products[2])
 
 
-def apply(name: str, arguments: list[t.Term]) -> t.Term:
+def expand_function(name: str, arguments: list[t.Term]) -> t.Term:
     """The function `name` of real numbers."""
     match name:
         case "abs":

@@ -12,7 +12,7 @@ from math import inf, nextafter
 from typing import Any
 
 
-def neighbours(value: Fraction) -> tuple[float, float]:
+def adjacent_doubles(value: Fraction) -> tuple[float, float]:
     """The largest double <= value and the smallest double >= value; infinite beyond the doubles."""
     try:
         nearest = float(value)
@@ -26,7 +26,7 @@ def neighbours(value: Fraction) -> tuple[float, float]:
     return nextafter(nearest, -inf), nearest
 
 
-def double_within(value: Fraction, bounds: tuple[Fraction, Fraction] | None) -> float:
+def nearest_double_in_range(value: Fraction, bounds: tuple[Fraction, Fraction] | None) -> float:
     """The double nearest to `value`, or the next one inwards where rounding would leave the closed `bounds`.
 
     A `value` outside `bounds` stays outside.
@@ -41,12 +41,12 @@ def double_within(value: Fraction, bounds: tuple[Fraction, Fraction] | None) -> 
     return nearest
 
 
-def as_doubles(values: Mapping[str, Any]) -> dict[str, Any]:
+def to_doubles(values: Mapping[str, Any]) -> dict[str, Any]:
     """Exact values by name as code outside the proofs takes them: every rational as the nearest double."""
-    return {name: _as_double(value) for name, value in values.items()}
+    return {name: _to_double(value) for name, value in values.items()}
 
 
-def _as_double(value: Any) -> Any:
+def _to_double(value: Any) -> Any:
     if isinstance(value, tuple):
-        return tuple(_as_double(part) for part in value)
+        return tuple(_to_double(part) for part in value)
     return float(value) if isinstance(value, Fraction) else value

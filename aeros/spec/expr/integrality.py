@@ -8,7 +8,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, IntegerType
 
 
-def is_whole(term: t.Term) -> bool:
+def is_integral(term: t.Term) -> bool:
     """Whether `term` is whole for all values of its variables; False where that cannot be seen."""
     match term:
         case t.Literal(value=Fraction(denominator=1)):
@@ -21,10 +21,10 @@ def is_whole(term: t.Term) -> bool:
         case t.Occurrences() | t.Aggregate(kind="count"):
             return True
         case t.Aggregate(body=part) | t.Absolute(operand=part):
-            return is_whole(part)
+            return is_integral(part)
         case t.Add(left=a, right=b) | t.Multiply(left=a, right=b) | t.Extremum(left=a, right=b):
-            return is_whole(a) and is_whole(b)
+            return is_integral(a) and is_integral(b)
         case t.Conditional(then=a, otherwise=b):
-            return is_whole(a) and is_whole(b)
+            return is_integral(a) and is_integral(b)
         case _:
             return False

@@ -37,7 +37,7 @@ def scalar_variables(variable: t.Variable) -> tuple[t.Variable, ...]:
             return (variable,)
 
 
-def scalars_of(variables: Mapping[str, t.Variable], env: Environment) -> dict[str, Value]:
+def values_by_scalar(variables: Mapping[str, t.Variable], env: Environment) -> dict[str, Value]:
     """`env` by scalar variable."""
     scalars: dict[str, Value] = {}
     for name, variable in variables.items():
@@ -48,20 +48,20 @@ def scalars_of(variables: Mapping[str, t.Variable], env: Environment) -> dict[st
     return scalars
 
 
-def measure(term: t.Term) -> tuple[int, int]:
+def size_bounds(term: t.Term) -> tuple[int, int]:
     """Bounds on the number of nodes and on the height of `lower(term)`, found without lowering.
 
     A few characters can stand for more nodes than any machine holds: each `dot` repeats its vectors
     six times, each quantifier its body once for each member.
     """
-    return _measured(term, {})
+    return _size_bounds(term, {})
 
 
-def _measured(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
-    """As `measure`; `known` is by identity, for shared sub-terms are many."""
+def _size_bounds(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
+    """As `size_bounds`; `known` is by identity, for shared sub-terms are many."""
     if id(term) in known:
         return known[id(term)]
-    parts = [_measured(child, known) for child in t.children(term)]
+    parts = [_size_bounds(child, known) for child in t.children(term)]
     size, height = sum(size for size, _ in parts), max((height for _, height in parts), default=0)
     match term:
         case t.Select(family=family):
@@ -82,12 +82,12 @@ def lower(term: t.Term) -> t.Term:
     """The scalar core of a boolean or real `term`, with constants folded."""
     if isinstance(term, t.And):
         # The rules of a site are joined anew for each skill and kind; each of them is lowered once.
-        return _join([lower(operand) for operand in term.operands], neutral=True)
-    return _lowered(term)
+        return _junction([lower(operand) for operand in term.operands], neutral=True)
+    return _lower(term)
 
 
 @lru_cache(1024)
-def _lowered(term: t.Term) -> t.Term:
+def _lower(term: t.Term) -> t.Term:
     return _scalar(term, {})
 
 
@@ -104,14 +104,16 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
         case t.Not(operand=operand):
             return _negate(_scalar(operand, indices))
         case t.And(operands=operands):
-            return _join([_scalar(operand, indices) for operand in operands], neutral=True)
+            return _junction([_scalar(operand, indices) for operand in operands], neutral=True)
         case t.Or(operands=operands):
-            return _join([_scalar(operand, indices) for operand in operands], neutral=False)
+            return _junction([_scalar(operand, indices) for operand in operands], neutral=False)
         case t.Implies(premise=premise, conclusion=conclusion):
-            return _join([_negate(_scalar(premise, indices)), _scalar(conclusion, indices)], neutral=False)
+            return _junction(
+                [_negate(_scalar(premise, indices)), _scalar(conclusion, indices)], neutral=False
+            )
         case t.Compare(left=left) if _is_vector(left):
             pairs = zip(_components(left, indices), _components(term.right, indices), strict=True)
-            return _join([_fold(t.Compare("==", a, b)) for a, b in pairs], neutral=True)
+            return _junction([_fold(t.Compare("==", a, b)) for a, b in pairs], neutral=True)
         case t.Compare() | t.Add() | t.Extremum():
             return _fold(replace(term, left=_scalar(term.left, indices), right=_scalar(term.right, indices)))
         case t.Multiply(left=left, right=right):
@@ -120,15 +122,15 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
             return _fold(t.Absolute(_scalar(operand, indices)))
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
             parts = (_scalar(then, indices), _scalar(otherwise, indices))
-            return _choose(_scalar(condition, indices), *parts)
+            return _if_then_else(_scalar(condition, indices), *parts)
         case t.Quantified(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
-            return _join(each, neutral=kind == "all")
+            return _junction(each, neutral=kind == "all")
         case t.Aggregate(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
-            addends = each if kind == "sum" else [_choose(part, _ONE, _ZERO) for part in each]
+            addends = each if kind == "sum" else [_if_then_else(part, _ONE, _ZERO) for part in each]
             return reduce(lambda total, addend: _fold(t.Add(total, addend)), addends)
-        case t.Vector() | t.Table():
+        case t.Vector() | t.ConstantTable():
             raise AssertionError(f"not a scalar: {term}")
         case t.Previously() | t.Since() | t.Occurrences():
             raise AssertionError(f"not a condition on one state: {term}")
@@ -137,24 +139,24 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
 def _components(term: t.Term, indices: _Indices) -> tuple[t.Term, t.Term, t.Term]:
     match term:
         case t.Variable():
-            return _three(scalar_variables(term))
+            return _xyz(scalar_variables(term))
         case t.Vector(x=x, y=y, z=z):
             return (_scalar(x, indices), _scalar(y, indices), _scalar(z, indices))
         case t.Add(left=left, right=right):
             pairs = zip(_components(left, indices), _components(right, indices), strict=True)
-            return _three(_fold(t.Add(a, b)) for a, b in pairs)
+            return _xyz(_fold(t.Add(a, b)) for a, b in pairs)
         case t.Multiply(left=left, right=right):
             factor = _scalar(left, indices)
-            return _three(_fold(t.Multiply(factor, part)) for part in _components(right, indices))
+            return _xyz(_fold(t.Multiply(factor, part)) for part in _components(right, indices))
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
             chosen = _scalar(condition, indices)
             pairs = zip(_components(then, indices), _components(otherwise, indices), strict=True)
-            return _three(_choose(chosen, a, b) for a, b in pairs)
+            return _xyz(_if_then_else(chosen, a, b) for a, b in pairs)
         case _:
             raise AssertionError(f"not a vector: {term}")
 
 
-def _three(parts: Iterable[t.Term]) -> tuple[t.Term, t.Term, t.Term]:
+def _xyz(parts: Iterable[t.Term]) -> tuple[t.Term, t.Term, t.Term]:
     x, y, z = parts
     return (x, y, z)
 
@@ -169,17 +171,17 @@ def _is_vector(term: t.Term) -> bool:
             return False
 
 
-def _select(family: t.Variable | t.Table, index: t.Term) -> t.Term:
+def _select(family: t.Variable | t.ConstantTable, index: t.Term) -> t.Term:
     type_ = cast("FamilyType", family.type)
     elements: tuple[t.Term, ...]
-    if isinstance(family, t.Table):
+    if isinstance(family, t.ConstantTable):
         elements = tuple(t.Literal(value, type_.element) for value in family.values)
     else:
         elements = scalar_variables(family)
     chosen = elements[-1]
     for member, element in reversed(list(zip(type_.index.members[:-1], elements[:-1], strict=True))):
         is_member = _fold(t.Compare("==", index, t.Literal(member, type_.index)))
-        chosen = _choose(is_member, element, chosen)
+        chosen = _if_then_else(is_member, element, chosen)
     return chosen
 
 
@@ -211,7 +213,7 @@ def _negate(term: t.Term) -> t.Term:
     return _fold(t.Not(term))
 
 
-def _join(parts: list[t.Term], *, neutral: bool) -> t.Term:
+def _junction(parts: list[t.Term], *, neutral: bool) -> t.Term:
     """Conjunction (`neutral` true) or disjunction of `parts`, flattened."""
     node = t.And if neutral else t.Or
     flat: list[t.Term] = []
@@ -226,7 +228,7 @@ def _join(parts: list[t.Term], *, neutral: bool) -> t.Term:
     return kept[0] if len(kept) == 1 else node(kept)
 
 
-def _choose(condition: t.Term, then: t.Term, otherwise: t.Term) -> t.Term:
+def _if_then_else(condition: t.Term, then: t.Term, otherwise: t.Term) -> t.Term:
     if isinstance(condition, t.Literal):
         return then if condition.value else otherwise
     return then if then == otherwise else t.Conditional(condition, then, otherwise)

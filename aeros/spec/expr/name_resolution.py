@@ -21,7 +21,7 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
     if text in bound:
         return bound[text], bound[text].type
     if text in scope.variables:
-        return scope.variables[text], read_type(scope.variables[text].type)
+        return scope.variables[text], value_type(scope.variables[text].type)
     if text in scope.constants:
         return scope.constants[text], _type_of_constant(scope.constants[text])
     candidates = [enum for enum in scope.enums.values() if text in enum.members]
@@ -45,7 +45,7 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
         "AE202",
         f"`{text}` is not declared here",
         node.extent,
-        cure=near(text, known)
+        cure=suggest_names(text, known)
         or "declare it in the site's vocabulary, or use a parameter of the action kind",
     )
 
@@ -64,11 +64,11 @@ def resolve_attribute(node: s.Attribute, scope: Scope) -> tuple[t.Term, Type] | 
     else:
         return None
     if text not in among:
-        raise ExpressionTypeError("AE202", fault, node.extent, cure=near(text, among) or otherwise)
-    return among[text], read_type(among[text].type)
+        raise ExpressionTypeError("AE202", fault, node.extent, cure=suggest_names(text, among) or otherwise)
+    return among[text], value_type(among[text].type)
 
 
-def read_type(type_: Type) -> Type:
+def value_type(type_: Type) -> Type:
     """The type that a variable of `type_` is read as."""
     return RealType(NUMBER) if isinstance(type_, IntegerType) else type_
 
@@ -76,11 +76,11 @@ def read_type(type_: Type) -> Type:
 def not_a_member(name: s.Name, enum: EnumType) -> ExpressionTypeError:
     """The fault of a name that is no member of `enum`."""
     members = ", ".join(f"`{member}`" for member in enum.members)
-    cure = near(name.text, enum.members) or f"{enum} is one of {members}"
+    cure = suggest_names(name.text, enum.members) or f"{enum} is one of {members}"
     return ExpressionTypeError("AE202", f"`{name.text}` is not a member of {enum}", name.extent, cure=cure)
 
 
-def near(name: str, candidates: Iterable[str]) -> str | None:
+def suggest_names(name: str, candidates: Iterable[str]) -> str | None:
     """The cure of a name that is nearly one of `candidates`."""
     candidate = did_you_mean(name, candidates)
     return None if candidate is None else f"did you mean `{candidate}`?"
@@ -88,7 +88,7 @@ def near(name: str, candidates: Iterable[str]) -> str | None:
 
 def _type_of_constant(constant: t.Term) -> Type:
     match constant:
-        case t.Literal(type=type_) | t.Table(type=type_):
+        case t.Literal(type=type_) | t.ConstantTable(type=type_):
             return type_
         case t.Vector(x=t.Literal(type=RealType(dimension=dimension))):
             return VectorType(dimension)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from aeros.spec.expr import syntax as s
-from aeros.spec.expr.syntax import Extent
+from aeros.spec.expr.syntax import TextRange
 from aeros.spec.expr.units import DIMENSIONLESS, Unit, match_unit
 
 MAX_LENGTH = 4096  # characters: far beyond any rule a person can review
@@ -17,8 +17,8 @@ MAX_HEIGHT = 100  # height of the syntax tree, a few stack frames each in the pa
 
 _QUANTIFIERS = ("all", "any", "sum", "count")
 _PAST = ("previously", "once", "historically")
-_WORDS = ("and", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true")
-KEYWORDS = frozenset((*_WORDS, *_QUANTIFIERS, *_PAST, "since", "within"))
+_OPERATOR_WORDS = ("and", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true")
+KEYWORDS = frozenset((*_OPERATOR_WORDS, *_QUANTIFIERS, *_PAST, "since", "within"))
 
 _TOKEN = re.compile(
     r"""(?P<space>[ \t\n]+)
@@ -33,7 +33,7 @@ _COMPARISONS = ("<", "<=", "==", "!=", ">=", ">")
 class ExpressionSyntaxError(Exception):
     """The text is not an expression; `extent` is where, `help` a cure if one is known."""
 
-    def __init__(self, message: str, extent: Extent, help_: str | None = None) -> None:
+    def __init__(self, message: str, extent: TextRange, help_: str | None = None) -> None:
         super().__init__(message)
         self.message = message
         self.extent = extent
@@ -44,7 +44,7 @@ class ExpressionSyntaxError(Exception):
 class _Token:
     kind: str  # number, word, keyword, symbol, end
     text: str
-    extent: Extent
+    extent: TextRange
     unit: Unit = DIMENSIONLESS
 
 
@@ -53,10 +53,10 @@ def parse(text: str) -> s.Node:
     if len(text) > MAX_LENGTH:
         raise ExpressionSyntaxError(
             f"this expression has {len(text)} characters; {MAX_LENGTH} are allowed",
-            Extent(MAX_LENGTH, len(text)),
+            TextRange(MAX_LENGTH, len(text)),
             "split it into several rules",
         )
-    root = _Parser(_tokens(text)).whole()
+    root = _Parser(_tokens(text)).parse_expression()
     _check_height(root)
     return root
 
@@ -71,7 +71,7 @@ def _check_height(root: s.Node) -> None:
         pending.extend((child, height + 1) for child in s.children(node))
 
 
-def _too_deep(extent: Extent) -> ExpressionSyntaxError:
+def _too_deep(extent: TextRange) -> ExpressionSyntaxError:
     return ExpressionSyntaxError(
         "this expression is nested too deeply", extent, "split it into several rules"
     )
@@ -87,14 +87,14 @@ def _tokens(text: str) -> list[_Token]:
         kind, end = found.lastgroup or "", found.end()
         if kind == "number":
             unit, end = _unit_after(text, end)
-            tokens.append(_Token("number", found.group(), Extent(position, end), unit))
+            tokens.append(_Token("number", found.group(), TextRange(position, end), unit))
         elif kind == "word":
             actual = "keyword" if found.group() in KEYWORDS else "word"
-            tokens.append(_Token(actual, found.group(), Extent(position, end)))
+            tokens.append(_Token(actual, found.group(), TextRange(position, end)))
         elif kind == "symbol":
-            tokens.append(_Token("symbol", found.group(), Extent(position, end)))
+            tokens.append(_Token("symbol", found.group(), TextRange(position, end)))
         position = end
-    tokens.append(_Token("end", "", Extent(len(text), len(text))))
+    tokens.append(_Token("end", "", TextRange(len(text), len(text))))
     return tokens
 
 
@@ -103,7 +103,7 @@ def _unexpected_character(text: str, position: int) -> ExpressionSyntaxError:
     cures |= {"^": "write the product out, `x * x`", "≤": "write `<=`", "≥": "write `>=`"}
     character = text[position]
     return ExpressionSyntaxError(
-        f"unexpected character `{character}`", Extent(position, position + 1), cures.get(character)
+        f"unexpected character `{character}`", TextRange(position, position + 1), cures.get(character)
     )
 
 
@@ -117,8 +117,8 @@ def _unit_after(text: str, end: int) -> tuple[Unit, int]:
     return DIMENSIONLESS, end
 
 
-def _number(token: _Token) -> s.Number:
-    return s.Number(Fraction(token.text) * token.unit.factor, token.unit, token.extent)
+def _number(token: _Token) -> s.NumberLiteral:
+    return s.NumberLiteral(Fraction(token.text) * token.unit.factor, token.unit, token.extent)
 
 
 class _Parser:
@@ -127,7 +127,7 @@ class _Parser:
         self._position = 0
         self._depth = 0
 
-    def whole(self) -> s.Node:
+    def parse_expression(self) -> s.Node:
         """whole := expression end"""
         node = self._expression()
         if self._next.kind != "end":
@@ -137,13 +137,13 @@ class _Parser:
     def _expression(self) -> s.Node:
         """expression := 'if' expression 'then' expression 'else' expression | implication"""
         if (start := self._accept("if")) is None:
-            return self._nested(self._implication)
-        condition = self._nested(self._expression)
+            return self._with_depth(self._implication)
+        condition = self._with_depth(self._expression)
         self._expect("then")
-        then = self._nested(self._expression)
+        then = self._with_depth(self._expression)
         self._expect("else")
-        otherwise = self._nested(self._expression)
-        return s.IfElse(condition, then, otherwise, self._since(start))
+        otherwise = self._with_depth(self._expression)
+        return s.IfElse(condition, then, otherwise, self._text_since(start))
 
     def _implication(self) -> s.Node:
         """implication := disjunction ['implies' implication]"""
@@ -151,8 +151,8 @@ class _Parser:
         left = self._disjunction()
         if self._accept("implies") is None:
             return left
-        right = self._nested(self._implication)
-        return s.Binary("implies", left, right, self._since(start))
+        right = self._with_depth(self._implication)
+        return s.Binary("implies", left, right, self._text_since(start))
 
     def _disjunction(self) -> s.Node:
         """disjunction := conjunction ('or' conjunction)*"""
@@ -169,7 +169,7 @@ class _Parser:
             parts.append(part())
         if len(parts) == 1:
             return parts[0]
-        return s.Junction(word, tuple(parts), self._since(start))
+        return s.Junction(word, tuple(parts), self._text_since(start))
 
     def _relation(self) -> s.Node:
         """relation := negation ['since' [window] negation]"""
@@ -179,7 +179,7 @@ class _Parser:
             return left
         within = self._window()
         right = self._negation()
-        return s.Past("since", (left, right), within, self._since(start))
+        return s.PastOperator("since", (left, right), within, self._text_since(start))
 
     def _negation(self) -> s.Node:
         """negation := 'not' negation | past | comparison"""
@@ -187,15 +187,15 @@ class _Parser:
             return self._past()
         if (start := self._accept("not")) is None:
             return self._comparison()
-        operand = self._nested(self._negation)
-        return s.Unary("not", operand, self._since(start))
+        operand = self._with_depth(self._negation)
+        return s.Unary("not", operand, self._text_since(start))
 
     def _past(self) -> s.Node:
         """past := 'previously' negation | ('once' | 'historically') [window] negation"""
-        start = self._take()
+        start = self._advance()
         within = None if start.text == "previously" else self._window()
-        operand = self._nested(self._negation)
-        return s.Past(start.text, (operand,), within, self._since(start))
+        operand = self._with_depth(self._negation)
+        return s.PastOperator(start.text, (operand,), within, self._text_since(start))
 
     def _window(self) -> s.Node | None:
         """window := 'within' (number [unit] | name)"""
@@ -204,7 +204,7 @@ class _Parser:
         token = self._next
         if token.kind not in ("number", "word"):
             raise self._fault("expected a duration, as in `within 5 s`")
-        self._take()
+        self._advance()
         return _number(token) if token.kind == "number" else s.Name(token.text, token.extent)
 
     def _comparison(self) -> s.Node:
@@ -214,14 +214,14 @@ class _Parser:
         if (negation := self._accept("not")) is not None or self._next.text == "in":
             self._expect("in")
             container = self._container()
-            return s.Membership(first, container, negation is not None, self._since(start))
+            return s.Membership(first, container, negation is not None, self._text_since(start))
         operands, ops = [first], []
         while self._next.kind == "symbol" and self._next.text in _COMPARISONS:
-            ops.append(self._take().text)
+            ops.append(self._advance().text)
             operands.append(self._sum())
         if not ops:
             return first
-        return s.Chain(tuple(operands), tuple(ops), self._since(start))
+        return s.ComparisonChain(tuple(operands), tuple(ops), self._text_since(start))
 
     def _container(self) -> s.Name | tuple[s.Name, ...]:
         """container := name | '{' name (',' name)* '}'"""
@@ -238,7 +238,7 @@ class _Parser:
         start = self._next
         node = self._product()
         while token := self._accept("+") or self._accept("-"):
-            node = s.Binary(token.text, node, self._product(), self._since(start))
+            node = s.Binary(token.text, node, self._product(), self._text_since(start))
         return node
 
     def _product(self) -> s.Node:
@@ -246,15 +246,15 @@ class _Parser:
         start = self._next
         node = self._unary()
         while token := self._accept("*") or self._accept("/"):
-            node = s.Binary(token.text, node, self._unary(), self._since(start))
+            node = s.Binary(token.text, node, self._unary(), self._text_since(start))
         return node
 
     def _unary(self) -> s.Node:
         """unary := '-' unary | postfix"""
         if (start := self._accept("-")) is None:
             return self._postfix()
-        operand = self._nested(self._unary)
-        return s.Unary("-", operand, self._since(start))
+        operand = self._with_depth(self._unary)
+        return s.Unary("-", operand, self._text_since(start))
 
     def _postfix(self) -> s.Node:
         """postfix := atom ('.' name | '[' expression ']')*"""
@@ -263,21 +263,21 @@ class _Parser:
         while True:
             if self._accept("."):
                 name = self._name("a component")
-                node = s.Attribute(node, name, self._since(start))
+                node = s.Attribute(node, name, self._text_since(start))
             elif self._accept("["):
                 index = self._expression()
                 self._expect("]")
-                node = s.Index(node, index, self._since(start))
+                node = s.Index(node, index, self._text_since(start))
             else:
                 return node
 
     def _atom(self) -> s.Node:
         """atom := number [unit] | truth | quantifier | frequency | call | '(' expression ')'"""
-        token = self._take()
+        token = self._advance()
         if token.kind == "number":
             return _number(token)
         if token.text in ("true", "false"):
-            return s.Truth(token.text == "true", token.extent)
+            return s.BooleanLiteral(token.text == "true", token.extent)
         if token.text == "count" and self._next.text == "within":
             return self._frequency(token)
         if token.text in _QUANTIFIERS:
@@ -301,7 +301,7 @@ class _Parser:
         self._expect("in")
         members = self._name("the name of a set")
         end = self._expect(")").extent.end
-        return s.Quantifier(word.text, body, index, members, Extent(word.extent.start, end))
+        return s.Quantifier(word.text, body, index, members, TextRange(word.extent.start, end))
 
     def _frequency(self, word: _Token) -> s.Node:
         """frequency := 'count' window '(' expression ')'"""
@@ -309,7 +309,7 @@ class _Parser:
         self._expect("(")
         body = self._expression()
         self._expect(")")
-        return s.Past("count", (body,), within, self._since(word))
+        return s.PastOperator("count", (body,), within, self._text_since(word))
 
     def _call(self, function: s.Name) -> s.Node:
         """call := name ['(' [expression (',' expression)*] ')']"""
@@ -319,9 +319,9 @@ class _Parser:
             while self._accept(","):
                 arguments.append(self._expression())
             close = self._expect(")")
-        return s.Call(function, tuple(arguments), Extent(function.extent.start, close.extent.end))
+        return s.Call(function, tuple(arguments), TextRange(function.extent.start, close.extent.end))
 
-    def _nested(self, rule: Callable[[], s.Node]) -> s.Node:
+    def _with_depth(self, rule: Callable[[], s.Node]) -> s.Node:
         self._depth += 1
         if self._depth > MAX_DEPTH:
             raise _too_deep(self._next.extent)
@@ -329,21 +329,21 @@ class _Parser:
         self._depth -= 1
         return node
 
-    def _since(self, start: _Token) -> Extent:
+    def _text_since(self, start: _Token) -> TextRange:
         """All that was read from `start` on, the brackets around operands included."""
-        return Extent(start.extent.start, self._tokens[self._position - 1].extent.end)
+        return TextRange(start.extent.start, self._tokens[self._position - 1].extent.end)
 
     @property
     def _next(self) -> _Token:
         return self._tokens[self._position]
 
-    def _take(self) -> _Token:
+    def _advance(self) -> _Token:
         token = self._next
         self._position += 1
         return token
 
     def _accept(self, text: str) -> _Token | None:
-        return self._take() if self._next.text == text and self._next.kind != "number" else None
+        return self._advance() if self._next.text == text and self._next.kind != "number" else None
 
     def _expect(self, text: str) -> _Token:
         token = self._accept(text)
@@ -354,7 +354,7 @@ class _Parser:
     def _name(self, what: str) -> s.Name:
         if self._next.kind != "word":
             raise self._fault(f"expected {what}")
-        token = self._take()
+        token = self._advance()
         return s.Name(token.text, token.extent)
 
     def _fault(self, expected: str) -> ExpressionSyntaxError:

@@ -19,7 +19,7 @@ from typing import Any, cast
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import scalar_variables, scalars_of
+from aeros.spec.expr.lower import scalar_variables, values_by_scalar
 from aeros.spec.expr.semantics import Environment, Value, evaluate
 from aeros.spec.expr.types import (
     BOOL,
@@ -56,9 +56,9 @@ _TYPES: Mapping[str, Type] = {
     "ready": FamilyType(JOINT, BOOL),
 }
 VARIABLES: Mapping[str, t.Variable] = {
-    name: t.Variable(name, type_, t.Role.STATE) for name, type_ in _TYPES.items()
+    name: t.Variable(name, type_, t.VariableRole.STATE) for name, type_ in _TYPES.items()
 }
-_TABLE = t.Table(
+_TABLE = t.ConstantTable(
     "limit", FamilyType(JOINT, RealType(LENGTH)), (Fraction(1, 10), Fraction(1, 3), Fraction(-2))
 )
 _RANGES = tuple(
@@ -81,7 +81,7 @@ _CONSTANTS = tuple(
 
 
 @dataclass(frozen=True)
-class Case:
+class ConditionCase:
     """A well-typed condition, the ranges of its real scalars, and a value for each variable."""
 
     term: t.Term
@@ -94,9 +94,9 @@ def exact_environment(values: Mapping[str, Raw]) -> Environment:
     return {name: _exact(value) for name, value in values.items()}
 
 
-def raw_scalars(values: Mapping[str, Raw]) -> dict[str, float | bool | str]:
+def to_scalars(values: Mapping[str, Raw]) -> dict[str, float | bool | str]:
     """`values` by scalar variable."""
-    scalars = scalars_of(VARIABLES, cast("Environment", values))
+    scalars = values_by_scalar(VARIABLES, cast("Environment", values))
     return cast("dict[str, float | bool | str]", scalars)
 
 
@@ -107,15 +107,15 @@ def _exact(value: Raw) -> Value:
 
 
 @st.composite
-def cases(draw: st.DrawFn) -> Case:
+def cases(draw: st.DrawFn) -> ConditionCase:
     """Conditions with values; half of them with a comparison made hard for these values."""
     ranges = draw(vocabulary_ranges())
-    builder = _Terms(draw)
+    builder = _TermGenerator(draw)
     easy = builder.boolean(draw(st.integers(1, 4)))
     values = draw(environments(easy, ranges))
     if draw(st.booleans()):
-        return Case(easy, ranges, values)
-    hard = builder.tie(exact_environment(values))
+        return ConditionCase(easy, ranges, values)
+    hard = builder.near_tie(exact_environment(values))
     joins: list[Callable[[t.Term, t.Term], t.Term]] = [
         lambda one, _: one,
         lambda one, other: t.And((one, other)),
@@ -123,19 +123,19 @@ def cases(draw: st.DrawFn) -> Case:
         lambda one, other: t.Implies(one, other),
         lambda one, other: t.Conditional(one, other, t.Not(other)),
     ]
-    return Case(draw(st.sampled_from(joins))(hard, easy), ranges, values)
+    return ConditionCase(draw(st.sampled_from(joins))(hard, easy), ranges, values)
 
 
 @st.composite
 def conditions(draw: st.DrawFn) -> t.Term:
     """Well-typed boolean terms over `VARIABLES`."""
-    return _Terms(draw).boolean(draw(st.integers(1, 4)))
+    return _TermGenerator(draw).boolean(draw(st.integers(1, 4)))
 
 
 @st.composite
 def reals(draw: st.DrawFn) -> t.Term:
     """Well-typed real terms over `VARIABLES`, in metres."""
-    return _Terms(draw).real(draw(st.integers(1, 4)), LENGTH)
+    return _TermGenerator(draw).real(draw(st.integers(1, 4)), LENGTH)
 
 
 @st.composite
@@ -175,8 +175,8 @@ def _value(variable: t.Variable, ranges: Ranges, special: set[Fraction]) -> st.S
 
 def _double(low: Fraction, high: Fraction, special: set[Fraction]) -> st.SearchStrategy[float]:
     """Doubles in the closed range: any, its ends, and those nearest to the special values."""
-    least, greatest = _inside(low, math.inf), _inside(high, -math.inf)
-    near = {double for value in (low, high, *special) for double in _around(value)}
+    least, greatest = _double_inside(low, math.inf), _double_inside(high, -math.inf)
+    near = {double for value in (low, high, *special) for double in _neighbouring_doubles(value)}
     near = {double for double in near if least <= double <= greatest}
     zeros = [0.0, -0.0] if low <= 0 <= high else []
     spread = st.integers(0, 2**53).map(
@@ -187,7 +187,7 @@ def _double(low: Fraction, high: Fraction, special: set[Fraction]) -> st.SearchS
 
 
 @cache
-def _around(value: Fraction) -> tuple[float, ...]:
+def _neighbouring_doubles(value: Fraction) -> tuple[float, ...]:
     """The double nearest to `value` and the two beside it."""
     if abs(value) > Fraction(10) ** 308:
         return ()
@@ -196,7 +196,7 @@ def _around(value: Fraction) -> tuple[float, ...]:
 
 
 @cache
-def _inside(end: Fraction, inwards: float) -> float:
+def _double_inside(end: Fraction, inwards: float) -> float:
     """The double nearest to `end` that is not outside it."""
     nearest = float(end)
     outside = Fraction(nearest) < end if inwards > 0 else Fraction(nearest) > end
@@ -211,35 +211,35 @@ def _constants_of(term: t.Term) -> set[Fraction]:
         pending.extend(t.children(current))
         if isinstance(current, t.Literal) and isinstance(current.value, Fraction):
             found.add(current.value)
-        elif isinstance(current, t.Table):
+        elif isinstance(current, t.ConstantTable):
             found.update(current.values)
     return found
 
 
-class _Terms:
+class _TermGenerator:
     """Draws well-typed terms; `depth` is how many more levels may be nested."""
 
     def __init__(self, draw: st.DrawFn) -> None:
         self._draw = draw
         self._bound: list[t.BoundVariable] = []
 
-    def _one_of(self, *choices: Callable[[], t.Term]) -> t.Term:
+    def _pick(self, *choices: Callable[[], t.Term]) -> t.Term:
         return self._draw(st.sampled_from(choices))()
 
-    def _some(self, depth: int) -> tuple[t.Term, ...]:
+    def _random_conditions(self, depth: int) -> tuple[t.Term, ...]:
         return tuple(self.boolean(depth) for _ in range(self._draw(st.integers(0, 3))))
 
     def boolean(self, depth: int) -> t.Term:
         """A condition."""
         if depth <= 0:
-            return self._one_of(
+            return self._pick(
                 lambda: VARIABLES["a"],
                 lambda: VARIABLES["b"],
                 lambda: self._draw(st.sampled_from((t.TRUE, t.FALSE))),
                 lambda: t.Select(VARIABLES["ready"], self.enum(0, JOINT)),
             )
         below = depth - 1
-        return self._one_of(
+        return self._pick(
             lambda: self.comparison(below),
             lambda: self.comparison(below),
             lambda: t.Compare("==", self.vector(below), self.vector(below)),
@@ -247,8 +247,8 @@ class _Terms:
             lambda: t.Compare("==", self.enum(below, MODE), self.enum(below, MODE)),
             lambda: t.Compare("==", self.enum(below, JOINT), self.enum(below, JOINT)),
             lambda: t.Not(self.boolean(below)),
-            lambda: t.And(self._some(below)),
-            lambda: t.Or(self._some(below)),
+            lambda: t.And(self._random_conditions(below)),
+            lambda: t.Or(self._random_conditions(below)),
             lambda: t.Implies(self.boolean(below), self.boolean(below)),
             lambda: t.Conditional(self.boolean(below), self.boolean(below), self.boolean(below)),
             lambda: t.Select(VARIABLES["ready"], self.enum(below, JOINT)),
@@ -281,7 +281,7 @@ class _Terms:
     def _op(self) -> Any:
         return self._draw(st.sampled_from(("<", "<=", "==")))
 
-    def tie(self, env: Environment) -> t.Term:
+    def near_tie(self, env: Environment) -> t.Term:
         """A comparison whose sides are equal under `env`, or differ by less than they can be computed to."""
         one, two, three = (self.real(self._draw(st.sampled_from((0, 0, 1))), LENGTH) for _ in range(3))
         factor = self.real(self._draw(st.sampled_from((0, 1))), NUMBER)
@@ -293,7 +293,7 @@ class _Terms:
         pairs: list[tuple[t.Term, t.Term]] = [sums, products, (one, one)]
         left, right = self._draw(st.sampled_from(pairs))
         if self._draw(st.integers(0, 3)) == 0:
-            right = t.Literal(self._beside(cast("Fraction", evaluate(left, env))), RealType(LENGTH))
+            right = t.Literal(self._adjacent_value(cast("Fraction", evaluate(left, env))), RealType(LENGTH))
         elif self._draw(st.booleans()):
             tiny = self._draw(
                 st.sampled_from((Fraction(1, 2**70), Fraction(-1, 2**54), Fraction(1, 2**1080)))
@@ -303,7 +303,7 @@ class _Terms:
             left, right = right, left
         return t.Compare(self._op(), left, right)
 
-    def _beside(self, value: Fraction) -> Fraction:
+    def _adjacent_value(self, value: Fraction) -> Fraction:
         """`value`, or a number so near that rounding can hide the difference."""
         relative = self._draw(st.sampled_from((Fraction(0), Fraction(1, 2**53), Fraction(-1, 2**60))))
         return value + value * relative
@@ -311,12 +311,12 @@ class _Terms:
     def real(self, depth: int, dimension: Dimension) -> t.Term:
         """A real of `dimension`: a number, a length or an area."""
         if depth <= 0:
-            return self._one_of(
+            return self._pick(
                 lambda: t.Literal(self._draw(st.sampled_from(_CONSTANTS)), RealType(dimension)),
                 *self._leaves(dimension),
             )
         below = depth - 1
-        return self._one_of(
+        return self._pick(
             lambda: self.real(0, dimension),
             lambda: t.Add(self.real(below, dimension), self.real(below, dimension)),
             lambda: self._product(below, dimension),
@@ -356,7 +356,7 @@ class _Terms:
         if depth <= 0:
             return self._draw(st.sampled_from((VARIABLES["p"], VARIABLES["q"])))
         below = depth - 1
-        return self._one_of(
+        return self._pick(
             lambda: self.vector(0),
             lambda: t.Vector(*(self.real(below, LENGTH) for _ in range(3))),
             lambda: t.Add(self.vector(below), self.vector(below)),

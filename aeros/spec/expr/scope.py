@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.syntax import Extent
+from aeros.spec.expr.syntax import TextRange
 from aeros.spec.expr.types import EnumType
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class AxisAlignedBox:
     """An axis-aligned closed box in the world frame W; corners in metres."""
 
     lower: tuple[Fraction, Fraction, Fraction]
@@ -31,7 +31,7 @@ class Scope:
     inputs: Mapping[str, t.Variable] = field(default_factory=dict)
     constants: Mapping[str, t.Term] = field(default_factory=dict)
     enums: Mapping[str, EnumType] = field(default_factory=dict)
-    volumes: Mapping[str, Box] = field(default_factory=dict)
+    volumes: Mapping[str, AxisAlignedBox] = field(default_factory=dict)
     roles: Mapping[str, Mapping[str, t.Variable]] = field(default_factory=dict)
     past: bool = False
 
@@ -43,10 +43,10 @@ class ExpressionTypeError(Exception):
         self,
         code: str,
         message: str,
-        extent: Extent,
+        extent: TextRange,
         *,
         label: str = "",
-        beside: tuple[Extent, str] | None = None,
+        beside: tuple[TextRange, str] | None = None,
         cure: str | None = None,
     ) -> None:
         super().__init__(message)

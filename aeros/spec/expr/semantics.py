@@ -23,14 +23,14 @@ Value = bool | Fraction | str | tuple[Fraction, ...] | tuple[bool, ...]
 Environment = Mapping[str, Value]
 
 
-class Moment(NamedTuple):
+class TimedState(NamedTuple):
     """What was measured at one time, in seconds."""
 
     time: Fraction
     values: Environment
 
 
-Trace = Sequence[Moment]
+Trace = Sequence[TimedState]
 """Moments in order of time; the last is the present."""
 
 
@@ -44,7 +44,7 @@ def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
             return value
         case t.Variable(name=name) | t.BoundVariable(name=name):
             return env[name]
-        case t.Table(values=values):
+        case t.ConstantTable(values=values):
             return values
         case t.Select(family=family, index=index):
             member = evaluate(index, env, trace)
@@ -55,13 +55,13 @@ def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
         case t.Component(vector=vector, axis=axis):
             return cast("tuple[Fraction, ...]", evaluate(vector, env, trace))[axis]
         case t.Not(operand=operand):
-            return not holds(operand, env, trace)
+            return not is_true(operand, env, trace)
         case t.And(operands=operands):
-            return all(holds(operand, env, trace) for operand in operands)
+            return all(is_true(operand, env, trace) for operand in operands)
         case t.Or(operands=operands):
-            return any(holds(operand, env, trace) for operand in operands)
+            return any(is_true(operand, env, trace) for operand in operands)
         case t.Implies(premise=premise, conclusion=conclusion):
-            return (not holds(premise, env, trace)) or holds(conclusion, env, trace)
+            return (not is_true(premise, env, trace)) or is_true(conclusion, env, trace)
         case t.Compare(op="==", left=left, right=right):
             return evaluate(left, env, trace) == evaluate(right, env, trace)
         case t.Compare(op="<", left=left, right=right):
@@ -79,51 +79,53 @@ def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
         case t.Absolute(operand=operand):
             return abs(_real(operand, env, trace))
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
-            return evaluate(then if holds(condition, env, trace) else otherwise, env, trace)
+            return evaluate(then if is_true(condition, env, trace) else otherwise, env, trace)
         case t.Quantified(kind=kind, index=index, body=body):
-            each = (holds(body, {**env, index.name: member}, trace) for member in index.type.members)
+            each = (is_true(body, {**env, index.name: member}, trace) for member in index.type.members)
             return all(each) if kind == "all" else any(each)
         case t.Aggregate(kind="sum", index=index, body=body):
             addends = (_real(body, {**env, index.name: member}, trace) for member in index.type.members)
             return sum(addends, Fraction(0))
         case t.Aggregate(index=index, body=body):
             members = index.type.members
-            return Fraction(sum(holds(body, {**env, index.name: member}, trace) for member in members))
+            return Fraction(sum(is_true(body, {**env, index.name: member}, trace) for member in members))
         case t.Previously(operand=operand):
-            return len(trace) > 1 and _held(operand, env, trace[:-1])
-        case t.Since(kept=kept, reset=reset, within=within):
-            return _since(kept, reset, within, env, trace or (Moment(Fraction(0), env),))
-        case t.Occurrences(operand=operand, within=within):
-            looked_at = trace or (Moment(Fraction(0), env),)
-            ends = [end for end in range(1, len(looked_at) + 1) if _age(looked_at, end) <= within]
-            return Fraction(sum(_held(operand, env, looked_at[:end]) for end in ends))
+            return len(trace) > 1 and _held_at_end(operand, env, trace[:-1])
+        case t.Since(sustained=kept, trigger=reset, window_s=within):
+            return _evaluate_since(kept, reset, within, env, trace or (TimedState(Fraction(0), env),))
+        case t.Occurrences(operand=operand, window_s=within):
+            looked_at = trace or (TimedState(Fraction(0), env),)
+            ends = [end for end in range(1, len(looked_at) + 1) if _age_of_last(looked_at, end) <= within]
+            return Fraction(sum(_held_at_end(operand, env, looked_at[:end]) for end in ends))
 
 
-def holds(term: t.Term, env: Environment, trace: Trace = ()) -> bool:
+def is_true(term: t.Term, env: Environment, trace: Trace = ()) -> bool:
     """Whether the boolean `term` is true under `env`."""
     return cast("bool", evaluate(term, env, trace))
 
 
-def _since(kept: t.Term, reset: t.Term, within: Fraction | None, env: Environment, trace: Trace) -> bool:
+def _evaluate_since(
+    sustained: t.Term, reset: t.Term, window_s: Fraction | None, env: Environment, trace: Trace
+) -> bool:
     """Looks back moment by moment, until `reset` held, or `kept` did not, or time is up."""
     for end in range(len(trace), 0, -1):
-        if within is not None and _age(trace, end) > within:
+        if window_s is not None and _age_of_last(trace, end) > window_s:
             return False
-        if _held(reset, env, trace[:end]):
+        if _held_at_end(reset, env, trace[:end]):
             return True
-        if not _held(kept, env, trace[:end]):
+        if not _held_at_end(sustained, env, trace[:end]):
             return False
     return False
 
 
-def _age(trace: Trace, end: int) -> Fraction:
+def _age_of_last(trace: Trace, end: int) -> Fraction:
     """Seconds from the last moment of `trace[:end]` to the present."""
     return trace[-1].time - trace[end - 1].time
 
 
-def _held(term: t.Term, env: Environment, then: Trace) -> bool:
+def _held_at_end(term: t.Term, env: Environment, then: Trace) -> bool:
     """Whether `term` held at the last moment of `then`; indices keep the members they have in `env`."""
-    return holds(term, {**env, **then[-1].values}, then)
+    return is_true(term, {**env, **then[-1].values}, then)
 
 
 def _real(term: t.Term, env: Environment, trace: Trace) -> Fraction:

@@ -10,7 +10,7 @@ from aeros.spec.expr.units import Unit
 
 
 @dataclass(frozen=True, slots=True)
-class Extent:
+class TextRange:
     """Characters `start` (inclusive) to `end` (exclusive) of the expression's text."""
 
     start: int
@@ -18,20 +18,20 @@ class Extent:
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class NumberLiteral:
     """A numeral and its unit; the value is in SI."""
 
     value: Fraction
     unit: Unit
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class BooleanLiteral:
     """`true` or `false`."""
 
     value: bool
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Name:
     """A name, resolved by the checker."""
 
     text: str
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Attribute:
 
     base: Node
     name: Name
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Index:
 
     base: Node
     index: Node
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class Call:
 
     function: Name
     arguments: tuple[Node, ...]
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class Unary:
 
     op: str
     operand: Node
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class Binary:
     op: str
     left: Node
     right: Node
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,16 +94,16 @@ class Junction:
 
     op: str
     operands: tuple[Node, ...]
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class ComparisonChain:
     """A comparison chain, `a <= b < c`: each adjacent pair compared, all required."""
 
     operands: tuple[Node, ...]
     ops: tuple[str, ...]
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ class Membership:
     operand: Node
     container: Name | tuple[Name, ...]
     negated: bool
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +123,7 @@ class IfElse:
     condition: Node
     then: Node
     otherwise: Node
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,11 +134,11 @@ class Quantifier:
     body: Node
     index: Name
     set: Name
-    extent: Extent
+    extent: TextRange
 
 
 @dataclass(frozen=True, slots=True)
-class Past:
+class PastOperator:
     """`previously`, `once`, `historically`, `since` or `count within` of conditions, oldest operand last.
 
     within: how far it looks back, a duration; None where it looks back to the first moment.
@@ -146,13 +146,13 @@ class Past:
 
     op: str
     operands: tuple[Node, ...]
-    within: Node | None
-    extent: Extent
+    window: Node | None
+    extent: TextRange
 
 
 Node = (
-    Number
-    | Truth
+    NumberLiteral
+    | BooleanLiteral
     | Name
     | Attribute
     | Index
@@ -160,11 +160,11 @@ Node = (
     | Unary
     | Binary
     | Junction
-    | Chain
+    | ComparisonChain
     | Membership
     | IfElse
     | Quantifier
-    | Past
+    | PastOperator
 )
 
 

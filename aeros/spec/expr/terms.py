@@ -16,7 +16,7 @@ from typing import Literal as OneOf
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, ScalarType, Type
 
 
-class Role(Enum):
+class VariableRole(Enum):
     """Where a variable's value comes from."""
 
     STATE = "state"  # measured, by vocabulary name
@@ -38,7 +38,7 @@ class Variable:
 
     name: str
     type: Type
-    role: Role
+    role: VariableRole
 
     def __hash__(self) -> int:
         return hash(self.name)  # the rest seldom differs where the name does not, and takes ten times as long
@@ -53,7 +53,7 @@ class BoundVariable:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ConstantTable:
     """A constant family: one SI value for each member of its index set, in order."""
 
     name: str
@@ -65,7 +65,7 @@ class Table:
 class Select:
     """`family[index]`."""
 
-    family: Variable | Table
+    family: Variable | ConstantTable
     index: Term
 
 
@@ -192,23 +192,23 @@ class Previously:
 
 @dataclass(frozen=True, slots=True)
 class Since:
-    """Whether `reset` held at some moment, at most `within` seconds ago, and `kept` at each one after it.
+    """Whether `trigger` held at some moment, at most `window_s` seconds ago, and `kept` at each one after it.
 
     within: None where it may be any time ago.  `once c` is `true since c`, and `historically c` is
     `not once not c`.
     """
 
-    kept: Term
-    reset: Term
-    within: Fraction | None
+    sustained: Term
+    trigger: Term
+    window_s: Fraction | None
 
 
 @dataclass(frozen=True, slots=True)
 class Occurrences:
-    """At how many moments, at most `within` seconds ago, `operand` held."""
+    """At how many moments, at most `window_s` seconds ago, `operand` held."""
 
     operand: Term
-    within: Fraction
+    window_s: Fraction
 
 
 PastTerm = Previously | Since | Occurrences
@@ -218,7 +218,7 @@ Term = (
     Literal
     | Variable
     | BoundVariable
-    | Table
+    | ConstantTable
     | Select
     | Vector
     | Component
@@ -261,15 +261,15 @@ def variables_of(term: Term) -> dict[str, Variable]:
     """Every free variable of `term` by name, in order of first occurrence."""
     while isinstance(term, Not):  # most are asked about before and after they are negated
         term = term.operand
-    known = _SPOKEN_OF.get(id(term))
+    known = _FREE_VARIABLES_CACHE.get(id(term))
     if known is None:
-        if len(_SPOKEN_OF) >= 4096:
-            _SPOKEN_OF.clear()
-        known = _SPOKEN_OF[id(term)] = (term, _variables_of(term))
+        if len(_FREE_VARIABLES_CACHE) >= 4096:
+            _FREE_VARIABLES_CACHE.clear()
+        known = _FREE_VARIABLES_CACHE[id(term)] = (term, _variables_of(term))
     return dict(known[1])
 
 
-_SPOKEN_OF: Final[dict[int, tuple[Term, dict[str, Variable]]]] = {}
+_FREE_VARIABLES_CACHE: Final[dict[int, tuple[Term, dict[str, Variable]]]] = {}
 """By identity, as comparing terms costs as much as walking them; each is held, so that it stays itself."""
 
 

@@ -16,10 +16,16 @@ from typing import cast
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.desugar import ARITY, Norm, apply, compare_norm, dot
-from aeros.spec.expr.integrality import is_whole
-from aeros.spec.expr.lower import measure
-from aeros.spec.expr.name_resolution import near, not_a_member, read_type, resolve_attribute, resolve_name
+from aeros.spec.expr.desugar import ARITY, Norm, compare_norm, dot, expand_function
+from aeros.spec.expr.integrality import is_integral
+from aeros.spec.expr.lower import size_bounds
+from aeros.spec.expr.name_resolution import (
+    not_a_member,
+    resolve_attribute,
+    resolve_name,
+    suggest_names,
+    value_type,
+)
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER, TIME, Dimension
@@ -31,17 +37,17 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 @dataclass(frozen=True, slots=True)
-class _Typed:
+class _TypedTerm:
     term: t.Term | Norm
     type: Type
-    extent: s.Extent
+    extent: s.TextRange
 
 
-def check(node: s.Node, scope: Scope, expected: Type, checker: _Checker | None = None) -> t.Term:
+def check(node: s.Node, scope: Scope, expected: Type, checker: _TypeChecker | None = None) -> t.Term:
     """The typed term of `node`, which must be of type `expected`; raises `ExpressionTypeError`."""
     term, type_ = infer(node, scope, expected, checker)
     if isinstance(expected, IntegerType) and type_ == RealType(NUMBER):
-        if not is_whole(term):
+        if not is_integral(term):
             raise ExpressionTypeError("AE203", "expected a whole number", node.extent, label=str(type_))
     elif type_ != expected:
         code = "AE204" if isinstance(type_, RealType) and isinstance(expected, RealType) else "AE203"
@@ -50,13 +56,13 @@ def check(node: s.Node, scope: Scope, expected: Type, checker: _Checker | None =
 
 
 def infer(
-    node: s.Node, scope: Scope, hint: Type | None = None, checker: _Checker | None = None
+    node: s.Node, scope: Scope, hint: Type | None = None, checker: _TypeChecker | None = None
 ) -> tuple[t.Term, Type]:
     """The typed term of `node` and its type; `hint` tells which enum a bare member is of."""
-    checker = checker or _Checker(scope, {})
+    checker = checker or _TypeChecker(scope, {})
     typed = checker.check(node, hint)
-    term = checker.plain(typed)
-    size, height = measure(term)
+    term = checker.require_rational(typed)
+    size, height = size_bounds(term)
     if size > MAX_SIZE or height > MAX_HEIGHT:
         raise ExpressionTypeError(
             "AE201",
@@ -67,8 +73,8 @@ def infer(
     return term, typed.type
 
 
-_Part = tuple[t.Term, s.Extent]
-Parts = tuple[_Part, ...]
+_ConditionPart = tuple[t.Term, s.TextRange]
+Parts = tuple[_ConditionPart, ...]
 """Conditions, each with its own extent."""
 
 
@@ -79,30 +85,30 @@ def check_condition(node: s.Node, scope: Scope) -> tuple[t.Term, Parts, Parts, P
     The term is false where all premises are true and all alternatives false: the conjuncts of what stands
     before `implies`, and the operands of `or`.
     """
-    checker = _Checker(scope, {})
+    checker = _TypeChecker(scope, {})
     term = check(node, scope, BOOL, checker)
     premises, alternatives = checker.implication(node)
     return term, tuple(checker.conjuncts(node)), tuple(premises), tuple(alternatives)
 
 
-class _Checker:
+class _TypeChecker:
     def __init__(self, scope: Scope, bound: Mapping[str, t.BoundVariable]) -> None:
         self._scope = scope
         self._bound = bound
-        self._terms: dict[int, tuple[_Typed, ...]] = {}  # by identity, of what is asked for later
+        self._terms: dict[int, tuple[_TypedTerm, ...]] = {}  # by identity, of what is asked for later
 
-    def conjuncts(self, node: s.Node) -> Iterator[_Part]:
+    def conjuncts(self, node: s.Node) -> Iterator[_ConditionPart]:
         """The conjuncts of a condition that was checked."""
         if isinstance(node, s.Junction) and node.op == "and":
             for operand in node.operands:
                 yield from self.conjuncts(operand)
         else:
-            yield from ((self.plain(typed), typed.extent) for typed in self._terms[id(node)])
+            yield from ((self.require_rational(typed), typed.extent) for typed in self._terms[id(node)])
 
-    def implication(self, node: s.Node) -> tuple[list[_Part], list[_Part]]:
+    def implication(self, node: s.Node) -> tuple[list[_ConditionPart], list[_ConditionPart]]:
         """The premises and the alternatives of a condition that was checked."""
-        premises: list[_Part] = []
-        alternatives: list[_Part] = []
+        premises: list[_ConditionPart] = []
+        alternatives: list[_ConditionPart] = []
         pending = [node]
         while pending:
             match pending.pop(0):
@@ -116,21 +122,21 @@ class _Checker:
                     alternatives.append((whole, part.extent))
         return premises, alternatives
 
-    def check(self, node: s.Node, hint: Type | None = None) -> _Typed:
+    def check(self, node: s.Node, hint: Type | None = None) -> _TypedTerm:
         """`node` typed; `hint` is the type its neighbour has, which decides a bare enum member."""
         typed = self._typed(node, hint)
         self._terms.setdefault(id(node), (typed,))
         return typed
 
-    def _typed(self, node: s.Node, hint: Type | None) -> _Typed:
+    def _typed(self, node: s.Node, hint: Type | None) -> _TypedTerm:
         match node:
-            case s.Number(value=value, unit=unit):
+            case s.NumberLiteral(value=value, unit=unit):
                 type_ = RealType(unit.dimension)
-                return _Typed(t.Literal(value, type_), type_, node.extent)
-            case s.Truth(value=value):
-                return _Typed(t.Literal(value, BOOL), BOOL, node.extent)
+                return _TypedTerm(t.Literal(value, type_), type_, node.extent)
+            case s.BooleanLiteral(value=value):
+                return _TypedTerm(t.Literal(value, BOOL), BOOL, node.extent)
             case s.Name():
-                return _Typed(*resolve_name(node, self._scope, self._bound, hint), node.extent)
+                return _TypedTerm(*resolve_name(node, self._scope, self._bound, hint), node.extent)
             case s.Attribute():
                 return self._attribute(node)
             case s.Index():
@@ -138,12 +144,12 @@ class _Checker:
             case s.Call():
                 return self._call(node)
             case s.Unary(op="not", operand=operand):
-                return _Typed(t.Not(self._bool(operand)), BOOL, node.extent)
+                return _TypedTerm(t.Not(self._bool(operand)), BOOL, node.extent)
             case s.Unary(operand=operand):
                 minus = t.Literal(Fraction(-1), RealType(NUMBER))
                 return self._scale(minus, NUMBER, self.check(operand), node.extent)
             case s.Binary(op="implies", left=left, right=right):
-                return _Typed(t.Implies(self._bool(left), self._bool(right)), BOOL, node.extent)
+                return _TypedTerm(t.Implies(self._bool(left), self._bool(right)), BOOL, node.extent)
             case s.Binary(op="*", left=left, right=right):
                 return self._product(node, left, right)
             case s.Binary(op="/", left=left, right=right):
@@ -152,8 +158,8 @@ class _Checker:
                 return self._sum(node)
             case s.Junction(op=op, operands=operands):
                 parts = tuple(self._bool(operand) for operand in operands)
-                return _Typed(t.And(parts) if op == "and" else t.Or(parts), BOOL, node.extent)
-            case s.Chain():
+                return _TypedTerm(t.And(parts) if op == "and" else t.Or(parts), BOOL, node.extent)
+            case s.ComparisonChain():
                 return self._chain(node)
             case s.Membership():
                 return self._membership(node)
@@ -161,10 +167,10 @@ class _Checker:
                 return self._conditional(node, hint)
             case s.Quantifier():
                 return self._quantifier(node)
-            case s.Past():
+            case s.PastOperator():
                 return self._past(node)
 
-    def plain(self, typed: _Typed) -> t.Term:
+    def require_rational(self, typed: _TypedTerm) -> t.Term:
         """The term of `typed`, which must not be a bare `norm` or `distance`."""
         if isinstance(typed.term, Norm):
             raise ExpressionTypeError(
@@ -175,10 +181,10 @@ class _Checker:
             )
         return typed.term
 
-    def _attribute(self, node: s.Attribute) -> _Typed:
+    def _attribute(self, node: s.Attribute) -> _TypedTerm:
         found = resolve_attribute(node, self._scope)
         if found is not None:
-            return _Typed(*found, node.extent)
+            return _TypedTerm(*found, node.extent)
         base = self.check(node.base)
         axis = _AXES.get(node.name.text)
         if not isinstance(base.type, VectorType) or axis is None:
@@ -188,10 +194,10 @@ class _Checker:
                 node.name.extent,
                 cure="a vec3 has the components x, y and z",
             )
-        vector = self.plain(base)
-        return _Typed(t.Component(vector, axis), RealType(base.type.dimension), node.extent)
+        vector = self.require_rational(base)
+        return _TypedTerm(t.Component(vector, axis), RealType(base.type.dimension), node.extent)
 
-    def _index(self, node: s.Index) -> _Typed:
+    def _index(self, node: s.Index) -> _TypedTerm:
         base = self.check(node.base)
         if not isinstance(base.type, FamilyType):
             raise ExpressionTypeError("AE203", f"{base.type} cannot be indexed", node.base.extent)
@@ -202,8 +208,10 @@ class _Checker:
                 f"the index must be a member of {base.type.index}, not {index.type}",
                 node.index.extent,
             )
-        family = cast("t.Variable | t.Table", base.term)
-        return _Typed(t.Select(family, self.plain(index)), read_type(base.type.element), node.extent)
+        family = cast("t.Variable | t.ConstantTable", base.term)
+        return _TypedTerm(
+            t.Select(family, self.require_rational(index)), value_type(base.type.element), node.extent
+        )
 
     def _bool(self, node: s.Node) -> t.Term:
         typed = self.check(node, BOOL)
@@ -211,12 +219,12 @@ class _Checker:
             raise ExpressionTypeError(
                 "AE203", f"expected a condition, found {typed.type}", node.extent, label=str(typed.type)
             )
-        return self.plain(typed)
+        return self.require_rational(typed)
 
     def _real(self, node: s.Node, what: str) -> tuple[t.Term, RealType]:
         return self._as_real(self.check(node), what)
 
-    def _as_real(self, typed: _Typed, what: str) -> tuple[t.Term, RealType]:
+    def _as_real(self, typed: _TypedTerm, what: str) -> tuple[t.Term, RealType]:
         if not isinstance(typed.type, RealType):
             raise ExpressionTypeError(
                 "AE203",
@@ -224,19 +232,19 @@ class _Checker:
                 typed.extent,
                 label=str(typed.type),
             )
-        return self.plain(typed), typed.type
+        return self.require_rational(typed), typed.type
 
     def _vector(self, node: s.Node, what: str) -> tuple[t.Term, VectorType]:
         return self._as_vector(self.check(node), what)
 
-    def _as_vector(self, typed: _Typed, what: str) -> tuple[t.Term, VectorType]:
+    def _as_vector(self, typed: _TypedTerm, what: str) -> tuple[t.Term, VectorType]:
         if not isinstance(typed.type, VectorType):
             raise ExpressionTypeError(
                 "AE203", f"{what} must be a vec3, not {typed.type}", typed.extent, label=str(typed.type)
             )
-        return self.plain(typed), typed.type
+        return self.require_rational(typed), typed.type
 
-    def _same(self, left: _Typed, right: _Typed, doing: str) -> None:
+    def _require_same_type(self, left: _TypedTerm, right: _TypedTerm, doing: str) -> None:
         if left.type == right.type:
             return
         kinds = (RealType, VectorType)
@@ -250,39 +258,41 @@ class _Checker:
             cure="give both sides the same unit" if units else None,
         )
 
-    def _sum(self, node: s.Binary) -> _Typed:
+    def _sum(self, node: s.Binary) -> _TypedTerm:
         left, right = self.check(node.left), self.check(node.right)
         doing = "added to" if node.op == "+" else "subtracted by"
         if not isinstance(left.type, RealType | VectorType):
             raise ExpressionTypeError(
                 "AE203", f"{left.type} cannot be {doing} anything", left.extent, label=str(left.type)
             )
-        self._same(left, right, doing)
-        addend = self.plain(right)
+        self._require_same_type(left, right, doing)
+        addend = self.require_rational(right)
         if node.op == "-":
             addend = t.Multiply(t.Literal(Fraction(-1), RealType(NUMBER)), addend)
-        return _Typed(t.Add(self.plain(left), addend), left.type, node.extent)
+        return _TypedTerm(t.Add(self.require_rational(left), addend), left.type, node.extent)
 
-    def _product(self, node: s.Binary, left: s.Node, right: s.Node) -> _Typed:
+    def _product(self, node: s.Binary, left: s.Node, right: s.Node) -> _TypedTerm:
         first, second = self.check(left), self.check(right)
         if isinstance(first.type, VectorType):
             first, second = second, first
         factor, type_ = self._as_real(first, "a factor")
         return self._scale(factor, type_.dimension, second, node.extent)
 
-    def _scale(self, factor: t.Term, dimension: Dimension, typed: _Typed, extent: s.Extent) -> _Typed:
+    def _scale(
+        self, factor: t.Term, dimension: Dimension, typed: _TypedTerm, extent: s.TextRange
+    ) -> _TypedTerm:
         if not isinstance(typed.type, RealType | VectorType):
             raise ExpressionTypeError(
                 "AE203", f"{typed.type} cannot be multiplied", typed.extent, label=str(typed.type)
             )
         type_ = replace(typed.type, dimension=typed.type.dimension * dimension)
-        term = self.plain(typed)
+        term = self.require_rational(typed)
         if isinstance(factor, t.Literal) and isinstance(term, t.Literal):
             product = cast("Fraction", factor.value) * cast("Fraction", term.value)
-            return _Typed(t.Literal(product, cast("RealType", type_)), type_, extent)
-        return _Typed(t.Multiply(factor, term), type_, extent)
+            return _TypedTerm(t.Literal(product, cast("RealType", type_)), type_, extent)
+        return _TypedTerm(t.Multiply(factor, term), type_, extent)
 
-    def _quotient(self, node: s.Binary, left: s.Node, right: s.Node) -> _Typed:
+    def _quotient(self, node: s.Binary, left: s.Node, right: s.Node) -> _TypedTerm:
         divisor, type_ = self._real(right, "a divisor")
         if not isinstance(divisor, t.Literal) or divisor.value == 0:
             raise ExpressionTypeError(
@@ -294,21 +304,23 @@ class _Checker:
         inverse = t.Literal(1 / cast("Fraction", divisor.value), RealType(type_.dimension**-1))
         return self._scale(inverse, type_.dimension**-1, self.check(left), node.extent)
 
-    def _chain(self, node: s.Chain) -> _Typed:
-        typed: list[_Typed] = []
+    def _chain(self, node: s.ComparisonChain) -> _TypedTerm:
+        typed: list[_TypedTerm] = []
         for operand in node.operands:
-            typed.append(self.check(operand, typed[-1].type if typed else self._hint(node.operands[1:])))
+            typed.append(
+                self.check(operand, typed[-1].type if typed else self._operand_hint(node.operands[1:]))
+            )
         pairs = zip(node.ops, typed, typed[1:], strict=False)
         parts = tuple(self._compare(op, left, right) for op, left, right in pairs)
         starts = (node.extent.start, *(operand.extent.start for operand in typed[1:-1]))
         ends = (*(operand.extent.end for operand in typed[1:-1]), node.extent.end)
         self._terms[id(node)] = tuple(
-            _Typed(part, BOOL, s.Extent(start, end))
+            _TypedTerm(part, BOOL, s.TextRange(start, end))
             for part, start, end in zip(parts, starts, ends, strict=True)
         )
-        return _Typed(parts[0] if len(parts) == 1 else t.And(parts), BOOL, node.extent)
+        return _TypedTerm(parts[0] if len(parts) == 1 else t.And(parts), BOOL, node.extent)
 
-    def _hint(self, operands: tuple[s.Node, ...]) -> Type | None:
+    def _operand_hint(self, operands: tuple[s.Node, ...]) -> Type | None:
         """The type of the first operand that is a declared name: decides a leading enum member."""
         for operand in operands:
             match operand:
@@ -322,8 +334,8 @@ class _Checker:
                     return self._scope.inputs[name].type
         return None
 
-    def _compare(self, op: str, left: _Typed, right: _Typed) -> t.Term:
-        self._same(left, right, "compared with")
+    def _compare(self, op: str, left: _TypedTerm, right: _TypedTerm) -> t.Term:
+        self._require_same_type(left, right, "compared with")
         if op in (">", ">="):
             op, left, right = op.replace(">", "<"), right, left
         if op in ("<", "<=") and not isinstance(left.type, RealType):
@@ -347,12 +359,12 @@ class _Checker:
             return t.Not(t.Compare("==", left.term, right.term))
         return t.Compare(cast('OneOf["<", "<=", "=="]', op), left.term, right.term)
 
-    def _membership(self, node: s.Membership) -> _Typed:
+    def _membership(self, node: s.Membership) -> _TypedTerm:
         if isinstance(node.container, tuple):
             term = self._in_members(node.operand, node.container)
         else:
             term = self._in_volume(node.operand, node.container)
-        return _Typed(t.Not(term) if node.negated else term, BOOL, node.extent)
+        return _TypedTerm(t.Not(term) if node.negated else term, BOOL, node.extent)
 
     def _in_members(self, operand: s.Node, members: tuple[s.Name, ...]) -> t.Term:
         typed = self.check(operand)
@@ -360,7 +372,7 @@ class _Checker:
             raise ExpressionTypeError(
                 "AE203", f"{typed.type} is not an enumeration", operand.extent, label=str(typed.type)
             )
-        term = self.plain(typed)
+        term = self.require_rational(typed)
         literals = [self._member(member, typed.type) for member in members]
         return t.Or(tuple(t.Compare("==", term, literal) for literal in literals))
 
@@ -372,7 +384,7 @@ class _Checker:
     def _in_volume(self, operand: s.Node, name: s.Name) -> t.Term:
         box = self._scope.volumes.get(name.text)
         if box is None:
-            cure = near(name.text, self._scope.volumes) or "declare it under the site's `volumes`"
+            cure = suggest_names(name.text, self._scope.volumes) or "declare it under the site's `volumes`"
             raise ExpressionTypeError(
                 "AE202", f"`{name.text}` is not a volume of this site", name.extent, cure=cure
             )
@@ -389,7 +401,7 @@ class _Checker:
             parts.append(t.Compare("<=", part, t.Literal(box.upper[axis], metres)))
         return t.And(tuple(parts))
 
-    def _conditional(self, node: s.IfElse, hint: Type | None) -> _Typed:
+    def _conditional(self, node: s.IfElse, hint: Type | None) -> _TypedTerm:
         condition = self._bool(node.condition)
         then = self.check(node.then, hint)
         if isinstance(then.type, FamilyType):
@@ -397,14 +409,14 @@ class _Checker:
                 "AE203", "a whole family cannot be chosen", then.extent, cure="choose between its elements"
             )
         otherwise = self.check(node.otherwise, then.type)
-        self._same(then, otherwise, "the alternative of")
-        term = t.Conditional(condition, self.plain(then), self.plain(otherwise))
-        return _Typed(term, then.type, node.extent)
+        self._require_same_type(then, otherwise, "the alternative of")
+        term = t.Conditional(condition, self.require_rational(then), self.require_rational(otherwise))
+        return _TypedTerm(term, then.type, node.extent)
 
-    def _quantifier(self, node: s.Quantifier) -> _Typed:
+    def _quantifier(self, node: s.Quantifier) -> _TypedTerm:
         members = self._scope.enums.get(node.set.text)
         if members is None:
-            cure = near(node.set.text, self._scope.enums) or "declare it under the site's `enums`"
+            cure = suggest_names(node.set.text, self._scope.enums) or "declare it under the site's `enums`"
             raise ExpressionTypeError("AE202", f"`{node.set.text}` is not a set", node.set.extent, cure=cure)
         name = node.index.text
         taken = name in self._bound or name in self._scope.variables or name in self._scope.constants
@@ -417,17 +429,17 @@ class _Checker:
                 cure="name the index otherwise",
             )
         index = t.BoundVariable(name, members)
-        inside = _Checker(self._scope, {**self._bound, name: index})
+        inside = _TypeChecker(self._scope, {**self._bound, name: index})
         if node.kind == "sum":
             body, type_ = inside._real(node.body, "what is summed")
-            return _Typed(t.Aggregate("sum", index, body), type_, node.extent)
+            return _TypedTerm(t.Aggregate("sum", index, body), type_, node.extent)
         body = inside._bool(node.body)
         if node.kind == "count":
-            return _Typed(t.Aggregate("count", index, body), RealType(NUMBER), node.extent)
+            return _TypedTerm(t.Aggregate("count", index, body), RealType(NUMBER), node.extent)
         kind = cast('OneOf["all", "any"]', node.kind)
-        return _Typed(t.Quantified(kind, index, body), BOOL, node.extent)
+        return _TypedTerm(t.Quantified(kind, index, body), BOOL, node.extent)
 
-    def _past(self, node: s.Past) -> _Typed:
+    def _past(self, node: s.PastOperator) -> _TypedTerm:
         if not self._scope.past:
             raise ExpressionTypeError(
                 "AE209",
@@ -435,10 +447,12 @@ class _Checker:
                 node.extent,
                 cure="state it as an invariant of the site, whose history the runtime keeps",
             )
-        operands = [self._measured(operand, node.op) for operand in node.operands]
-        within = None if node.within is None else self._duration(node.within)
+        operands = [self._measured_condition(operand, node.op) for operand in node.operands]
+        within = None if node.window is None else self._duration(node.window)
         if node.op == "count":
-            return _Typed(t.Occurrences(operands[0], cast("Fraction", within)), RealType(NUMBER), node.extent)
+            return _TypedTerm(
+                t.Occurrences(operands[0], cast("Fraction", within)), RealType(NUMBER), node.extent
+            )
         term: t.Term
         match node.op:
             case "previously":
@@ -449,13 +463,13 @@ class _Checker:
                 term = t.Not(t.Since(t.TRUE, t.Not(operands[0]), within))
             case _:
                 term = t.Since(operands[0], operands[1], within)
-        return _Typed(term, BOOL, node.extent)
+        return _TypedTerm(term, BOOL, node.extent)
 
-    def _measured(self, node: s.Node, op: str) -> t.Term:
+    def _measured_condition(self, node: s.Node, op: str) -> t.Term:
         """A condition on what is measured, and on nothing else: only that has a past."""
         term = self._bool(node)
         for variable in t.variables_of(term).values():
-            if variable.role is not t.Role.STATE:
+            if variable.role is not t.VariableRole.STATE:
                 raise ExpressionTypeError(
                     "AE209",
                     f"`{op}` looks at what was measured, and `{variable.name}` is not measured",
@@ -479,11 +493,11 @@ class _Checker:
             )
         return cast("Fraction", duration.value)
 
-    def _call(self, node: s.Call) -> _Typed:
+    def _call(self, node: s.Call) -> _TypedTerm:
         name, arguments = node.function.text, node.arguments
         arity = ARITY.get(name)
         if arity is None:
-            cure = near(name, ARITY) or "the functions are " + ", ".join(sorted(ARITY))
+            cure = suggest_names(name, ARITY) or "the functions are " + ", ".join(sorted(ARITY))
             raise ExpressionTypeError(
                 "AE202", f"there is no function `{name}`", node.function.extent, cure=cure
             )
@@ -502,22 +516,22 @@ class _Checker:
                     argument.extent,
                     label=str(argument.type),
                 )
-            self._same(typed[0], argument, "combined with")
-        reals = [self.plain(argument) for argument in typed]
+            self._require_same_type(typed[0], argument, "combined with")
+        reals = [self.require_rational(argument) for argument in typed]
         type_ = cast("RealType", typed[0].type)
-        return _Typed(
-            apply(name, reals), VectorType(type_.dimension) if name == "vec" else type_, node.extent
+        return _TypedTerm(
+            expand_function(name, reals), VectorType(type_.dimension) if name == "vec" else type_, node.extent
         )
 
-    def _vector_call(self, name: str, arguments: tuple[s.Node, ...], extent: s.Extent) -> _Typed:
+    def _vector_call(self, name: str, arguments: tuple[s.Node, ...], extent: s.TextRange) -> _TypedTerm:
         typed = [self.check(argument) for argument in arguments]
         vectors = [self._as_vector(argument, f"the argument of `{name}`") for argument in typed]
         (first, type_), (second, other) = vectors[0], vectors[-1]
         dimension = type_.dimension
         if name == "dot":
             product = RealType(dimension * other.dimension)
-            return _Typed(dot(first, second), product, extent)
+            return _TypedTerm(dot(first, second), product, extent)
         if name == "distance":
-            self._same(typed[0], typed[1], "compared with")
+            self._require_same_type(typed[0], typed[1], "compared with")
             first = t.Add(first, t.Multiply(t.Literal(Fraction(-1), RealType(NUMBER)), second))
-        return _Typed(Norm(dot(first, first), dimension), RealType(dimension), extent)
+        return _TypedTerm(Norm(dot(first, first), dimension), RealType(dimension), extent)

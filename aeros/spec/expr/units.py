@@ -148,19 +148,19 @@ def parse_quantity(text: str) -> tuple[Fraction, Unit] | None:
     return None if unit is None else (Fraction(number.group()), unit)
 
 
-def in_unit(value: Fraction, unit: Unit) -> Fraction:
+def to_unit(value: Fraction, unit: Unit) -> Fraction:
     """`value`, given in SI, as a number of `unit`."""
     return value if unit.factor == 1 else value / unit.factor  # fractions are slow, and most units are SI
 
 
-def show_quantity(value: Fraction, unit: Unit) -> str:
+def format_quantity(value: Fraction, unit: Unit) -> str:
     """`value`, given in SI, as a person would write it in `unit`; `≈` where digits were dropped."""
-    number = show_number(in_unit(value, unit))
+    number = format_number(to_unit(value, unit))
     return number if unit.text == "1" else f"{number} {unit.text}"
 
 
 @lru_cache(4096)  # witnesses repeat a few values
-def show_number(value: Fraction) -> str:
+def format_number(value: Fraction) -> str:
     """A decimal if the value has a short one, else a rounded decimal marked with `≈`."""
     if value.denominator == 1 and abs(value) < 10**12:
         return str(value.numerator)
@@ -171,7 +171,7 @@ def show_number(value: Fraction) -> str:
     return shown if Fraction(shown) == value else f"≈{shown}"
 
 
-def decimal(value: Fraction) -> str | None:
+def exact_decimal(value: Fraction) -> str | None:
     """`value` as people write it, or None if it has no such form of at most twelve decimals."""
     scaled = value * 10**12
     if scaled.denominator != 1:

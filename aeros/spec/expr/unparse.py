@@ -6,10 +6,10 @@ from fractions import Fraction
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
-from aeros.spec.expr.units import NUMBER, TIME, Dimension, decimal
+from aeros.spec.expr.units import NUMBER, TIME, Dimension, exact_decimal
 
 
-def spell(term: t.Term) -> str:
+def unparse(term: t.Term) -> str:
     """The term as text in SI units, every operand of more than a name in brackets."""
     match term:
         case t.Literal(value=bool(value)):
@@ -18,12 +18,12 @@ def spell(term: t.Term) -> str:
             return _number(value, dimension)
         case t.Literal(value=value):
             return str(value)
-        case t.Variable(name=name) | t.BoundVariable(name=name) | t.Table(name=name):
+        case t.Variable(name=name) | t.BoundVariable(name=name) | t.ConstantTable(name=name):
             return name
         case t.Select(family=family, index=index):
-            return f"{spell(family)}[{spell(index)}]"
+            return f"{unparse(family)}[{unparse(index)}]"
         case t.Vector(x=x, y=y, z=z):
-            return f"vec({spell(x)}, {spell(y)}, {spell(z)})"
+            return f"vec({unparse(x)}, {unparse(y)}, {unparse(z)})"
         case t.Component(vector=vector, axis=axis):
             return f"{_operand(vector)}.{'xyz'[axis]}"
         case t.Not(operand=operand):
@@ -41,35 +41,35 @@ def spell(term: t.Term) -> str:
         case t.Multiply(left=left, right=right):
             return f"{_operand(left)} * {_operand(right)}"
         case t.Extremum(kind=kind, left=left, right=right):
-            return f"{kind}({spell(left)}, {spell(right)})"
+            return f"{kind}({unparse(left)}, {unparse(right)})"
         case t.Absolute(operand=operand):
-            return f"abs({spell(operand)})"
+            return f"abs({unparse(operand)})"
         case t.Conditional(condition=condition, then=then, otherwise=otherwise):
             return f"if {_operand(condition)} then {_operand(then)} else {_operand(otherwise)}"
         case t.Quantified(kind=kind, index=index, body=body) | t.Aggregate(kind=kind, index=index, body=body):
-            return f"{kind}({spell(body)} for {index.name} in {index.type.name})"
+            return f"{kind}({unparse(body)} for {index.name} in {index.type.name})"
         case t.Previously(operand=operand):
             return f"previously {_operand(operand)}"
-        case t.Since(kept=t.Literal(value=True), reset=reset, within=within):
+        case t.Since(sustained=t.Literal(value=True), trigger=reset, window_s=within):
             return f"once {_window(within)}{_operand(reset)}"
-        case t.Since(kept=kept, reset=reset, within=within):
+        case t.Since(sustained=kept, trigger=reset, window_s=within):
             return f"{_operand(kept)} since {_window(within)}{_operand(reset)}"
-        case t.Occurrences(operand=operand, within=within):
-            return f"count {_window(within)}({spell(operand)})"
+        case t.Occurrences(operand=operand, window_s=within):
+            return f"count {_window(within)}({unparse(operand)})"
 
 
 def _operand(term: t.Term) -> str:
     closed = t.Variable | t.BoundVariable | t.Select | t.Vector | t.Extremum | t.Absolute
-    text = spell(term)
+    text = unparse(term)
     bare = isinstance(term, closed) or (isinstance(term, t.Literal) and text[0] != "-")
     return text if bare else f"({text})"
 
 
-def _window(within: Fraction | None) -> str:
-    return "" if within is None else f"within {_number(within, TIME)} "
+def _window(window_s: Fraction | None) -> str:
+    return "" if window_s is None else f"within {_number(window_s, TIME)} "
 
 
 def _number(value: Fraction, dimension: Dimension) -> str:
     unit = "" if dimension == NUMBER else f" {dimension}"
-    shown = decimal(value)
+    shown = exact_decimal(value)
     return f"({value.numerator}{unit} / {value.denominator})" if shown is None else f"{shown}{unit}"

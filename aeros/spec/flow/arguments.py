@@ -18,10 +18,10 @@ class Arguments:
     """The term of each input, by its variable's name, and the variables that these terms bring in."""
 
     terms: Mapping[str, t.Term]
-    declared: tuple[Declared, ...]
+    variables: tuple[Declared, ...]
 
 
-def arguments_of(step: Step, sources: Mapping[str, Step], skills: Mapping[str, Skill]) -> Arguments:
+def step_arguments(step: Step, sources: Mapping[str, Step], skills: Mapping[str, Skill]) -> Arguments:
     """The inputs of `step`; an output `x` of the step `s` among `sources` is the variable `s.x`.
 
     An output that does not fit is refused elsewhere; here the input may then be anything it admits.
@@ -29,9 +29,9 @@ def arguments_of(step: Step, sources: Mapping[str, Step], skills: Mapping[str, S
     terms: dict[str, t.Term] = {}
     declared: list[Declared] = []
     for name, one in skills[step.skill].inputs.items():
-        flow = step.flows.get(name)
+        flow = step.output_references.get(name)
         if flow is None:
-            terms[one.name] = constant(step.inputs[name], one.variable.type)
+            terms[one.name] = constant_term(step.inputs[name], one.variable.type)
             continue
         output = skills[sources[flow.step].skill].outputs[flow.output]
         fits = output.variable.type == one.variable.type
@@ -41,7 +41,7 @@ def arguments_of(step: Step, sources: Mapping[str, Step], skills: Mapping[str, S
     return Arguments(terms, tuple(declared))
 
 
-def constant(value: Any, type_: Type) -> t.Term:
+def constant_term(value: Any, type_: Type) -> t.Term:
     """The term of a value of an effect or an input: a literal, or a vector of literals."""
     if isinstance(type_, VectorType):
         x, y, z = (t.Literal(Fraction(part), RealType(type_.dimension)) for part in value)

@@ -15,7 +15,7 @@ DONE: Final = "done"
 STOPPED: Final = "stopped"
 
 
-def graph_of(composition: Composition) -> nx.DiGraph[str]:
+def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
     """The control flow of `composition`; an edge's `on` says when it is taken.
 
     Nodes: `start`, `done` and `stopped`; each step by `step/NAME`, handler by `handler/NAME`,
@@ -48,15 +48,15 @@ def handler_cycle(composition: Composition) -> list[str]:
     return [*found, found[0]]
 
 
-_Loose = list[tuple[str, str]]
+_DanglingEdges = list[tuple[str, str]]
 """Nodes without an edge to what comes next, and when that edge is taken."""
 
 
-def _add(graph: nx.DiGraph[str], part: Part, loose: _Loose) -> _Loose:
+def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges) -> _DanglingEdges:
     match part:
         case Step(id=name):
             node = f"step/{name}"
-            _join(graph, node, part, loose)
+            _connect(graph, node, part, loose)
             _add_failure(graph, part, node)
             return [(node, "success")]
         case Seq(parts=parts):
@@ -65,18 +65,18 @@ def _add(graph: nx.DiGraph[str], part: Part, loose: _Loose) -> _Loose:
             return loose
         case Par(branches=branches, span=span):
             fork, join = f"fork@{span.start}", f"join@{span.start}"
-            _join(graph, fork, part, loose)
+            _connect(graph, fork, part, loose)
             ends = [end for branch in branches for end in _add(graph, branch, [(fork, "")])]
-            _join(graph, join, part, ends)
+            _connect(graph, join, part, ends)
             return [(join, "")]
         case If(text=text, span=span, then=then, otherwise=otherwise):
             node = f"if/{text}@{span.start}"
-            _join(graph, node, part, loose)
+            _connect(graph, node, part, loose)
             taken = _add(graph, then, [(node, "then")])
             return taken if otherwise is None else taken + _add(graph, otherwise, [(node, "else")])
 
 
-def _join(graph: nx.DiGraph[str], node: str, part: Part, loose: _Loose) -> None:
+def _connect(graph: nx.DiGraph[str], node: str, part: Part, loose: _DanglingEdges) -> None:
     graph.add_node(node, part=part)
     for before, on in loose:
         graph.add_edge(before, node, on=on)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.migrations.format import Step, UnmigratableError
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from aeros.spec.text.yaml_reader import read_yaml
@@ -76,7 +76,7 @@ def yaml_step(schema: str, edit: Step) -> Step:
     return lambda text: set_value(edit(text), ["schema"], schema)
 
 
-def schema_of(text: str, path: str = "") -> tuple[str, Span] | None:
+def schema_of(text: str, path: str = "") -> tuple[str, SourceSpan] | None:
     """The value of `schema` at the top of the document and its place; None where there is none."""
     for node in _nodes_at(parse(text, path), ["schema"]):
         if isinstance(node, ScalarNode):
@@ -101,7 +101,7 @@ def _quoted_like(node: ScalarNode, new: str) -> str:
     return f"{node.style}{new}{node.style}" if node.style in _QUOTES else new
 
 
-def _edited(text: str, edits: Sequence[tuple[Span, str]]) -> str:
+def _edited(text: str, edits: Sequence[tuple[SourceSpan, str]]) -> str:
     for span, new in sorted(edits, key=lambda edit: edit[0].start, reverse=True):
         text = text[: span.start] + new + text[span.end :]
     return text

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from aeros.spec.diagnostics.source import Span
-from aeros.spec.expr.shortfall import Shortfall
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr.shortfall import UnmetBound
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +26,8 @@ class Cause:
     rule: str
     text: str
     source: str = ""
-    at: str = ""
-    shortfalls: tuple[Shortfall, ...] = ()
+    location: str = ""
+    shortfalls: tuple[UnmetBound, ...] = ()
     code: str = ""
 
     def __str__(self) -> str:
@@ -35,11 +35,11 @@ class Cause:
         return f"{self.rule}: " + (", ".join(map(str, self.shortfalls)) or self.text)
 
 
-def place(span: Span) -> str:
+def file_and_line(span: SourceSpan) -> str:
     """The file and line of something that is written."""
     return f"{span.source.path}:{span.line}"
 
 
-def told(causes: Iterable[Cause]) -> list[dict[str, Any]]:
+def causes_to_json(causes: Iterable[Cause]) -> list[dict[str, Any]]:
     """As JSON values, for records."""
     return [{name: value for name, value in asdict(one).items() if value != ""} for one in causes]

@@ -11,21 +11,21 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model import step_graph
 
-STOP = "stop"
+STOP_ON_FAILURE = "stop"
 """As `on_failure`: the composition stops as failed, and says so."""
 
 
 @dataclass(frozen=True)
-class Flow:
+class OutputReference:
     """The output of an earlier step that an input takes."""
 
     step: str
     output: str
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
@@ -33,21 +33,21 @@ class Step:
     """One invocation of a skill, in a body or as a handler.
 
     inputs: constants in SI, defaults included.
-    on_failure: the handler run between two tries, `STOP`, or None where nothing is said.
+    on_failure: the handler run between two tries, `STOP_ON_FAILURE`, or None where nothing is said.
     """
 
     id: str
     skill: str
     inputs: Mapping[str, Any]
-    flows: Mapping[str, Flow]
+    output_references: Mapping[str, OutputReference]
     retry: int
     on_failure: str | None
-    span: Span
+    span: SourceSpan
 
     @property
     def handler(self) -> str | None:
         """The name of its handler, if it has one."""
-        return None if self.on_failure == STOP else self.on_failure
+        return None if self.on_failure == STOP_ON_FAILURE else self.on_failure
 
 
 Part: TypeAlias = step_graph.Part[Step]
@@ -63,10 +63,10 @@ class Composition:
 
     id: str
     precondition: t.Term
-    precondition_span: Span | None
+    precondition_span: SourceSpan | None
     body: Part
     handlers: Mapping[str, Step]
-    span: Span
+    span: SourceSpan
 
 
 def handlers_of(step: Step, handlers: Mapping[str, Step]) -> Iterator[Step]:

@@ -15,11 +15,11 @@ from functools import cached_property
 from math import inf
 from typing import Any
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.doubles import neighbours
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.lower import scalar_variables
-from aeros.spec.expr.scope import Box
+from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType, RealType
 from aeros.spec.expr.units import DIMENSIONLESS, Unit
 from aeros.spec.model.composition import Composition
@@ -49,14 +49,14 @@ class Declared:
     """
 
     variable: t.Variable
-    span: Span
+    span: SourceSpan
     unit: Unit = DIMENSIONLESS
     range: tuple[Fraction, Fraction] | None = None
     max_age: Fraction | None = None
     sensor: str | None = None
-    default: Any = None
-    range_span: Span | None = None
-    facts: tuple[t.Term, ...] = ()
+    default_value: Any = None
+    range_span: SourceSpan | None = None
+    known_facts: tuple[t.Term, ...] = ()
 
     @property
     def name(self) -> str:
@@ -64,11 +64,11 @@ class Declared:
         return self.variable.name
 
     @cached_property
-    def doubles(self) -> tuple[float, float]:
+    def double_range(self) -> tuple[float, float]:
         """The least and the greatest double in `range`; infinite where there is none."""
         if self.range is None:
             return -inf, inf
-        return neighbours(self.range[0])[1], neighbours(self.range[1])[0]
+        return adjacent_doubles(self.range[0])[1], adjacent_doubles(self.range[1])[0]
 
 
 def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fraction]]:
@@ -81,7 +81,7 @@ def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fractio
     }
 
 
-def about(
+def relevant_facts(
     terms: Sequence[t.Term], known: Mapping[str, Declared]
 ) -> tuple[tuple[Declared, ...], tuple[t.Term, ...]]:
     """Which of the variables, by name, the terms depend on, and the terms with all facts about those."""
@@ -91,8 +91,8 @@ def about(
         for name in t.variables_of(pending.pop()):
             if name in known and name not in found:
                 found[name] = known[name]
-                pending += known[name].facts
-                whole += known[name].facts
+                pending += known[name].known_facts
+                whole += known[name].known_facts
     return tuple(one for name, one in known.items() if name in found), tuple(whole)
 
 
@@ -105,7 +105,7 @@ class ActionKind:
     risk: Risk
     protective: bool
     parameters: Mapping[str, Declared]
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Conjunct:
     """One of the conditions that a larger one is the conjunction of, and where it is written."""
 
     term: t.Term
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
@@ -133,16 +133,16 @@ class Rule:
     source: str
     terms: Mapping[str, t.Term]
     attenuations: Mapping[str, Mapping[str, t.Term]]
-    span: Span
-    require_span: Span
+    span: SourceSpan
+    require_span: SourceSpan
     conjuncts: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
     premises: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
     alternatives: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
 
-    def speaks_of_action(self, kind: str) -> bool:
+    def constrains_action(self, kind: str) -> bool:
         """Whether it constrains the action itself, and not only the state in which it is asked for."""
         roles = {variable.role for variable in t.variables_of(self.terms[kind]).values()}
-        return t.Role.PARAMETER in roles or not roles
+        return t.VariableRole.PARAMETER in roles or not roles
 
 
 @dataclass(frozen=True)
@@ -159,8 +159,8 @@ class JointRule:
     source: str
     roles: tuple[tuple[str, str], tuple[str, str]]
     term: t.Term
-    span: Span
-    require_span: Span
+    span: SourceSpan
+    require_span: SourceSpan
     conjuncts: tuple[Conjunct, ...] = ()
 
 
@@ -185,7 +185,7 @@ class Access:
     channels: frozenset[str] = frozenset()
     compute: frozenset[str] = frozenset()
 
-    def union(self, other: Access) -> Access:
+    def merge(self, other: Access) -> Access:
         """What either allows."""
         return Access(
             self.actuators | other.actuators,
@@ -196,7 +196,7 @@ class Access:
 
 
 @dataclass(frozen=True)
-class Block:
+class OperatorOverride:
     """An operator override; a field that is None matches everything."""
 
     id: str
@@ -204,10 +204,10 @@ class Block:
     module: str | None
     skill: str | None
     action: str | None
-    span: Span | None = None
+    span: SourceSpan | None = None
 
     @property
-    def told(self) -> tuple[str | None, ...]:
+    def identity(self) -> tuple[str | None, ...]:
         """All that it says, wherever that is written."""
         return self.id, self.reason, self.module, self.skill, self.action
 
@@ -219,17 +219,17 @@ class Block:
 
 @dataclass(frozen=True)
 class Quota:
-    """At most `at_most` actions of `kinds` within any `within` seconds."""
+    """At most `max_count` actions of `kinds` within any `window_s` seconds."""
 
     id: str
     kinds: frozenset[str]
-    at_most: int
-    within: Fraction
-    span: Span
+    max_count: int
+    window_s: Fraction
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
-class Limits:
+class ModuleLimits:
     """Bounds on time-outs (seconds), retries of a step, re-plans of a task, and planning (seconds)."""
 
     skill_timeout: Fraction
@@ -247,7 +247,7 @@ class Durability(Enum):
 
 
 @dataclass(frozen=True)
-class Isolation:
+class IsolationPolicy:
     """Where the code of modules runs: isolated, unless the module is trusted.
 
     require: layers without which isolation is too weak.
@@ -255,10 +255,10 @@ class Isolation:
     answer_within: seconds that skill code may compute before each action.
     """
 
-    require: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
-    refuses: bool = True
-    trusted: frozenset[str] = frozenset()
-    answer_within: Fraction = Fraction(5)
+    required_layers: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
+    refuses_missing: bool = True
+    trusted_modules: frozenset[str] = frozenset()
+    answer_timeout_s: Fraction = Fraction(5)
 
 
 class Execute(Enum):
@@ -278,7 +278,7 @@ class McpPolicy:
     """
 
     execute: Execute = Execute.APPROVAL
-    most_steps: int = 20
+    max_steps: int = 20
     skills: frozenset[str] | None = None
 
 
@@ -286,24 +286,24 @@ class McpPolicy:
 class MotionKind:
     """Which parameters say where tool (W), joints and base (W, x and y) end, and how fast it all may be."""
 
-    tool_ends_at: str | None
-    base_ends_at: tuple[str, str] | None
+    tool_target: str | None
+    base_target: tuple[str, str] | None
     peak_speed: str | None
-    joints_end_at: tuple[str, ...] | None = None
+    joint_target: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Barrier:
-    """A volume that `links` (None: all) keep out of or, if `inside`, inside of, in every motion.
+    """A volume that `links` (None: all) keep out of or, if `keep_inside`, inside of, in every motion.
 
     in_base: its corners are measured from the robot's base, not in W.
     """
 
     id: str
     volume: str
-    box: Box
-    inside: bool
-    in_base: bool
+    box: AxisAlignedBox
+    keep_inside: bool
+    is_in_base_frame: bool
     links: frozenset[str] | None
     rationale: str
 
@@ -312,8 +312,8 @@ class Barrier:
 class ToolLimits:
     """Of the tool point: speed, acceleration and jerk, in each of translation and rotation, SI."""
 
-    moving: tuple[Fraction, Fraction, Fraction]
-    turning: tuple[Fraction, Fraction, Fraction]
+    translation: tuple[Fraction, Fraction, Fraction]
+    rotation: tuple[Fraction, Fraction, Fraction]
 
 
 @dataclass(frozen=True)
@@ -327,16 +327,16 @@ class MotionPolicy:
     """
 
     kinds: Mapping[str, MotionKind]
-    starts_at: str
-    starts_within: Fraction
-    ends_within: Fraction
+    start_variable: str
+    start_tolerance: Fraction
+    end_tolerance: Fraction
     lowest: tuple[Fraction, ...]
     highest: tuple[Fraction, ...]
-    rates: tuple[tuple[Fraction, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
-    tool: ToolLimits
+    joint_limits: tuple[tuple[Fraction, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
+    tool_limits: ToolLimits
     clearance: Fraction
     barriers: tuple[Barrier, ...]
-    base: tuple[Fraction, Fraction] | None = None
+    base_limits: tuple[Fraction, Fraction] | None = None
 
 
 @dataclass(frozen=True)
@@ -353,46 +353,46 @@ class Site:
     digest: str
     enums: Mapping[str, EnumType]
     constants: Mapping[str, t.Term]
-    volumes: Mapping[str, Box]
+    volumes: Mapping[str, AxisAlignedBox]
     state: Mapping[str, Declared]
     kinds: Mapping[str, ActionKind]
     rules: tuple[Rule, ...]
     access: Access
     grants: Mapping[str, Access]
     risk_ceiling: Risk
-    limits: Limits
-    blocks: tuple[Block, ...]
+    limits: ModuleLimits
+    blocks: tuple[OperatorOverride, ...]
     quotas: tuple[Quota, ...]
     resources: Mapping[str, int]
-    span: Span
-    joint: tuple[JointRule, ...] = ()
-    grant_spans: Mapping[str, Span] = field(default_factory=dict)
+    span: SourceSpan
+    joint_rules: tuple[JointRule, ...] = ()
+    grant_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     histories: tuple[History, ...] = ()
-    policy_spans: Mapping[str, Span] = field(default_factory=dict)
+    policy_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     motion: MotionPolicy | None = None
     durability: Durability = Durability.EVERY_RECORD
-    isolation: Isolation = Isolation()
+    isolation: IsolationPolicy = IsolationPolicy()
     mcp: McpPolicy = McpPolicy()
-    stops_at_undeclared: bool = True
+    stops_on_undeclared_outcome: bool = True
 
     @cached_property
-    def observed(self) -> Mapping[str, Declared]:
+    def observed_variables(self) -> Mapping[str, Declared]:
         """Everything that rules read of the state: what is measured, and the histories of it."""
         return {**self.state, **{one.declared.name: one.declared for one in self.histories}}
 
     def access_of(self, module: str) -> Access:
         """Everything that `module` may be permitted to touch."""
-        return self.access.union(self.grants.get(module, Access()))
+        return self.access.merge(self.grants.get(module, Access()))
 
-    def with_blocks(self, blocks: Sequence[Block]) -> Site:
+    def with_overrides(self, blocks: Sequence[OperatorOverride]) -> Site:
         """The site with further operator overrides, and the digest that says which."""
         if not blocks:
             return self
-        said = json.dumps([self.digest, *(one.told for one in blocks)])
+        said = json.dumps([self.digest, *(one.identity for one in blocks)])
         digest = hashlib.sha256(said.encode()).hexdigest()
         return replace(self, blocks=(*self.blocks, *blocks), digest=digest)
 
-    def rules_on(self, kind: str) -> tuple[Rule, ...]:
+    def rules_for_kind(self, kind: str) -> tuple[Rule, ...]:
         """The invariants that govern actions of `kind`."""
         return tuple(rule for rule in self.rules if kind in rule.terms)
 
@@ -409,7 +409,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Clause:
+class ActionCondition:
     """A condition on actions of one kind: of an envelope or of a permission.
 
     conjuncts: what the term is the conjunction of.
@@ -417,7 +417,7 @@ class Clause:
 
     term: t.Term
     text: str
-    span: Span
+    span: SourceSpan
     conjuncts: tuple[Conjunct, ...] = ()
 
 
@@ -425,7 +425,8 @@ class Clause:
 class Skill:
     """A skill with its envelope by action kind.  `timeout` in seconds.
 
-    precondition: what must be measured for it to start; what `hold` says of predicates is part of it.
+    precondition: what must be measured for it to start; what `hold_condition` says of predicates is part of
+        it.
     hold: what must be measured as long as it runs.
     idempotent: run twice it does no more than run once, by its author's word.
     """
@@ -434,20 +435,20 @@ class Skill:
     module_name: str
     function: str
     inputs: Mapping[str, Declared]
-    precondition: Clause | None
+    precondition: ActionCondition | None
     outcomes: Mapping[str, Outcome]
-    envelope: Mapping[str, Clause]
+    envelope: Mapping[str, ActionCondition]
     actuators: frozenset[str]
     resources: frozenset[str]
     risk: Risk
     timeout: Fraction
-    gated: Mapping[str, Span]
-    span: Span
-    risk_span: Span
-    entry_span: Span
+    runtime_checked: Mapping[str, SourceSpan]
+    span: SourceSpan
+    risk_span: SourceSpan
+    entry_span: SourceSpan
     outputs: Mapping[str, Declared] = field(default_factory=dict)
     idempotent: bool = False
-    hold: Clause | None = None
+    hold_condition: ActionCondition | None = None
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
@@ -459,13 +460,13 @@ class Skill:
 class PlanningRule:
     """`unless CONDITION do SKILL`, with its retry budget and the skill run between two tries."""
 
-    unless: t.Term
+    satisfied_condition: t.Term
     text: str
     skill: str
     inputs: Mapping[str, Any]
     retry: int
     on_failure: str | None
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
@@ -475,7 +476,7 @@ class TaskInvariant:
     id: str
     term: t.Term
     text: str
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
@@ -487,16 +488,16 @@ class Task:
     """
 
     id: str
-    words: tuple[str, ...]
+    trigger_phrases: tuple[str, ...]
     goal: t.Term
     goal_text: str
     rules: tuple[PlanningRule, ...]
     initial: Mapping[str, Any]
     scene: str | None
-    span: Span
+    span: SourceSpan
     invariants: tuple[TaskInvariant, ...] = ()
     goal_conjuncts: tuple[Conjunct, ...] = ()
-    word_spans: tuple[Span, ...] = ()
+    word_spans: tuple[SourceSpan, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -517,18 +518,18 @@ class Ecm:
     capabilities: Mapping[str, tuple[str, ...]]
     skills: Mapping[str, Skill]
     tasks: Mapping[str, Task]
-    access: Access
-    permission: Mapping[str, Clause]
-    requires: Mapping[str, str]
-    requires_spans: Mapping[str, Span]
-    runtime: str
-    runtime_span: Span
-    access_span: Span
-    span: Span
+    requested_access: Access
+    permitted_actions: Mapping[str, ActionCondition]
+    required_modules: Mapping[str, str]
+    requires_spans: Mapping[str, SourceSpan]
+    required_aeros_version: str
+    runtime_span: SourceSpan
+    access_span: SourceSpan
+    span: SourceSpan
     compositions: Mapping[str, Composition] = field(default_factory=dict)
     model_digests: Mapping[str, str] = field(default_factory=dict)
 
-    def providers_of(self, name: str) -> tuple[str, ...]:
+    def providers(self, name: str) -> tuple[str, ...]:
         """The skills any of which may run where a step names `name`, a skill or a capability of skills alone.
 
         Empty where it is neither.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 
 S = TypeVar("S")
@@ -31,7 +31,7 @@ class Par(Generic[S]):
     """Parts at the same time; it fails with the first branch that fails for good."""
 
     branches: tuple[Part[S], ...]
-    span: Span
+    span: SourceSpan
 
     def __str__(self) -> str:
         return f"({' ∥ '.join(map(str, self.branches))})"
@@ -48,7 +48,7 @@ class If(Generic[S]):
     text: str
     then: Part[S]
     otherwise: Part[S] | None
-    span: Span
+    span: SourceSpan
 
     def __str__(self) -> str:
         otherwise = "" if self.otherwise is None else f" else {self.otherwise}"
@@ -58,11 +58,11 @@ class If(Generic[S]):
 Part: TypeAlias = Seq[S] | Par[S] | If[S] | S
 
 
-def parts_of(part: Part[S]) -> Iterator[Part[S]]:
+def walk_parts(part: Part[S]) -> Iterator[Part[S]]:
     """`part` and everything inside it, from the outside in, in the order written."""
     yield part
     for inner in children_of(part):
-        yield from parts_of(inner)
+        yield from walk_parts(inner)
 
 
 def children_of(part: Part[S]) -> tuple[Part[S], ...]:
@@ -78,20 +78,20 @@ def children_of(part: Part[S]) -> tuple[Part[S], ...]:
 
 def steps_of(part: Part[S]) -> Iterator[S]:
     """The steps of `part`, in the order written."""
-    for one in parts_of(part):
+    for one in walk_parts(part):
         if not isinstance(one, Seq | Par | If):
             yield one
 
 
-def map_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
+def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
     """The same graph of what its steps become, in the order written."""
     match part:
         case Seq(parts=inner):
-            return Seq(tuple(map_steps(one, become) for one in inner))
+            return Seq(tuple(map_graph_steps(one, become) for one in inner))
         case Par(branches=inner, span=span):
-            return Par(tuple(map_steps(one, become) for one in inner), span)
+            return Par(tuple(map_graph_steps(one, become) for one in inner), span)
         case If(condition=condition, text=text, then=then, otherwise=otherwise, span=span):
-            other = None if otherwise is None else map_steps(otherwise, become)
-            return If(condition, text, map_steps(then, become), other, span)
+            other = None if otherwise is None else map_graph_steps(otherwise, become)
+            return If(condition, text, map_graph_steps(then, become), other, span)
         case step:
             return become(step)

@@ -8,23 +8,23 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 
 if TYPE_CHECKING:
     from aeros.spec.model.model import Ecm, Site
 
 
 @dataclass(frozen=True)
-class Way:
+class TaskPhrase:
     """A word that routes to a task, casefolded, and where it is written."""
 
     task: str
     word: str
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
-class Presence:
+class ModuleSummary:
     """A module as others see it.
 
     manifest_digest, code_digest, model_digests: as in its model.
@@ -37,30 +37,30 @@ class Presence:
     version: str
     manifest_digest: str
     code_digest: str
-    span: Span
+    span: SourceSpan
     skills: frozenset[str]
     capabilities: tuple[str, ...]
-    ways: tuple[Way, ...]
-    written: Mapping[str, frozenset[str]]
+    task_phrases: tuple[TaskPhrase, ...]
+    effect_values: Mapping[str, frozenset[str]]
     requires: Mapping[str, str]
-    requires_spans: Mapping[str, Span]
+    requires_spans: Mapping[str, SourceSpan]
     runtime: str
-    runtime_span: Span
+    runtime_span: SourceSpan
     model_digests: Mapping[str, str]
 
 
 @dataclass(frozen=True)
-class Blocked:
+class BlockSummary:
     """A module, or a skill of it, that an operator override names, and where that is written."""
 
     id: str
     module: str
     skill: str | None
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True)
-class SitePresence:
+class SiteSummary:
     """A site as claims about all modules together see it.
 
     digest: as in its model.
@@ -69,32 +69,32 @@ class SitePresence:
 
     id: str
     digest: str
-    grants: Mapping[str, Span]
-    blocks: tuple[Blocked, ...]
+    grants: Mapping[str, SourceSpan]
+    blocks: tuple[BlockSummary, ...]
 
 
-def presence_of_site(site: Site) -> SitePresence:
+def summarize_site(site: Site) -> SiteSummary:
     """What claims about all modules together have to know of `site`."""
-    return SitePresence(
+    return SiteSummary(
         site.id,
         site.digest,
         {name: site.grant_spans.get(name, site.span) for name in site.grants},
         tuple(
-            Blocked(one.id, one.module, one.skill, one.span or site.span)
+            BlockSummary(one.id, one.module, one.skill, one.span or site.span)
             for one in site.blocks
             if one.module is not None
         ),
     )
 
 
-def presence_of(ecm: Ecm) -> Presence:
+def summarize_module(ecm: Ecm) -> ModuleSummary:
     """What others have to know of `ecm`."""
     written: dict[str, frozenset[str]] = {}
     for skill in ecm.skills.values():
         for outcome in skill.success_outcomes:
             for name, value in outcome.effects.items():
                 written[name] = written.get(name, frozenset()) | {_text(value)}
-    return Presence(
+    return ModuleSummary(
         ecm.id,
         ecm.version,
         ecm.manifest_digest,
@@ -103,14 +103,14 @@ def presence_of(ecm: Ecm) -> Presence:
         frozenset(ecm.skills),
         tuple(ecm.capabilities),
         tuple(
-            Way(task.id, word, span)
+            TaskPhrase(task.id, word, span)
             for task in ecm.tasks.values()
-            for word, span in zip(task.words, task.word_spans, strict=True)
+            for word, span in zip(task.trigger_phrases, task.word_spans, strict=True)
         ),
         written,
-        dict(ecm.requires),
+        dict(ecm.required_modules),
         dict(ecm.requires_spans),
-        ecm.runtime,
+        ecm.required_aeros_version,
         ecm.runtime_span,
         dict(ecm.model_digests),
     )
@@ -123,18 +123,18 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def packed(presence: Presence | SitePresence) -> Any:
+def summary_to_json(presence: ModuleSummary | SiteSummary) -> Any:
     """`presence` as values for `json.dumps`; every span is of one file."""
     return {field.name: _packed(getattr(presence, field.name)) for field in fields(presence)}
 
 
 def _packed(value: Any) -> Any:
     match value:
-        case Span(start=start, end=end):
+        case SourceSpan(start=start, end=end):
             return [start, end]
-        case Way(task=task, word=word, span=span):
+        case TaskPhrase(task=task, word=word, span=span):
             return [task, word, *_packed(span)]
-        case Blocked(id=id_, module=module, skill=skill, span=span):
+        case BlockSummary(id=id_, module=module, skill=skill, span=span):
             return [id_, module, skill, *_packed(span)]
         case frozenset():
             return sorted(value)
@@ -146,31 +146,34 @@ def _packed(value: Any) -> Any:
             return value
 
 
-def unpacked(kept: Any, manifest: Source) -> Presence:
+def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
     """The presence that was packed; raises KeyError, TypeError or ValueError for anything else."""
 
-    def span(pair: Any) -> Span:
-        return Span(manifest, *pair)
+    def span(pair: Any) -> SourceSpan:
+        return SourceSpan(manifest, *pair)
 
-    return Presence(
+    return ModuleSummary(
         **{
-            **kept,
-            "span": span(kept["span"]),
-            "skills": frozenset(kept["skills"]),
-            "capabilities": tuple(kept["capabilities"]),
-            "ways": tuple(Way(task, word, span(at)) for task, word, *at in kept["ways"]),
-            "written": {name: frozenset(values) for name, values in kept["written"].items()},
-            "requires_spans": {name: span(at) for name, at in kept["requires_spans"].items()},
-            "runtime_span": span(kept["runtime_span"]),
+            **data,
+            "span": span(data["span"]),
+            "skills": frozenset(data["skills"]),
+            "capabilities": tuple(data["capabilities"]),
+            "ways": tuple(TaskPhrase(task, word, span(at)) for task, word, *at in data["ways"]),
+            "written": {name: frozenset(values) for name, values in data["written"].items()},
+            "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
+            "runtime_span": span(data["runtime_span"]),
         }
     )
 
 
-def unpacked_site(kept: Any, file: Source) -> SitePresence:
-    """As `unpacked`, of a site."""
-    return SitePresence(
-        kept["id"],
-        kept["digest"],
-        {name: Span(file, *at) for name, at in kept["grants"].items()},
-        tuple(Blocked(id_, module, skill, Span(file, *at)) for id_, module, skill, *at in kept["blocks"]),
+def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
+    """As `module_summary_from_json`, of a site."""
+    return SiteSummary(
+        data["id"],
+        data["digest"],
+        {name: SourceSpan(file, *at) for name, at in data["grants"].items()},
+        tuple(
+            BlockSummary(id_, module, skill, SourceSpan(file, *at))
+            for id_, module, skill, *at in data["blocks"]
+        ),
     )

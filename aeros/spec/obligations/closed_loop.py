@@ -16,33 +16,33 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from aeros.spec.closed_loop.reachability import Exploration, explore
-from aeros.spec.closed_loop.transition_system import NotExploredError
-from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
+from aeros.spec.closed_loop.transition_system import StateSpaceError
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.model.model import Ecm, Site, Task, TaskInvariant
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.obligations.verdicts import StaticClaim
 
 
-def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Settled]:
+def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
     """Every claim of group closed-loop about the tasks of `ecm`."""
     for task in ecm.tasks.values():
         try:
-            explored = explore(ecm, task, site)
-        except NotExploredError as why:
-            yield Settled(ClaimForm.RULES_ANALYSED(task.id), _not_analysed(task, str(why)))
+            explored = explore_task(ecm, task, site)
+        except StateSpaceError as why:
+            yield StaticClaim(ClaimForm.RULES_ANALYSED(task.id), _analysis_undecided(task, str(why)))
             continue
-        yield Settled(ClaimForm.RULES_DISPATCH(task.id), _undispatched(ecm, explored))
-        yield Settled(ClaimForm.RULES_PROGRESS(task.id), _stuck(explored))
-        yield Settled(ClaimForm.RULES_EFFECTIVE(task.id), _nothing_to_do(explored))
+        yield StaticClaim(ClaimForm.RULES_DISPATCH(task.id), _rule_never_dispatched(ecm, explored))
+        yield StaticClaim(ClaimForm.RULES_PROGRESS(task.id), _goal_unreachable(explored))
+        yield StaticClaim(ClaimForm.RULES_EFFECTIVE(task.id), _task_without_rules(explored))
         for invariant in task.invariants:
             kept = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
-            yield Settled(kept, _not_kept(invariant, explored))
+            yield StaticClaim(kept, _invariant_violated(invariant, explored))
 
 
-def _undispatched(ecm: Ecm, explored: Exploration) -> Diagnostic | None:
+def _rule_never_dispatched(ecm: Ecm, explored: ReachableStates) -> Diagnostic | None:
     for node in explored.graph:
-        hindered = explored.system.hindered(node)
+        hindered = explored.system.blocked_step(node)
         if hindered is not None:
             rule, skill = hindered
             precondition = ecm.skills[skill].precondition
@@ -51,25 +51,25 @@ def _undispatched(ecm: Ecm, explored: Exploration) -> Diagnostic | None:
                 "AE801",
                 f"the rules of `{explored.system.task.id}` call {called} "
                 "where its precondition does not hold",
-                Label(rule.span, "called here"),
-                () if precondition is None else (Label(precondition.span, "does not hold then"),),
+                SpanLabel(rule.span, "called here"),
+                () if precondition is None else (SpanLabel(precondition.span, "does not hold then"),),
                 notes=(explored.trace(node),),
                 help=("put a rule before it that brings the precondition about, or weaken the precondition",),
             )
     return None
 
 
-def _stuck(explored: Exploration) -> Diagnostic | None:
-    node = next(explored.without_way_to_goal(), None)
+def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
+    node = next(explored.nodes_that_can_miss_goal(), None)
     if node is None:
         return None
     task, system = explored.system.task, explored.system
     rejection = system.rejection(system.plan(node.state))
-    chosen = any(len({move.choice for move in system.moves(one)}) > 1 for one in explored.graph)
+    chosen = any(len({move.choice for move in system.transitions(one)}) > 1 for one in explored.graph)
     return Diagnostic(
         "AE802",
         f"the rules of `{task.id}` can come to a state from which they never reach its goal",
-        Label(task.span, "from there, no path of outcomes leads to the goal"),
+        SpanLabel(task.span, "from there, no path of outcomes leads to the goal"),
         notes=(
             explored.trace(node),
             *([f"there, {rejection}"] if rejection else []),
@@ -83,7 +83,7 @@ def _stuck(explored: Exploration) -> Diagnostic | None:
     )
 
 
-def _not_kept(invariant: TaskInvariant, explored: Exploration) -> Diagnostic | None:
+def _invariant_violated(invariant: TaskInvariant, explored: ReachableStates) -> Diagnostic | None:
     holds = explored.system.condition(invariant.term)
     node = next((node for node in explored.graph if not holds(node.state)), None)
     if node is None:
@@ -91,31 +91,31 @@ def _not_kept(invariant: TaskInvariant, explored: Exploration) -> Diagnostic | N
     return Diagnostic(
         "AE804",
         f"`{invariant.id}` does not hold all through `{explored.system.task.id}`",
-        Label(invariant.span, "does not hold then"),
+        SpanLabel(invariant.span, "does not hold then"),
         notes=(explored.trace(node),),
         help=("strengthen the preconditions of the skills on that way, or weaken the invariant",),
     )
 
 
-def _not_analysed(task: Task, why: str) -> Diagnostic:
+def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
     """Undecided, so refused: one number in a condition would otherwise excuse rules from every proof."""
     return Diagnostic(
         "AE803",
-        f"undecided, so refused: the planning rules of `{task.id}` were not analysed: {why}",
-        Label(task.span),
+        f"undecided, so refused: the planning rules of `{task.id}` were not analysed: {reason}",
+        SpanLabel(task.span),
         help=("let the site measure a predicate of it, true or false, and speak of that",),
     )
 
 
-def _nothing_to_do(explored: Exploration) -> Diagnostic | None:
+def _task_without_rules(explored: ReachableStates) -> Diagnostic | None:
     """A proof of rules that never run says nothing of them."""
     reached = explored.system.condition(explored.system.task.goal)
-    starts = (node for node in explored.graph if node not in explored.came_from)
+    starts = (node for node in explored.graph if node not in explored.predecessors)
     if not all(reached(node.state) for node in starts):
         return None
     return Diagnostic(
         "AE805",
         f"`{explored.system.task.id}` starts where its goal is reached, so nothing is proved of its rules",
-        Label(explored.system.task.span),
+        SpanLabel(explored.system.task.span),
         help=("correct the task's `initial`",),
     )

@@ -18,71 +18,71 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.arguments import arguments_of
+from aeros.spec.flow.arguments import step_arguments
 from aeros.spec.flow.control_flow import handler_cycle
 from aeros.spec.flow.symbolic_paths import (
-    Situations,
+    SymbolicStates,
     TooManyPathsError,
-    conjuncts,
-    earlier_in,
-    folded,
-    paths_of,
+    earlier_measurements,
+    explore_paths,
+    fold_constants,
+    split_conjunction,
 )
 from aeros.spec.model.composition import Composition, Step
-from aeros.spec.model.hold_conditions import UNHELD
+from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.model import Declared, Ecm, Site, Skill
-from aeros.spec.model.step_graph import If, parts_of, steps_of
+from aeros.spec.model.step_graph import If, steps_of, walk_parts
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.data_flow import data_obligations
-from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
+from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
 from aeros.spec.obligations.parallel import parallel_obligations
-from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
-def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
+def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
     """Every claim of group composition about `ecm` under `site`."""
     for composition in ecm.compositions.values():
         yield from _failures_handled(composition, ecm.skills)
         yield from data_obligations(composition, ecm.skills)
         cycle = handler_cycle(composition)
         acyclic = ClaimForm.HANDLERS_ACYCLIC(composition.id)
-        yield Settled(acyclic, _cycle(composition, cycle) if cycle else None)
+        yield StaticClaim(acyclic, _cycle(composition, cycle) if cycle else None)
         if cycle:
             continue
         parallel = list(parallel_obligations(composition, ecm, site))
         yield from parallel
-        if any(isinstance(one, Settled) and one.verdict is Verdict.REFUTED for one in parallel):
+        if any(isinstance(one, StaticClaim) and one.verdict is Verdict.REFUTED for one in parallel):
             continue  # branches that interfere are not walked: their order would decide
         try:
             yield from _path_obligations(composition, ecm, site)
         except TooManyPathsError:
-            yield Settled(
+            yield StaticClaim(
                 ClaimForm.PATHS_EXPLORED(composition.id),
                 Diagnostic(
                     "AE862",
                     f"`{composition.id}` has too many paths to prove anything of them",
-                    Label(composition.span),
+                    SpanLabel(composition.span),
                     help=("split it, or let fewer steps be tried again",),
                 ),
             )
 
 
-def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[Settled]:
+def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[StaticClaim]:
     for step in steps_of(composition.body):
         skill = skills[step.skill]
         failures = [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
-        failures += [] if skill.hold is None else [UNHELD]
+        failures += [] if skill.hold_condition is None else [HOLD_LOST]
         said = not failures or step.retry > 0 or step.on_failure is not None
-        yield Settled(
+        yield StaticClaim(
             ClaimForm.STEP_FAILURE_HANDLED(composition.id, step.id),
             None
             if said
             else Diagnostic(
                 "AE854",
                 f"`{step.id}` may fail, and nothing is said of what follows",
-                Label(step.span, "may end as " + ", ".join(f"`{name}`" for name in failures)),
+                SpanLabel(step.span, "may end as " + ", ".join(f"`{name}`" for name in failures)),
                 help=("write `on_failure: stop`, or `retry` with an `on_failure` that helps",),
             ),
         )
@@ -93,36 +93,36 @@ def _cycle(composition: Composition, cycle: list[str]) -> Diagnostic:
     return Diagnostic(
         "AE856",
         "handlers lead back to each other: " + " → ".join(f"`{name}`" for name in cycle),
-        Label(composition.handlers[first].span, "a failure here leads on"),
-        tuple(Label(composition.handlers[name].span, "and here") for name in others),
+        SpanLabel(composition.handlers[first].span, "a failure here leads on"),
+        tuple(SpanLabel(composition.handlers[name].span, "and here") for name in others),
         help=("let one of them end: without `on_failure`, its failure stops the composition",),
     )
 
 
-def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
+def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
     states = tuple(site.state.values())
     if composition.precondition_span is not None:
         yield Obligation(
             ClaimForm.COMPOSITION_CAN_START(composition.id),
             "AE855",
-            Claim.SOMETIMES,
-            Space(states, ()),
+            ClaimMode.SOMETIMES,
+            VariableSpace(states, ()),
             composition.precondition,
             f"`{composition.id}` could never start: no state satisfies its precondition",
-            Label(composition.precondition_span, "never true"),
+            SpanLabel(composition.precondition_span, "never true"),
         )
-    paths = paths_of(composition, ecm.skills, site.state)
+    paths = explore_paths(composition, ecm.skills, site.state)
     steps = {step.id: step for step in steps_of(composition.body)}
     listed = [(id_, _STEP, id_, step) for id_, step in steps.items()]
     listed += [(f"handler/{id_}", _HANDLER, id_, step) for id_, step in composition.handlers.items()]
     for visited, (reachable, ready, ready_case), id_, step in listed:
-        visits = paths.visits.get(visited, {})
+        visits = paths.states_at_steps.get(visited, {})
         yield _reachable(reachable(composition.id, id_), composition, step, visits, states)
         skill = ecm.skills[step.skill]
         if skill.precondition is None:
             continue
-        arguments = arguments_of(step, steps, ecm.skills)
-        yield from _in_each(
+        arguments = step_arguments(step, steps, ecm.skills)
+        yield from _obligation_per_state(
             (ready, ready_case),
             (composition.id, id_),
             t.substitute(skill.precondition.term, arguments.terms),
@@ -131,29 +131,31 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
             _obligation(
                 "AE851",
                 f"`{step.id}` may start where its precondition does not hold",
-                Label(step.span, "started here"),
-                Label(skill.precondition.span, "may not hold then"),
+                SpanLabel(step.span, "started here"),
+                SpanLabel(skill.precondition.span, "may not hold then"),
                 "let a step before it bring the precondition about, or declare it of the composition",
-                (*states, *arguments.declared),
+                (*states, *arguments.variables),
             ),
             [
-                Member(t.substitute(part.term, arguments.terms), Label(part.span, "may not hold then"))
+                LabelledConjunct(
+                    t.substitute(part.term, arguments.terms), SpanLabel(part.span, "may not hold then")
+                )
                 for part in skill.precondition.conjuncts
             ],
         )
-    conditions = [part for part in parts_of(composition.body) if isinstance(part, If)]
+    conditions = [part for part in walk_parts(composition.body) if isinstance(part, If)]
     for number, part in enumerate(conditions, 1):
         if part.otherwise is None:
-            yield from _in_each(
+            yield from _obligation_per_state(
                 (ClaimForm.IF_COVERS, ClaimForm.IF_COVERS_CASE),
                 (composition.id, number),
                 part.condition,
-                paths.cases.get(part.span.start, {}),
+                paths.states_at_ifs.get(part.span.start, {}),
                 site.state,
                 _obligation(
                     "AE857",
                     f"nothing is said of what follows where not `{part.text}`",
-                    Label(part.span, "may not hold here"),
+                    SpanLabel(part.span, "may not hold here"),
                     None,
                     "write `else: nothing`, or what to do then",
                     states,
@@ -164,18 +166,18 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
 _STEP: Final = ClaimForm.STEP_REACHABLE, ClaimForm.STEP_READY, ClaimForm.STEP_READY_CASE
 _HANDLER: Final = ClaimForm.HANDLER_REACHABLE, ClaimForm.HANDLER_READY, ClaimForm.HANDLER_READY_CASE
 
-_Builder = Callable[[ClaimId, tuple[t.Term, ...], t.Term, str, tuple[Declared, ...]], Obligation]
+_ObligationFactory = Callable[[ClaimId, tuple[t.Term, ...], t.Term, str, tuple[Declared, ...]], Obligation]
 """From an id, what is assumed, what is claimed, a note and further variables to an obligation."""
 
 
 def _obligation(
     code: str,
     headline: str,
-    primary: Label,
-    beside: Label | None,
+    primary: SpanLabel,
+    beside: SpanLabel | None,
     help_: str,
     declared: tuple[Declared, ...],
-) -> _Builder:
+) -> _ObligationFactory:
     def build(
         claim_id: ClaimId,
         assumed: tuple[t.Term, ...],
@@ -186,8 +188,8 @@ def _obligation(
         return Obligation(
             claim_id,
             code,
-            Claim.ALWAYS,
-            Space((*declared, *further), assumed),
+            ClaimMode.ALWAYS,
+            VariableSpace((*declared, *further), assumed),
             conclusion,
             headline,
             primary,
@@ -199,15 +201,15 @@ def _obligation(
     return build
 
 
-def _in_each(
+def _obligation_per_state(
     forms: tuple[ClaimForm, ClaimForm],
     about: tuple[str | int, ...],
     term: t.Term,
-    situations: Situations,
+    situations: SymbolicStates,
     state: Mapping[str, Declared],
-    build: _Builder,
-    parts: Sequence[Member] = (),
-) -> Iterator[Obligation | Settled]:
+    build: _ObligationFactory,
+    parts: Sequence[LabelledConjunct] = (),
+) -> Iterator[Obligation | StaticClaim]:
     """`term` holds in every situation: at once where no variable matters, else as a question each.
 
     Where it fails for certain, that one is all there is to tell.
@@ -215,47 +217,50 @@ def _in_each(
     about: the names of the composition and of what in it the claim is about.
     parts: the conjuncts of `term`.
     """
-    asked: dict[tuple[tuple[t.Term, ...], t.Term], tuple[str, tuple[Member, ...]]] = {}
+    asked: dict[tuple[tuple[t.Term, ...], t.Term], tuple[str, tuple[LabelledConjunct, ...]]] = {}
     for situation, trace in situations.items():
         condition = situation.condition(term, state)
-        assumed = tuple(sorted(situation.assumed, key=repr))
+        assumed = tuple(sorted(situation.path_condition, key=repr))
         if condition == t.TRUE:
             continue
-        values = dict(situation.assigned)
+        values = dict(situation.assignment)
         then = [
             f"then {name} = {str(values[name]).lower()}" for name in t.variables_of(term) if name in values
         ]
         note = "\n".join(["after", *trace, *then]) if trace else ""
-        members = tuple(Member(situation.condition(part.term, state), part.label) for part in parts)
+        members = tuple(LabelledConjunct(situation.condition(part.term, state), part.label) for part in parts)
         if condition == t.FALSE and not assumed:
-            yield replace(build(forms[0](*about), (), condition, note, ()), members=members)
+            yield replace(build(forms[0](*about), (), condition, note, ()), labelled_conjuncts=members)
             return
         asked.setdefault((assumed, condition), (note, members))
     if not asked:
-        yield Settled(forms[0](*about), None)
+        yield StaticClaim(forms[0](*about), None)
     for number, ((assumed, condition), (note, members)) in enumerate(asked.items(), 1):
         claim_id = forms[1](*about, number) if len(asked) > 1 else forms[0](*about)
-        yield replace(build(claim_id, assumed, condition, note, earlier_in(assumed, state)), members=members)
+        yield replace(
+            build(claim_id, assumed, condition, note, earlier_measurements(assumed, state)),
+            labelled_conjuncts=members,
+        )
 
 
 def _reachable(
     claim_id: ClaimId,
     composition: Composition,
     step: Step,
-    visits: Situations,
+    visits: SymbolicStates,
     declared: tuple[Declared, ...],
-) -> Obligation | Settled:
+) -> Obligation | StaticClaim:
     """Some path leads to `step`: at once if one assumes no more than the composition's precondition."""
     headline = f"`{step.id}` can never run in `{composition.id}`"
-    label = Label(step.span, "no path of outcomes leads here")
+    label = SpanLabel(step.span, "no path of outcomes leads here")
     help_ = ("remove it, or correct the condition or the outcome before it",)
     if not visits:
-        return Settled(claim_id, Diagnostic("AE855", headline, label, help=help_))
-    known = conjuncts(folded(composition.precondition))
-    if any(situation.assumed <= known for situation in visits):
-        return Settled(claim_id, None)
-    ways = tuple(t.And(tuple(sorted(situation.assumed, key=repr))) for situation in visits)
+        return StaticClaim(claim_id, Diagnostic("AE855", headline, label, help=help_))
+    known = split_conjunction(fold_constants(composition.precondition))
+    if any(situation.path_condition <= known for situation in visits):
+        return StaticClaim(claim_id, None)
+    ways = tuple(t.And(tuple(sorted(situation.path_condition, key=repr))) for situation in visits)
     mentioned = {name for way in ways for name in t.variables_of(way)}
-    past = earlier_in(ways, {one.name: one for one in declared})
-    space = Space(tuple(one for one in (*declared, *past) if one.name in mentioned), ())
-    return Obligation(claim_id, "AE855", Claim.SOMETIMES, space, t.Or(ways), headline, label, help=help_)
+    past = earlier_measurements(ways, {one.name: one for one in declared})
+    space = VariableSpace(tuple(one for one in (*declared, *past) if one.name in mentioned), ())
+    return Obligation(claim_id, "AE855", ClaimMode.SOMETIMES, space, t.Or(ways), headline, label, help=help_)

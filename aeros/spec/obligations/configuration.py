@@ -23,101 +23,107 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeVar
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
-from aeros.spec.diagnostics.source import Span
-from aeros.spec.diagnostics.words import words_of
-from aeros.spec.model.summary import Presence, SitePresence
+from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.diagnostics.words import normalized_words
+from aeros.spec.model.summary import ModuleSummary, SiteSummary
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.verdicts import Settled
-from aeros.spec.obligations.versions import suits
+from aeros.spec.obligations.verdicts import StaticClaim
+from aeros.spec.obligations.versions import is_compatible_version
 
 _K = TypeVar("_K")
 _V = TypeVar("_V")
 
-_Phrase = tuple[str, ...]
+_PhraseWords = tuple[str, ...]
 
 
-def configuration_obligations(ecms: Sequence[Presence], site: SitePresence) -> Iterator[Settled]:
+def configuration_obligations(ecms: Sequence[ModuleSummary], site: SiteSummary) -> Iterator[StaticClaim]:
     """Every claim of group configuration about `ecms` under `site`; near-linear in their number."""
-    for name, same in _grouped((ecm.id, ecm) for ecm in ecms).items():
-        yield Settled(ClaimForm.MODULE_UNIQUE(name), _same_name(same) if len(same) > 1 else None)
+    for name, same in _group_by_key((ecm.id, ecm) for ecm in ecms).items():
+        yield StaticClaim(ClaimForm.MODULE_UNIQUE(name), _duplicate_module(same) if len(same) > 1 else None)
     yield from _routing(ecms)
-    provided = _grouped((capability, ecm) for ecm in ecms for capability in ecm.capabilities)
+    provided = _group_by_key((capability, ecm) for ecm in ecms for capability in ecm.capabilities)
     for capability, providers in provided.items():
         twice = _same_capability(capability, providers) if len(providers) > 1 else None
-        yield Settled(ClaimForm.CAPABILITY_UNIQUE(capability), twice)
+        yield StaticClaim(ClaimForm.CAPABILITY_UNIQUE(capability), twice)
     yield from _effects(ecms)
     yield from _dependencies(ecms)
-    yield from _names_of_the_policy(ecms, site)
+    yield from _unknown_policy_names(ecms, site)
 
 
-def _grouped(pairs: Iterable[tuple[_K, _V]]) -> dict[_K, list[_V]]:
+def _group_by_key(pairs: Iterable[tuple[_K, _V]]) -> dict[_K, list[_V]]:
     found: dict[_K, list[_V]] = {}
     for key, value in pairs:
         found.setdefault(key, []).append(value)
     return found
 
 
-def _same_name(same: Sequence[Presence]) -> Diagnostic:
+def _duplicate_module(same: Sequence[ModuleSummary]) -> Diagnostic:
     first, *others = same
     return Diagnostic(
         "AE881",
         f"{len(same)} modules are named `{first.id}`: one would get what is granted to another",
-        Label(others[0].span),
-        (Label(first.span, "the name is taken here"), *(Label(one.span) for one in others[1:])),
+        SpanLabel(others[0].span),
+        (SpanLabel(first.span, "the name is taken here"), *(SpanLabel(one.span) for one in others[1:])),
         help=("install one of them, or rename one together with its folder",),
     )
 
 
 @dataclass(frozen=True)
-class _Way:
+class _TaskPhrase:
     """A phrase that routes to a task, and where it is written."""
 
-    phrase: _Phrase
+    phrase: _PhraseWords
     module: str
     task: str
-    span: Span
+    span: SourceSpan
 
 
-def _routing(ecms: Sequence[Presence]) -> Iterator[Settled]:
+def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
     """No phrase of one module's tasks is part of one of another's, as `aeros.agent.planning.routing` reads them."""
-    ways = [_Way(words_of(way.word), ecm.id, way.task, way.span) for ecm in ecms for way in ecm.ways]
-    by_phrase = _grouped((way.phrase, way) for way in ways)
+    ways = [
+        _TaskPhrase(normalized_words(way.word), ecm.id, way.task, way.span)
+        for ecm in ecms
+        for way in ecm.task_phrases
+    ]
+    by_phrase = _group_by_key((way.phrase, way) for way in ways)
     for phrase, asked in by_phrase.items():
         inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}
         meant = [way for part in sorted(inner) for way in by_phrase.get(part, ())]
         other = next((way for way in meant if way.module != asked[0].module), None)
-        yield Settled(
+        yield StaticClaim(
             ClaimForm.WORDS_UNAMBIGUOUS("-".join(phrase)),  # no word holds a `-`
-            None if other is None else _ambiguous(asked[0], other),
+            None if other is None else _ambiguous_phrases(asked[0], other),
         )
 
 
-def _ambiguous(one: _Way, other: _Way) -> Diagnostic:
+def _ambiguous_phrases(one: _TaskPhrase, other: _TaskPhrase) -> Diagnostic:
     tasks = " or ".join(f"`{way.module}.{way.task}`" for way in (one, other))
     return Diagnostic(
         "AE882",
         f"`{' '.join(one.phrase)}` may mean {tasks}",
-        Label(one.span, f"routes to `{one.task}`"),
-        (Label(other.span, f"routes to `{other.task}`"),),
+        SpanLabel(one.span, f"routes to `{one.task}`"),
+        (SpanLabel(other.span, f"routes to `{other.task}`"),),
         help=("give the tasks words of which none is part of another's",),
     )
 
 
-def _same_capability(name: str, providers: Sequence[Presence]) -> Diagnostic:
+def _same_capability(name: str, providers: Sequence[ModuleSummary]) -> Diagnostic:
     first, second, *_ = providers
     return Diagnostic(
         "AE883",
         f"`{first.id}` and `{second.id}` both provide `{name}`",
-        Label(second.span),
-        (Label(first.span, "provides it too"),),
+        SpanLabel(second.span),
+        (SpanLabel(first.span, "provides it too"),),
         severity=Severity.WARNING,
     )
 
 
-def _effects(ecms: Sequence[Presence]) -> Iterator[Settled]:
+def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
     """Warn where successes of one module and of another never leave a state variable the same."""
-    written = _grouped((name, (ecm, values)) for ecm in ecms for name, values in ecm.written.items())
+    written = _group_by_key(
+        (name, (ecm, values)) for ecm in ecms for name, values in ecm.effect_values.items()
+    )
     for name, by_module in written.items():
         one_of_each = {values: ecm for ecm, values in by_module}
         opposed = next((pair for pair in combinations(one_of_each, 2) if pair[0].isdisjoint(pair[1])), None)
@@ -127,25 +133,25 @@ def _effects(ecms: Sequence[Presence]) -> Iterator[Settled]:
             diagnostic = Diagnostic(
                 "AE885",
                 f"success leaves different values of `{name}` in `{first.id}` and in `{second.id}`",
-                Label(second.span),
-                (Label(first.span, "and of this one"),),
+                SpanLabel(second.span),
+                (SpanLabel(first.span, "and of this one"),),
                 help=("what a task of one has brought about may not hold after a task of the other",),
                 severity=Severity.WARNING,
             )
-        yield Settled(ClaimForm.EFFECTS_AGREE(name), diagnostic)
+        yield StaticClaim(ClaimForm.EFFECTS_AGREE(name), diagnostic)
 
 
-def _dependencies(ecms: Sequence[Presence]) -> Iterator[Settled]:
+def _dependencies(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
     """What is required is in the set, and no two modules disagree on the one version there is."""
     versions = {ecm.id: ecm.version for ecm in ecms}
-    for name, asking in _grouped((name, ecm) for ecm in ecms for name in ecm.requires).items():
+    for name, asking in _group_by_key((name, ecm) for ecm in ecms for name in ecm.requires).items():
         there = versions.get(name)
-        met = {there is not None and suits(ecm.requires[name], there) for ecm in asking}
+        met = {there is not None and is_compatible_version(ecm.requires[name], there) for ecm in asking}
         # That a version suits nobody is told of each module by itself.
         agreed = met == {True} or (met == {False} and there is not None)
         what = "not in this set" if there is None else f"version {there} in this set"
-        labels = [Label(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in asking]
-        yield Settled(
+        labels = [SpanLabel(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in asking]
+        yield StaticClaim(
             ClaimForm.VERSIONS_AGREE(name),
             None
             if agreed
@@ -159,26 +165,26 @@ def _dependencies(ecms: Sequence[Presence]) -> Iterator[Settled]:
         )
 
 
-def _names_of_the_policy(ecms: Sequence[Presence], site: SitePresence) -> Iterator[Settled]:
+def _unknown_policy_names(ecms: Sequence[ModuleSummary], site: SiteSummary) -> Iterator[StaticClaim]:
     """Warn of grants and overrides for modules or skills that are not in the set."""
     skills = {ecm.id: ecm.skills for ecm in ecms}
     for name, span in site.grants.items():
-        gone = _absent(
+        gone = _missing_module(
             f"the site grants further access to `{name}`, which is not in this set",
             span,
             "whatever takes that name gets the access: remove the grant while nobody needs it",
         )
-        yield Settled(ClaimForm.GRANT_IS_USED(name), None if name in skills else gone)
+        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else gone)
     for block in site.blocks:
         there = block.module in skills and (block.skill is None or block.skill in skills[block.module])
         named = block.module if block.skill is None else f"{block.module}.{block.skill}"
-        gone = _absent(
+        gone = _missing_module(
             f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
             block.span,
             "correct the name if something is meant to be blocked",
         )
-        yield Settled(ClaimForm.BLOCK_IS_USED(block.id), None if there else gone)
+        yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if there else gone)
 
 
-def _absent(headline: str, at: Span, help_: str) -> Diagnostic:
-    return Diagnostic("AE886", headline, Label(at), help=(help_,), severity=Severity.WARNING)
+def _missing_module(headline: str, at: SourceSpan, help_: str) -> Diagnostic:
+    return Diagnostic("AE886", headline, SpanLabel(at), help=(help_,), severity=Severity.WARNING)

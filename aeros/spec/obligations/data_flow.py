@@ -5,31 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label
-from aeros.spec.expr.units import Unit, show_number
-from aeros.spec.model.composition import Composition, Flow, Part, Step
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.expr.units import Unit, format_number
+from aeros.spec.model.composition import Composition, OutputReference, Part, Step
 from aeros.spec.model.model import Declared, Skill
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.obligations.verdicts import StaticClaim
 
 
-def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[Settled]:
+def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[StaticClaim]:
     """Every input that takes an output can have it, whatever happened before, and admits all of it."""
     available: dict[str, frozenset[str]] = {}
-    _succeeded(composition.body, frozenset(), available)
+    _steps_succeeded(composition.body, frozenset(), available)
     steps = {step.id: step for step in steps_of(composition.body)}
     for step in steps.values():
-        for name, flow in step.flows.items():
+        for name, flow in step.output_references.items():
             wanted = skills[step.skill].inputs[name]
             output = skills[steps[flow.step].skill].outputs[flow.output]
             there = flow.step in available[step.id]
             about = composition.id, step.id, name
-            yield Settled(ClaimForm.INPUT_AVAILABLE(*about), None if there else _absent(step, flow, steps))
-            yield Settled(ClaimForm.INPUT_FITS(*about), _misfit(name, flow, output, wanted))
+            yield StaticClaim(
+                ClaimForm.INPUT_AVAILABLE(*about), None if there else _output_unavailable(step, flow, steps)
+            )
+            yield StaticClaim(ClaimForm.INPUT_FITS(*about), _type_mismatch(name, flow, output, wanted))
 
 
-def _succeeded(part: Part, before: frozenset[str], found: dict[str, frozenset[str]]) -> frozenset[str]:
+def _steps_succeeded(part: Part, before: frozenset[str], found: dict[str, frozenset[str]]) -> frozenset[str]:
     """The steps that have succeeded wherever `part` has; `found` gets those before each step."""
     match part:
         case Step(id=name):
@@ -37,31 +39,31 @@ def _succeeded(part: Part, before: frozenset[str], found: dict[str, frozenset[st
             return before | {name}
         case Seq(parts=parts):
             for inner in parts:
-                before = _succeeded(inner, before, found)
+                before = _steps_succeeded(inner, before, found)
             return before
         case Par(branches=branches):
-            return frozenset().union(*(_succeeded(branch, before, found) for branch in branches))
+            return frozenset().union(*(_steps_succeeded(branch, before, found) for branch in branches))
         case If(then=then, otherwise=otherwise):
-            after = _succeeded(then, before, found)
-            return after if otherwise is None else after & _succeeded(otherwise, before, found)
+            after = _steps_succeeded(then, before, found)
+            return after if otherwise is None else after & _steps_succeeded(otherwise, before, found)
 
 
-def _absent(step: Step, flow: Flow, steps: Mapping[str, Step]) -> Diagnostic:
+def _output_unavailable(step: Step, flow: OutputReference, steps: Mapping[str, Step]) -> Diagnostic:
     return Diagnostic(
         "AE853",
         f"`{step.id}` takes an output of `{flow.step}`, which may not have run before it",
-        Label(flow.span, "taken here"),
-        (Label(steps[flow.step].span, "does not always come first"),),
+        SpanLabel(flow.span, "taken here"),
+        (SpanLabel(steps[flow.step].span, "does not always come first"),),
         help=(f"put `{flow.step}` before `{step.id}` in a `seq`, outside any `if`",),
     )
 
 
-def _misfit(name: str, flow: Flow, output: Declared, wanted: Declared) -> Diagnostic | None:
+def _type_mismatch(name: str, flow: OutputReference, output: Declared, wanted: Declared) -> Diagnostic | None:
     given, taken = output.variable.type, wanted.variable.type
     if given != taken:
         headline = f"`{flow.step}.{flow.output}` is {given}, but the input `{name}` is {taken}"
-        labels = (Label(output.span, str(given)), Label(wanted.span, str(taken)))
-        return Diagnostic("AE852", headline, Label(flow.span), labels)
+        labels = (SpanLabel(output.span, str(given)), SpanLabel(wanted.span, str(taken)))
+        return Diagnostic("AE852", headline, SpanLabel(flow.span), labels)
     if output.range is None or wanted.range is None:
         return None
     (low, high), (least, most) = output.range, wanted.range
@@ -71,12 +73,12 @@ def _misfit(name: str, flow: Flow, output: Declared, wanted: Declared) -> Diagno
     return Diagnostic(
         "AE852",
         f"`{flow.step}.{flow.output}` may be outside what the input `{name}` admits",
-        Label(flow.span),
-        (Label(output.span, shown), Label(wanted.span, _range(wanted.range, wanted.unit))),
+        SpanLabel(flow.span),
+        (SpanLabel(output.span, shown), SpanLabel(wanted.span, _range(wanted.range, wanted.unit))),
         help=("widen the input's range, or narrow the output's",),
     )
 
 
 def _range(bounds: tuple[Fraction, Fraction], unit: Unit) -> str:
-    low, high = (show_number(bound / unit.factor) for bound in bounds)
+    low, high = (format_number(bound / unit.factor) for bound in bounds)
     return f"{low} to {high}" + ("" if unit.text == "1" else f" {unit.text}")

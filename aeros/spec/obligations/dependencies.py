@@ -6,64 +6,70 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 
 import aeros
-from aeros.spec.diagnostics.codes import Diagnostic, Label
-from aeros.spec.model.summary import Presence
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.model.summary import ModuleSummary
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.verdicts import Settled
-from aeros.spec.obligations.versions import suits
+from aeros.spec.obligations.verdicts import StaticClaim
+from aeros.spec.obligations.versions import is_compatible_version
 
 
-def runtime_obligations(ecm: Presence) -> Iterator[Settled]:
+def runtime_obligations(ecm: ModuleSummary) -> Iterator[StaticClaim]:
     """That `ecm` works with this version of AEROS."""
-    yield Settled(
+    yield StaticClaim(
         ClaimForm.RUNTIME_SUITS(),
         None
-        if suits(ecm.runtime, aeros.__version__)
+        if is_compatible_version(ecm.runtime, aeros.__version__)
         else Diagnostic(
             "AE304",
             f"`{ecm.id}` works with aeros {ecm.runtime}; this is {aeros.__version__}",
-            Label(ecm.runtime_span),
+            SpanLabel(ecm.runtime_span),
         ),
     )
 
 
-def dependency_obligations(ecm: Presence, around: Mapping[str, Presence]) -> Iterator[Settled]:
-    """Every claim about what `ecm` needs of other modules, where `around` are those beside it."""
+def dependency_obligations(
+    ecm: ModuleSummary, co_installed: Mapping[str, ModuleSummary]
+) -> Iterator[StaticClaim]:
+    """Every claim about what `ecm` needs of other modules, where `co_installed` are those beside it."""
     for name, specifier in ecm.requires.items():
-        yield Settled(ClaimForm.DEPENDENCY_MET(name), _unmet(ecm, name, specifier, around))
-    cycle = _cycle(ecm, around)
-    yield Settled(
+        yield StaticClaim(
+            ClaimForm.DEPENDENCY_MET(name), _unmet_dependency(ecm, name, specifier, co_installed)
+        )
+    cycle = _dependency_cycle(ecm, co_installed)
+    yield StaticClaim(
         ClaimForm.DEPENDENCIES_ACYCLIC(),
         Diagnostic(
             "AE303",
             "modules depend on each other in a circle: " + " → ".join(f"`{name}`" for name in cycle),
-            Label(ecm.span),
+            SpanLabel(ecm.span),
         )
         if cycle
         else None,
     )
 
 
-def _unmet(ecm: Presence, name: str, specifier: str, around: Mapping[str, Presence]) -> Diagnostic | None:
-    label = Label(ecm.requires_spans[name])
-    found = around.get(name)
+def _unmet_dependency(
+    ecm: ModuleSummary, name: str, specifier: str, co_installed: Mapping[str, ModuleSummary]
+) -> Diagnostic | None:
+    label = SpanLabel(ecm.requires_spans[name])
+    found = co_installed.get(name)
     if found is None:
         help_ = (f"put the module beside `{ecm.id}`, or remove the dependency",)
         return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is not there", label, help=help_)
-    if not suits(specifier, found.version):
+    if not is_compatible_version(specifier, found.version):
         return Diagnostic(
             "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {found.version} is there", label
         )
     return None
 
 
-def _cycle(ecm: Presence, around: Mapping[str, Presence]) -> list[str]:
+def _dependency_cycle(ecm: ModuleSummary, co_installed: Mapping[str, ModuleSummary]) -> list[str]:
     """A dependency cycle through `ecm`, closed, or nothing: a shortest one, found breadth first."""
     needed_by = dict.fromkeys(ecm.requires, ecm.id)
     pending = deque(needed_by)
     while pending and ecm.id not in needed_by:
         here = pending.popleft()
-        for name in around[here].requires if here in around else ():
+        for name in co_installed[here].requires if here in co_installed else ():
             if name not in needed_by:
                 needed_by[name] = here
                 pending.append(name)

@@ -5,28 +5,30 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Mapping
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label, did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.model.model import Ecm, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
-from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.obligations.verdicts import StaticClaim
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def entry_point_obligations(
     ecm: Ecm, files: Mapping[str, SkillFile | UnreadableCodeError]
-) -> Iterator[Settled]:
+) -> Iterator[StaticClaim]:
     """Every skill's entry point exists and is a generator of two arguments.
 
     files: the module's Python files by path relative to its folder.
     """
     for skill in ecm.skills.values():
-        yield Settled(ClaimForm.ENTRY_POINT(skill.id), _fault(skill, files))
+        yield StaticClaim(ClaimForm.ENTRY_POINT(skill.id), _entry_point_error(skill, files))
 
 
-def _fault(skill: Skill, files: Mapping[str, SkillFile | UnreadableCodeError]) -> Diagnostic | None:
-    path, label = f"{skill.module_name}.py", Label(skill.entry_span)
+def _entry_point_error(
+    skill: Skill, files: Mapping[str, SkillFile | UnreadableCodeError]
+) -> Diagnostic | None:
+    path, label = f"{skill.module_name}.py", SpanLabel(skill.entry_span)
     file = files.get(path)
     if file is None:
         near = did_you_mean(path, files)
@@ -40,7 +42,7 @@ def _fault(skill: Skill, files: Mapping[str, SkillFile | UnreadableCodeError]) -
         near = did_you_mean(skill.function, functions)
         help_ = (f"did you mean `{near}`?",) if near else ()
         return Diagnostic("AE123", f"`{path}` has no function `{skill.function}`", label, help=help_)
-    if isinstance(function, ast.AsyncFunctionDef) or not _yields(function):
+    if isinstance(function, ast.AsyncFunctionDef) or not _is_generator(function):
         return Diagnostic(
             "AE124",
             f"`{skill.function}` is not a generator, so it could ask for no action",
@@ -59,7 +61,7 @@ def _fault(skill: Skill, files: Mapping[str, SkillFile | UnreadableCodeError]) -
     return None
 
 
-def _yields(function: _Function) -> bool:
+def _is_generator(function: _Function) -> bool:
     """Whether the function itself, not one nested in it, yields."""
     pending: list[ast.AST] = list(function.body)
     while pending:

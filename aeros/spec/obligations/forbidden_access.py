@@ -10,7 +10,7 @@ from types import ModuleType
 
 _SKILL_NAMES = frozenset(("Action", "Inputs", "Observation", "SkillBody", "act"))
 
-HARMLESS = frozenset(
+ALLOWED_MODULES = frozenset(
     (
         "__future__",
         "bisect",
@@ -28,9 +28,9 @@ HARMLESS = frozenset(
         "typing",
     )
 )
-"""Standard modules whose public functions compute, and what little of theirs does more is in `_HARMFUL`."""
+"""Standard modules whose public functions compute, and what little of theirs does more is in `_FORBIDDEN_NAMES`."""
 
-_HARMFUL = frozenset(
+_FORBIDDEN_NAMES = frozenset(
     ("ForwardRef", "evaluate_forward_ref", "get_type_hints", "make_dataclass", "singledispatch")
 )
 
@@ -62,11 +62,11 @@ FORBIDDEN = frozenset(
 )
 """Builtins that reach outside the skill, run other code, or touch attributes by computed names."""
 
-_INSIDES = ("ag_", "co_", "cr_", "f_", "func_", "gi_", "im_", "tb_")
+_INTROSPECTION_ATTRIBUTES = ("ag_", "co_", "cr_", "f_", "func_", "gi_", "im_", "tb_")
 """How the attributes begin through which frames, code and generators show their insides."""
 
 
-def first_reach(nodes: Sequence[ast.AST]) -> tuple[ast.expr | ast.stmt, str] | None:
+def first_forbidden_access(nodes: Sequence[ast.AST]) -> tuple[ast.expr | ast.stmt, str] | None:
     """The first door that the code of these nodes opens, and what it does, completing “skill code …”."""
     modules = _imported_modules(nodes)
     used_plainly = {
@@ -77,13 +77,13 @@ def first_reach(nodes: Sequence[ast.AST]) -> tuple[ast.expr | ast.stmt, str] | N
     for node in nodes:
         said: str | None = None
         if isinstance(node, ast.Import | ast.ImportFrom):
-            said = _import_reach(node)
+            said = _forbidden_import(node)
         elif isinstance(node, ast.Name) and node.id in FORBIDDEN:
             said = f"uses `{node.id}`"
         elif isinstance(node, ast.Name) and node.id in modules and id(node) not in used_plainly:
             said = f"passes the module `{node.id}` around"
         elif isinstance(node, ast.Attribute):
-            said = _attribute_reach(node, modules)
+            said = _forbidden_attribute(node, modules)
         elif isinstance(node, ast.AsyncFunctionDef | ast.Await | ast.Global | ast.Nonlocal):
             said = "keeps or awaits something between actions"
         if said is not None and isinstance(node, ast.expr | ast.stmt):
@@ -101,37 +101,37 @@ def _imported_modules(nodes: Sequence[ast.AST]) -> dict[str, str]:
     }
 
 
-def _import_reach(node: ast.Import | ast.ImportFrom) -> str | None:
+def _forbidden_import(node: ast.Import | ast.ImportFrom) -> str | None:
     if isinstance(node, ast.Import):
         # `import a.b` binds `a`, through which everything else in it can be reached.
-        refused = [one.name for one in node.names if one.name not in HARMLESS or "." in one.name]
+        refused = [one.name for one in node.names if one.name not in ALLOWED_MODULES or "." in one.name]
         return f"imports `{refused[0]}`" if refused else None
     module = "." * node.level + (node.module or "")
     if module == "aeros.skill":
         refused = [one.name for one in node.names if one.name not in _SKILL_NAMES]
-    elif module in HARMLESS:
-        refused = [one.name for one in node.names if one.name not in _public(module)]
+    elif module in ALLOWED_MODULES:
+        refused = [one.name for one in node.names if one.name not in _public_names(module)]
     else:
         return f"imports `{module}`"
     return f"imports `{refused[0]}` from `{module}`" if refused else None
 
 
-def _attribute_reach(node: ast.Attribute, modules: dict[str, str]) -> str | None:
-    if node.attr.startswith("__") or node.attr.startswith(_INSIDES):
+def _forbidden_attribute(node: ast.Attribute, modules: dict[str, str]) -> str | None:
+    if node.attr.startswith("__") or node.attr.startswith(_INTROSPECTION_ATTRIBUTES):
         return f"reaches into `{node.attr}`"
     if isinstance(node.value, ast.Name) and node.value.id in modules:
         module = modules[node.value.id]
-        if module in HARMLESS and node.attr not in _public(module):
+        if module in ALLOWED_MODULES and node.attr not in _public_names(module):
             return f"uses `{node.attr}` of `{module}`"
     return None
 
 
 @cache
-def _public(module: str) -> frozenset[str]:
+def _public_names(module: str) -> frozenset[str]:
     """What a harmless standard module offers: its public names that are no modules themselves."""
     found = importlib.import_module(module)
     return frozenset(
         name
         for name, value in vars(found).items()
-        if not name.startswith("_") and not isinstance(value, ModuleType) and name not in _HARMFUL
+        if not name.startswith("_") and not isinstance(value, ModuleType) and name not in _FORBIDDEN_NAMES
     )

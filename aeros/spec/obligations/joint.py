@@ -11,18 +11,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from aeros.spec.diagnostics.codes import Label
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import Arguments
 from aeros.spec.model.composition import Step
 from aeros.spec.model.model import Declared, JointRule, Site, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
+from aeros.spec.obligations.obligation import (
+    ClaimMode,
+    LabelledConjunct,
+    Obligation,
+    VariableSpace,
+    label_conjuncts,
+    rule_conjuncts,
+)
 from aeros.spec.obligations.verdicts import Verdict
 
 
 @dataclass(frozen=True)
-class Running:
+class ConcurrentStep:
     """A step whose skill may be asking for actions, with its inputs; `name` is unique in its composition."""
 
     name: str
@@ -33,35 +40,38 @@ class Running:
 
 def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
     """Every joint rule allows some pair of allowed actions, and denies some."""
-    for rule in site.joint:
-        allowed = tuple(_phi(site, role, kind) for role, kind in rule.roles)
-        space = Space(joint_variables(site, rule), allowed)
-        label = Label(rule.require_span)
+    for rule in site.joint_rules:
+        allowed = tuple(_site_rules_for_role(site, role, kind) for role, kind in rule.roles)
+        space = VariableSpace(joint_variables(site, rule), allowed)
+        label = SpanLabel(rule.require_span)
         yield Obligation(
             ClaimForm.JOINT_RULE_SATISFIABLE(rule.id),
             "AE601",
-            Claim.SOMETIMES,
+            ClaimMode.SOMETIMES,
             space,
             rule.term,
             f"`{rule.id}` allows no two actions at the same time",
             label,
-            members=(*members_of(rule.conjuncts, "clashes"), *_required(site, rule)),
+            labelled_conjuncts=(
+                *label_conjuncts(rule.conjuncts, "clashes"),
+                *_required_conjuncts(site, rule),
+            ),
         )
         yield Obligation(
             ClaimForm.JOINT_RULE_EFFECTIVE(rule.id),
             "AE603",
-            Claim.SOMETIMES,
+            ClaimMode.SOMETIMES,
             space,
             t.Not(rule.term),
             f"`{rule.id}` can never deny anything: no two allowed actions break it",
             label,
-            failing=Verdict.VACUOUS,
-            members=(Member(t.Not(rule.term), label), *_required(site, rule)),
+            failure_verdict=Verdict.VACUOUS,
+            labelled_conjuncts=(LabelledConjunct(t.Not(rule.term), label), *_required_conjuncts(site, rule)),
         )
 
 
 def joint_obligations(
-    composition: str, par: int, site: Site, one: Running, other: Running
+    composition: str, par: int, site: Site, one: ConcurrentStep, other: ConcurrentStep
 ) -> Iterator[Obligation]:
     """Yield that whatever both may ask for at the same time obeys every joint rule, in either order of roles.
 
@@ -73,7 +83,7 @@ def joint_obligations(
         other: a step in another branch; a handler of both branches may run beside itself.
     """
     orders = ((one, other),) if one.name == other.name else ((one, other), (other, one))
-    for rule in site.joint:
+    for rule in site.joint_rules:
         (first, left), (second, right) = rule.roles
         for a, b in orders:
             if left not in a.skill.envelope or right not in b.skill.envelope:
@@ -81,9 +91,9 @@ def joint_obligations(
             assumed = (
                 _envelope(site, first, left, a),
                 _envelope(site, second, right, b),
-                *(_phi(site, role, kind) for role, kind in rule.roles),
+                *(_site_rules_for_role(site, role, kind) for role, kind in rule.roles),
             )
-            declared = (*joint_variables(site, rule), *a.arguments.declared, *b.arguments.declared)
+            declared = (*joint_variables(site, rule), *a.arguments.variables, *b.arguments.variables)
             note = f"`{first}` is the `{left}` of `{a.step.id}`, `{second}` the `{right}` of `{b.step.id}`"
             begun = {name for term in assumed[:2] for name in t.variables_of(term)}
             if any(f"{role}.{name}" in begun for role in (first, second) for name in site.state):
@@ -91,58 +101,58 @@ def joint_obligations(
             yield Obligation(
                 ClaimForm.PAR_JOINT_RULE(composition, par, a.name, b.name, rule.id),
                 "AE861",
-                Claim.ALWAYS,
-                Space(tuple({d.name: d for d in declared}.values()), assumed),
+                ClaimMode.ALWAYS,
+                VariableSpace(tuple({d.name: d for d in declared}.values()), assumed),
                 rule.term,
                 f"`{a.step.id}` and `{b.step.id}` together may break the joint invariant `{rule.id}`",
-                Label(a.step.span, f"may ask for `{left}`"),
+                SpanLabel(a.step.span, f"may ask for `{left}`"),
                 (
-                    Label(b.step.span, f"at the same time, for `{right}`"),
-                    Label(a.skill.envelope[left].span, "allows it"),
-                    Label(b.skill.envelope[right].span, "allows it"),
-                    Label(rule.require_span, f"`{rule.id}` forbids both together"),
+                    SpanLabel(b.step.span, f"at the same time, for `{right}`"),
+                    SpanLabel(a.skill.envelope[left].span, "allows it"),
+                    SpanLabel(b.skill.envelope[right].span, "allows it"),
+                    SpanLabel(rule.require_span, f"`{rule.id}` forbids both together"),
                 ),
                 ("tighten an envelope, or run one after the other in a `seq`",),
                 notes=(note,),
-                members=members_of(rule.conjuncts, f"`{rule.id}` forbids both together"),
+                labelled_conjuncts=label_conjuncts(rule.conjuncts, f"`{rule.id}` forbids both together"),
             )
 
 
 def joint_variables(site: Site, rule: JointRule) -> tuple[Declared, ...]:
     """State now, and of each role its parameters and the state when it began."""
     own = [
-        _in_role(role, one)
+        _for_role(role, one)
         for role, kind in rule.roles
         for one in (*site.kinds[kind].parameters.values(), *site.state.values())
     ]
-    return (*site.observed.values(), *own)
+    return (*site.observed_variables.values(), *own)
 
 
-def _in_role(role: str, one: Declared) -> Declared:
-    return replace(one, variable=replace(one.variable, name=f"{role}.{one.name}"))
+def _for_role(role: str, variable: Declared) -> Declared:
+    return replace(variable, variable=replace(variable.variable, name=f"{role}.{variable.name}"))
 
 
-def _phi(site: Site, role: str, kind: str) -> t.Term:
+def _site_rules_for_role(site: Site, role: str, kind: str) -> t.Term:
     """Φ of the action in `role`, in the state now."""
-    rules = t.conjunction(*(rule.terms[kind] for rule in site.rules_on(kind)))
-    return t.substitute(rules, _renamed(role, site.kinds[kind].parameters))
+    rules = t.conjunction(*(rule.terms[kind] for rule in site.rules_for_kind(kind)))
+    return t.substitute(rules, _rename_for_role(role, site.kinds[kind].parameters))
 
 
-def _required(site: Site, rule: JointRule) -> Iterator[Member]:
+def _required_conjuncts(site: Site, rule: JointRule) -> Iterator[LabelledConjunct]:
     """The conjuncts of Φ of each action by itself, in the state now."""
     for role, kind in rule.roles:
-        names = _renamed(role, site.kinds[kind].parameters)
-        for member in required_by(site.rules_on(kind), kind):
-            label = Label(member.label.span, f"{member.label.text} of `{role}`")
-            yield Member(t.substitute(member.term, names), label)
+        names = _rename_for_role(role, site.kinds[kind].parameters)
+        for member in rule_conjuncts(site.rules_for_kind(kind), kind):
+            label = SpanLabel(member.label.span, f"{member.label.text} of `{role}`")
+            yield LabelledConjunct(t.substitute(member.term, names), label)
 
 
-def _envelope(site: Site, role: str, kind: str, running: Running) -> t.Term:
+def _envelope(site: Site, role: str, kind: str, running: ConcurrentStep) -> t.Term:
     """What the skill may ask for in `role`, in the state when it was asked for."""
     names = {**site.kinds[kind].parameters, **site.state}
-    terms = {**_renamed(role, names), **running.arguments.terms}
+    terms = {**_rename_for_role(role, names), **running.arguments.terms}
     return t.substitute(running.skill.envelope[kind].term, terms)
 
 
-def _renamed(role: str, declared: Mapping[str, Declared]) -> dict[str, t.Term]:
-    return {name: _in_role(role, one).variable for name, one in declared.items()}
+def _rename_for_role(role: str, declared: Mapping[str, Declared]) -> dict[str, t.Term]:
+    return {name: _for_role(role, one).variable for name, one in declared.items()}

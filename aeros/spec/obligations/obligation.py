@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
-from aeros.spec.diagnostics.codes import Label
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Clause, Conjunct, Declared, Rule
+from aeros.spec.model.model import ActionCondition, Conjunct, Declared, Rule
 from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.verdicts import Verdict
 
 
-class Claim(Enum):
+class ClaimMode(Enum):
     """How a formula settles its claim."""
 
     ALWAYS = "always"  # proved iff (assumptions and not conclusion) is unsatisfiable
@@ -25,40 +25,40 @@ class Claim(Enum):
 
 
 @dataclass(frozen=True)
-class Space:
+class VariableSpace:
     """The variables that a family of obligations ranges over, and what it assumes of them.
 
     Every variable is assumed to be inside its declared range: the gate denies all other values.
     """
 
-    declared: tuple[Declared, ...]
+    variables: tuple[Declared, ...]
     assumptions: tuple[t.Term, ...]
 
     @cached_property
     def by_name(self) -> Mapping[str, Declared]:
         """The variables by name."""
-        return {one.name: one for one in self.declared}
+        return {one.name: one for one in self.variables}
 
 
 @dataclass(frozen=True)
-class Member:
+class LabelledConjunct:
     """A conjunct of what an obligation asks for, and what to say beside it where it is at fault."""
 
     term: t.Term
-    label: Label
+    label: SpanLabel
 
 
-def members_of(conjuncts: Iterable[Conjunct], text: str) -> tuple[Member, ...]:
+def label_conjuncts(conjuncts: Iterable[Conjunct], text: str) -> tuple[LabelledConjunct, ...]:
     """A member for each conjunct, with `text` beside it."""
-    return tuple(Member(one.term, Label(one.span, text)) for one in conjuncts)
+    return tuple(LabelledConjunct(one.term, SpanLabel(one.span, text)) for one in conjuncts)
 
 
-def required_by(rules: Iterable[Rule], kind: str) -> tuple[Member, ...]:
+def rule_conjuncts(rules: Iterable[Rule], kind: str) -> tuple[LabelledConjunct, ...]:
     """The conjuncts of what `rules` require of an action of `kind`."""
     return tuple(
         member
         for rule in rules
-        for member in members_of(rule.conjuncts.get(kind, ()), f"required by `{rule.id}`")
+        for member in label_conjuncts(rule.conjuncts.get(kind, ()), f"required by `{rule.id}`")
     )
 
 
@@ -78,16 +78,16 @@ class Obligation:
 
     id: ClaimId
     code: str
-    claim: Claim
-    space: Space
+    mode: ClaimMode
+    space: VariableSpace
     conclusion: t.Term
     headline: str
-    primary: Label
-    secondary: tuple[Label, ...] = ()
+    primary: SpanLabel
+    secondary: tuple[SpanLabel, ...] = ()
     help: tuple[str, ...] = ()
-    failing: Verdict = Verdict.REFUTED
-    guard: str | None = None
-    members: tuple[Member, ...] = ()
-    clause: Clause | None = None
+    failure_verdict: Verdict = Verdict.REFUTED
+    runtime_checked_rule: str | None = None
+    labelled_conjuncts: tuple[LabelledConjunct, ...] = ()
+    clause: ActionCondition | None = None
     notes: tuple[str, ...] = ()
     primary_alone: bool = False

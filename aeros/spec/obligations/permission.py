@@ -8,94 +8,94 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.model import Ecm, Risk, Site, Skill
-from aeros.spec.model.step_graph import If, parts_of
+from aeros.spec.model.step_graph import If, walk_parts
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
-from aeros.spec.obligations.obligation import Claim, Obligation, members_of
-from aeros.spec.obligations.policy import space_of
+from aeros.spec.obligations.obligation import ClaimMode, Obligation, label_conjuncts
+from aeros.spec.obligations.policy import action_space
 from aeros.spec.obligations.safety import envelope_space
-from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
-def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
+def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
     """Every claim of group permission about `ecm` under `site`."""
     yield from _access_granted(ecm, site)
-    for kind, clause in ecm.permission.items():
+    for kind, clause in ecm.permitted_actions.items():
         yield Obligation(
             id=ClaimForm.PERMISSION_NOT_EMPTY(kind),
             code="AE409",
-            claim=Claim.SOMETIMES,
-            space=space_of(site, site.kinds[kind]),
+            mode=ClaimMode.SOMETIMES,
+            space=action_space(site, site.kinds[kind]),
             conclusion=clause.term,
             headline=f"this permission allows no `{kind}` at all",
-            primary=Label(clause.span, "never true"),
-            failing=Verdict.VACUOUS,
-            members=members_of(clause.conjuncts, "clashes"),
+            primary=SpanLabel(clause.span, "never true"),
+            failure_verdict=Verdict.VACUOUS,
+            labelled_conjuncts=label_conjuncts(clause.conjuncts, "clashes"),
         )
     for skill in ecm.skills.values():
         yield from _envelope_permitted(ecm, site, skill)
         yield from _risk_in_bounds(site, skill)
         yield _actuators_permitted(ecm, skill)
-        yield _actuators_held(site, skill)
+        yield _actuators_reserved(site, skill)
         yield _sensors_permitted(ecm, site, skill)
     for task in ecm.tasks.values():
-        read = [(task.goal, ecm.span), *((rule.unless, rule.span) for rule in task.rules)]
+        read = [(task.goal, ecm.span), *((rule.satisfied_condition, rule.span) for rule in task.rules)]
         yield _reads_permitted(ClaimForm.TASK_SENSORS_PERMITTED(task.id), ecm, site, read)
     for composition in ecm.compositions.values():
-        guards = [part for part in parts_of(composition.body) if isinstance(part, If)]
+        guards = [part for part in walk_parts(composition.body) if isinstance(part, If)]
         read = [(guard.condition, guard.span) for guard in guards]
         read.append((composition.precondition, composition.precondition_span or composition.span))
         claim_id = ClaimForm.COMPOSITION_SENSORS_PERMITTED(composition.id)
         yield _reads_permitted(claim_id, ecm, site, read)
-    yield from _not_blocked(ecm, site)
+    yield from _warn_of_blocks(ecm, site)
 
 
-def _settled(claim_id: ClaimId, holds: bool, diagnostic: Diagnostic) -> Settled:
-    return Settled(claim_id, None if holds else diagnostic)
+def _static_claim(claim_id: ClaimId, holds: bool, diagnostic: Diagnostic) -> StaticClaim:
+    return StaticClaim(claim_id, None if holds else diagnostic)
 
 
-def _access_granted(ecm: Ecm, site: Site) -> Iterator[Settled]:
+def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
     """`P` asks for no actuator, sensor, channel or computing device that Π does not grant the module."""
     granted = site.access_of(ecm.id)
     for group in ("actuators", "sensors", "channels", "compute"):
-        excess = sorted(getattr(ecm.access, group) - getattr(granted, group))
-        yield _settled(
+        excess = sorted(getattr(ecm.requested_access, group) - getattr(granted, group))
+        yield _static_claim(
             ClaimForm.ACCESS_GRANTED(group),
             not excess,
             Diagnostic(
                 "AE404",
-                f"the site does not grant `{ecm.id}` the {group} {_listed(excess)}",
-                Label(ecm.access_span),
+                f"the site does not grant `{ecm.id}` the {group} {_join_names(excess)}",
+                SpanLabel(ecm.access_span),
                 help=(f"do without, or ask the operator to grant it under `policy.grants.{ecm.id}`",),
             ),
         )
 
 
-def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligation | Settled]:
+def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligation | StaticClaim]:
     """Every action kind of the envelope is permitted, and every action of it lies inside the permission."""
     for kind, clause in skill.envelope.items():
-        permitted = ecm.permission.get(kind)
+        permitted = ecm.permitted_actions.get(kind)
         moved = sorted(site.kinds[kind].actuators - skill.actuators)
-        yield _settled(
+        yield _static_claim(
             ClaimForm.ENVELOPE_ACTUATORS_DECLARED(skill.id, kind),
             not moved,
             Diagnostic(
                 "AE402",
-                f"`{kind}` moves {_listed(moved)}, which `{skill.id}` does not declare",
-                Label(clause.span),
+                f"`{kind}` moves {_join_names(moved)}, which `{skill.id}` does not declare",
+                SpanLabel(clause.span),
                 help=("add it to the skill's `actuators`, or take the action out of its envelope",),
             ),
         )
         if permitted is None:
-            yield Settled(
+            yield StaticClaim(
                 ClaimForm.ENVELOPE_PERMITTED(skill.id, kind),
                 Diagnostic(
                     "AE401",
                     f"`{skill.id}` may ask for `{kind}`, but `{ecm.id}` has no permission for it",
-                    Label(clause.span),
+                    SpanLabel(clause.span),
                     help=(f"permit it under `permissions.actions.{kind}`, or take it out of the envelope",),
                 ),
             )
@@ -103,98 +103,100 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
         yield Obligation(
             id=ClaimForm.ENVELOPE_PERMITTED(skill.id, kind),
             code="AE403",
-            claim=Claim.ALWAYS,
+            mode=ClaimMode.ALWAYS,
             space=envelope_space(site, skill, kind, clause),
             conclusion=permitted.term,
             headline=f"`{skill.id}` may ask for a `{kind}` beyond the permission of `{ecm.id}`",
-            primary=Label(clause.span, "allows it"),
-            secondary=(Label(permitted.span, "does not permit it"),),
+            primary=SpanLabel(clause.span, "allows it"),
+            secondary=(SpanLabel(permitted.span, "does not permit it"),),
             help=("tighten the envelope, or widen the permission if the module is to be trusted with it",),
-            members=members_of(permitted.conjuncts, "does not permit it"),
+            labelled_conjuncts=label_conjuncts(permitted.conjuncts, "does not permit it"),
             clause=clause,
         )
 
 
-def _actuators_permitted(ecm: Ecm, skill: Skill) -> Settled:
-    excess = sorted(skill.actuators - ecm.access.actuators)
-    return _settled(
+def _actuators_permitted(ecm: Ecm, skill: Skill) -> StaticClaim:
+    excess = sorted(skill.actuators - ecm.requested_access.actuators)
+    return _static_claim(
         ClaimForm.SKILL_ACTUATORS_PERMITTED(skill.id),
         not excess,
         Diagnostic(
             "AE402",
-            f"`{skill.id}` moves {_listed(excess)}, which `{ecm.id}` has no permission for",
-            Label(skill.span),
+            f"`{skill.id}` moves {_join_names(excess)}, which `{ecm.id}` has no permission for",
+            SpanLabel(skill.span),
             help=("add it to `permissions.actuators`, or do without",),
         ),
     )
 
 
-def _actuators_held(site: Site, skill: Skill) -> Settled:
+def _actuators_reserved(site: Site, skill: Skill) -> StaticClaim:
     """What a skill moves and the site counts as a resource, it holds: no other skill moves it meanwhile."""
     loose = sorted((skill.actuators & site.resources.keys()) - skill.resources)
-    return _settled(
+    return _static_claim(
         ClaimForm.SKILL_ACTUATORS_HELD(skill.id),
         not loose,
         Diagnostic(
             "AE410",
-            f"`{skill.id}` moves {_listed(loose)} without holding it while it runs",
-            Label(skill.span),
+            f"`{skill.id}` moves {_join_names(loose)} without holding it while it runs",
+            SpanLabel(skill.span),
             help=("add it to the skill's `resources`",),
         ),
     )
 
 
-def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[Settled]:
+def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[StaticClaim]:
     """A skill's risk is at most the ceiling and at least that of every action it may ask for."""
     ceiling = site.risk_ceiling
-    yield _settled(
+    yield _static_claim(
         ClaimForm.SKILL_RISK_UNDER_CEILING(skill.id),
         skill.risk <= ceiling,
         Diagnostic(
             "AE406",
-            f"`{skill.id}` is of {_word(skill.risk)} risk; this site allows {_word(ceiling)} at most",
-            Label(skill.risk_span),
+            f"`{skill.id}` is of {_format_risk(skill.risk)} risk; this site allows {_format_risk(ceiling)} at most",
+            SpanLabel(skill.risk_span),
         ),
     )
     riskier = sorted(kind for kind in skill.envelope if site.kinds[kind].risk > skill.risk)
-    yield _settled(
+    yield _static_claim(
         ClaimForm.SKILL_RISK_STATED(skill.id),
         not riskier,
         Diagnostic(
             "AE407",
-            f"`{skill.id}` declares {_word(skill.risk)} risk, but {_listed(riskier)} carries more",
-            Label(skill.risk_span),
+            f"`{skill.id}` declares {_format_risk(skill.risk)} risk, but {_join_names(riskier)} carries more",
+            SpanLabel(skill.risk_span),
             help=("declare the risk of the riskiest action it may ask for",),
         ),
     )
 
 
-def _sensors_permitted(ecm: Ecm, site: Site, skill: Skill) -> Settled:
-    conditions = [one for one in (skill.precondition, skill.hold) if one is not None]
+def _sensors_permitted(ecm: Ecm, site: Site, skill: Skill) -> StaticClaim:
+    conditions = [one for one in (skill.precondition, skill.hold_condition) if one is not None]
     clauses = [*skill.envelope.values(), *conditions]
-    read: list[tuple[t.Term, Span]] = [(clause.term, clause.span) for clause in clauses]
+    read: list[tuple[t.Term, SourceSpan]] = [(clause.term, clause.span) for clause in clauses]
     for outcome in skill.outcomes.values():
         read += [(site.state[name].variable, skill.span) for name in outcome.effects]
     return _reads_permitted(ClaimForm.SKILL_SENSORS_PERMITTED(skill.id), ecm, site, read)
 
 
-def _reads_permitted(claim_id: ClaimId, ecm: Ecm, site: Site, read: Iterable[tuple[t.Term, Span]]) -> Settled:
+def _reads_permitted(
+    claim_id: ClaimId, ecm: Ecm, site: Site, read: Iterable[tuple[t.Term, SourceSpan]]
+) -> StaticClaim:
     """Every state variable that is read comes from a sensor the module may use."""
     for term, span in read:
         for name, variable in t.variables_of(term).items():
-            sensor = site.state[name].sensor if variable.role is t.Role.STATE else None
-            if sensor is not None and sensor not in ecm.access.sensors:
+            sensor = site.state[name].sensor if variable.role is t.VariableRole.STATE else None
+            if sensor is not None and sensor not in ecm.requested_access.sensors:
                 diagnostic = Diagnostic(
                     "AE405",
                     f"`{name}` is measured by `{sensor}`, which `{ecm.id}` has no permission to read",
-                    Label(span),
+                    SpanLabel(span),
                     help=(f"add `{sensor}` to `permissions.sensors`",),
                 )
-                return Settled(claim_id, diagnostic)
-    return Settled(claim_id, None)
+                return StaticClaim(claim_id, diagnostic)
+    return StaticClaim(claim_id, None)
 
 
-def _not_blocked(ecm: Ecm, site: Site) -> Iterator[Settled]:
+def _warn_of_blocks(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
     """Warn of operator overrides that will deny what the module asks for; they refute nothing."""
     for block in site.blocks:
         hit = [
@@ -203,21 +205,21 @@ def _not_blocked(ecm: Ecm, site: Site) -> Iterator[Settled]:
             for kind in skill.envelope
             if block.matches(ecm.id, skill.id, kind)
         ]
-        yield _settled(
+        yield _static_claim(
             ClaimForm.NOT_BLOCKED(block.id),
             not hit,
             Diagnostic(
                 "AE408",
-                f"the operator override `{block.id}` blocks {_listed(hit)}: {block.reason}",
-                Label(ecm.span),
+                f"the operator override `{block.id}` blocks {_join_names(hit)}: {block.reason}",
+                SpanLabel(ecm.span),
                 severity=Severity.WARNING,
             ),
         )
 
 
-def _word(risk: Risk) -> str:
+def _format_risk(risk: Risk) -> str:
     return risk.name.lower()
 
 
-def _listed(names: Iterable[str]) -> str:
+def _join_names(names: Iterable[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)

@@ -5,61 +5,70 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.model.model import ActionKind, Rule, Site
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space, members_of, required_by
+from aeros.spec.obligations.obligation import (
+    ClaimMode,
+    LabelledConjunct,
+    Obligation,
+    VariableSpace,
+    label_conjuncts,
+    rule_conjuncts,
+)
 from aeros.spec.obligations.quotas import quota_obligations
-from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
-def policy_obligations(site: Site) -> Iterator[Obligation | Settled]:
+def policy_obligations(site: Site) -> Iterator[Obligation | StaticClaim]:
     """Every claim of group policy, for every action kind and quota of `site`."""
     for kind in site.kinds.values():
-        rules = site.rules_on(kind.name)
+        rules = site.rules_for_kind(kind.name)
         if kind.protective:
             yield from _stop_obligations(site, kind, rules)
             continue
         yield _satisfiable(site, kind, rules)
         for rule in rules:
             yield _not_vacuous(site, kind, rule)
-            yield _not_shadowed(site, kind, rule, rules)
+            yield _rule_not_redundant(site, kind, rule, rules)
             if kind.name in rule.attenuations:
                 yield from _attenuation_obligations(site, kind, rule, rules)
     yield from quota_obligations(site)
 
 
-def space_of(site: Site, kind: ActionKind, *assumptions: t.Term) -> Space:
+def action_space(site: Site, kind: ActionKind, *assumptions: t.Term) -> VariableSpace:
     """All states, and all parameters of `kind`, under `assumptions`."""
-    return Space((*site.observed.values(), *kind.parameters.values()), assumptions)
+    return VariableSpace((*site.observed_variables.values(), *kind.parameters.values()), assumptions)
 
 
 def _stop_obligations(
     site: Site, kind: ActionKind, rules: tuple[Rule, ...]
-) -> Iterator[Obligation | Settled]:
+) -> Iterator[Obligation | StaticClaim]:
     """The protective stop is allowed in every state: no rule ever denies it, no override blocks it."""
     for rule in rules:
         yield Obligation(
             id=ClaimForm.STOP_ALLOWED(kind.name, rule.id),
             code="AE602",
-            claim=Claim.ALWAYS,
-            space=space_of(site, kind),
+            mode=ClaimMode.ALWAYS,
+            space=action_space(site, kind),
             conclusion=rule.terms[kind.name],
             headline=f"`{rule.id}` denies the protective stop in some state",
-            primary=Label(rule.require_span, "does not hold in every state"),
+            primary=SpanLabel(rule.require_span, "does not hold in every state"),
             help=(f"take `{kind.name}` out of the rule's `on`",),
-            members=members_of(rule.conjuncts.get(kind.name, ()), "does not hold in every state"),
+            labelled_conjuncts=label_conjuncts(
+                rule.conjuncts.get(kind.name, ()), "does not hold in every state"
+            ),
         )
     for block in site.blocks:
         blocked = block.action == kind.name
-        yield Settled(
+        yield StaticClaim(
             ClaimForm.STOP_NOT_BLOCKED(kind.name, block.id),
             Diagnostic(
                 "AE602",
                 f"the operator override `{block.id}` blocks the protective stop",
-                Label(kind.span),
+                SpanLabel(kind.span),
                 help=("block the other action kinds, or the module",),
             )
             if blocked
@@ -72,13 +81,13 @@ def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Oblig
     return Obligation(
         id=ClaimForm.RULES_SATISFIABLE(kind.name),
         code="AE601",
-        claim=Claim.SOMETIMES,
-        space=space_of(site, kind),
+        mode=ClaimMode.SOMETIMES,
+        space=action_space(site, kind),
         conclusion=t.conjunction(*(rule.terms[kind.name] for rule in rules)),
         headline=f"the invariants contradict each other: no `{kind.name}` is ever allowed",
-        primary=Label(kind.span, "never allowed"),
-        secondary=tuple(Label(rule.require_span, rule.id) for rule in rules),
-        members=required_by(rules, kind.name),
+        primary=SpanLabel(kind.span, "never allowed"),
+        secondary=tuple(SpanLabel(rule.require_span, rule.id) for rule in rules),
+        labelled_conjuncts=rule_conjuncts(rules, kind.name),
     )
 
 
@@ -87,45 +96,48 @@ def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
     return Obligation(
         id=ClaimForm.RULE_EFFECTIVE(kind.name, rule.id),
         code="AE603",
-        claim=Claim.SOMETIMES,
-        space=space_of(site, kind),
+        mode=ClaimMode.SOMETIMES,
+        space=action_space(site, kind),
         conclusion=t.Not(rule.terms[kind.name]),
         headline=f"`{rule.id}` can never deny a `{kind.name}`: it holds of every state and action in range",
-        primary=Label(rule.require_span, "always true"),
+        primary=SpanLabel(rule.require_span, "always true"),
         help=("check its numbers and units, or widen the declared ranges to what can really be measured",),
-        failing=Verdict.VACUOUS,
+        failure_verdict=Verdict.VACUOUS,
         primary_alone=True,
-        members=_denied_by(rule, kind, "always true", "never true"),
+        labelled_conjuncts=_rule_violated(rule, kind, "always true", "never true"),
     )
 
 
-def _not_shadowed(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, ...]) -> Obligation:
+def _rule_not_redundant(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, ...]) -> Obligation:
     """The rule denies something that no other rule denies."""
     others = tuple(other for other in rules if other is not rule)
     return Obligation(
         id=ClaimForm.RULE_NOT_SHADOWED(kind.name, rule.id),
         code="AE604",
-        claim=Claim.SOMETIMES,
-        space=space_of(site, kind, *(other.terms[kind.name] for other in others)),
+        mode=ClaimMode.SOMETIMES,
+        space=action_space(site, kind, *(other.terms[kind.name] for other in others)),
         conclusion=t.Not(rule.terms[kind.name]),
         headline=f"`{rule.id}` denies no `{kind.name}` that the other invariants do not deny already",
-        primary=Label(rule.require_span, "implied by the others"),
-        secondary=tuple(Label(other.require_span, other.id) for other in others),
+        primary=SpanLabel(rule.require_span, "implied by the others"),
+        secondary=tuple(SpanLabel(other.require_span, other.id) for other in others),
         help=("remove it, or take the action kind out of its `on`",),
-        failing=Verdict.VACUOUS,
+        failure_verdict=Verdict.VACUOUS,
         primary_alone=True,
-        members=(
-            *_denied_by(rule, kind, "implied by the others", "excluded by the others"),
-            *required_by(others, kind.name),
+        labelled_conjuncts=(
+            *_rule_violated(rule, kind, "implied by the others", "excluded by the others"),
+            *rule_conjuncts(others, kind.name),
         ),
     )
 
 
-def _denied_by(rule: Rule, kind: ActionKind, kept: str, excluded: str) -> tuple[Member, ...]:
+def _rule_violated(rule: Rule, kind: ActionKind, kept: str, excluded: str) -> tuple[LabelledConjunct, ...]:
     """What together says that the rule is broken; one of these that is never so makes the rule idle."""
     return (
-        *members_of(rule.premises.get(kind.name, ()), excluded),
-        *(Member(t.Not(one.term), Label(one.span, kept)) for one in rule.alternatives.get(kind.name, ())),
+        *label_conjuncts(rule.premises.get(kind.name, ()), excluded),
+        *(
+            LabelledConjunct(t.Not(one.term), SpanLabel(one.span, kept))
+            for one in rule.alternatives.get(kind.name, ())
+        ),
     )
 
 
@@ -135,29 +147,29 @@ def _attenuation_obligations(
     """Where this rule alone stands in the way, its attenuation gives an allowed, no larger action."""
     reduced = rule.attenuations[kind.name]
     others = [other.terms[kind.name] for other in rules if other is not rule]
-    space = space_of(site, kind, t.Not(rule.terms[kind.name]), *others)
+    space = action_space(site, kind, t.Not(rule.terms[kind.name]), *others)
     yield Obligation(
         id=ClaimForm.ATTENUATION_ALLOWED(kind.name, rule.id),
         code="AE605",
-        claim=Claim.ALWAYS,
+        mode=ClaimMode.ALWAYS,
         space=space,
         conclusion=t.conjunction(*(t.substitute(one.terms[kind.name], reduced) for one in rules)),
         headline=f"the attenuation of `{rule.id}` can give a `{kind.name}` that is denied again",
-        primary=Label(rule.span, "attenuates to an action that is still denied"),
+        primary=SpanLabel(rule.span, "attenuates to an action that is still denied"),
     )
     yield Obligation(
         id=ClaimForm.ATTENUATION_SHRINKS(kind.name, rule.id),
         code="AE606",
-        claim=Claim.ALWAYS,
+        mode=ClaimMode.ALWAYS,
         space=space,
-        conclusion=_no_larger(kind, reduced),
+        conclusion=_reduction_is_smaller(kind, reduced),
         headline=f"the attenuation of `{rule.id}` can enlarge a parameter of `{kind.name}` or turn it round",
-        primary=Label(rule.span, "enlarges a parameter, turns it round, or leaves its range"),
+        primary=SpanLabel(rule.span, "enlarges a parameter, turns it round, or leaves its range"),
         help=("as in `speed: min(speed, 250 mm/s)`",),
     )
 
 
-def _no_larger(kind: ActionKind, reduced: Mapping[str, t.Term]) -> t.Term:
+def _reduction_is_smaller(kind: ActionKind, reduced: Mapping[str, t.Term]) -> t.Term:
     """Each reduced parameter stays in its range, and between nothing and what was asked for."""
     parts: list[t.Term] = []
     for name, term in reduced.items():

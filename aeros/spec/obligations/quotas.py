@@ -9,19 +9,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ceil
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
 from aeros.spec.model.model import Quota, Site
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.obligations.verdicts import StaticClaim
 
 
-def quota_obligations(site: Site) -> Iterator[Settled]:
+def quota_obligations(site: Site) -> Iterator[StaticClaim]:
     """Two claims for each quota of `site`; what fails is a warning, as no action more is allowed by it."""
     for position, quota in enumerate(site.quotas):
         idle = [
-            (kind, why) for kind in sorted(quota.kinds) if (why := _never_allowed(site, kind)) is not None
+            (kind, why) for kind in sorted(quota.kinds) if (why := _denial_of_kind(site, kind)) is not None
         ]
-        yield Settled(
+        yield StaticClaim(
             ClaimForm.QUOTA_EFFECTIVE(quota.id),
             _warning(
                 "AE609",
@@ -34,9 +34,9 @@ def quota_obligations(site: Site) -> Iterator[Settled]:
             else None,
         )
         # Of two that imply each other the later one is not needed.
-        later = (one for one in site.quotas[position + 1 :] if not implies(quota, one))
-        other = next((one for one in (*site.quotas[:position], *later) if implies(one, quota)), None)
-        yield Settled(
+        later = (one for one in site.quotas[position + 1 :] if not quota_implies(quota, one))
+        other = next((one for one in (*site.quotas[:position], *later) if quota_implies(one, quota)), None)
+        yield StaticClaim(
             ClaimForm.QUOTA_NEEDED(quota.id),
             None
             if other is None
@@ -50,17 +50,17 @@ def quota_obligations(site: Site) -> Iterator[Settled]:
         )
 
 
-def implies(one: Quota, other: Quota) -> bool:
+def quota_implies(quota: Quota, other: Quota) -> bool:
     """Whether whatever keeps `one` keeps `other`; exactly so for actions at any instants.
 
-    A closed window of `other.within` seconds holds the beginnings of at most ⌈other.within / one.within⌉
+    A closed window of `other.window_s` seconds holds the beginnings of at most ⌈other.within / one.within⌉
     windows that have nothing in common, and each of these may be used up at once.
     """
-    most = one.at_most * ceil(other.within / one.within)
-    return other.kinds <= one.kinds and most <= other.at_most
+    most = quota.max_count * ceil(other.window_s / quota.window_s)
+    return other.kinds <= quota.kinds and most <= other.max_count
 
 
-def _never_allowed(site: Site, kind: str) -> str | None:
+def _denial_of_kind(site: Site, kind: str) -> str | None:
     """Why no module may ever have an action of `kind` executed, as far as finite sets tell.
 
     Operator overrides are left out: they are lifted one day, and the quota must still be there then.
@@ -75,5 +75,5 @@ def _never_allowed(site: Site, kind: str) -> str | None:
 
 
 def _warning(code: str, headline: str, quota: Quota, help_: str, other: Quota | None = None) -> Diagnostic:
-    beside = () if other is None else (Label(other.span, "runs out first"),)
-    return Diagnostic(code, headline, Label(quota.span), beside, help=(help_,), severity=Severity.WARNING)
+    beside = () if other is None else (SpanLabel(other.span, "runs out first"),)
+    return Diagnostic(code, headline, SpanLabel(quota.span), beside, help=(help_,), severity=Severity.WARNING)

@@ -7,8 +7,8 @@ decide every later action too, so a proof that used it could not be relied on at
 
 An invariant that the envelope implies is *proved*; the gate need not evaluate it again.  One that
 it does not imply is *guarded* if it depends on the state and either speaks of the state alone or
-is listed under `gated`: the gate then decides it, every time, and what it decides has to depend on the
-state, not only be written with it.  Anything else is an error, as is an
+is listed under `runtime_checked`: the gate then decides it, every time, and what it decides has to depend
+on the state, not only be written with it.  Anything else is an error, as is an
 action kind of which no action is ever allowed: a *dead* one.
 """
 
@@ -17,77 +17,85 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.arguments import constant
-from aeros.spec.model.model import Clause, Ecm, Rule, Site, Skill, Task, about
+from aeros.spec.flow.arguments import constant_term
+from aeros.spec.model.model import ActionCondition, Ecm, Rule, Site, Skill, Task, relevant_facts
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.obligation import Claim, Obligation, Space, members_of, required_by
-from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.obligations.obligation import (
+    ClaimMode,
+    Obligation,
+    VariableSpace,
+    label_conjuncts,
+    rule_conjuncts,
+)
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
-def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Settled]:
+def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
     """Every claim of group safety about `ecm` under `site`."""
     for skill in ecm.skills.values():
         if skill.precondition is not None:
             yield _can_start(site, skill, skill.precondition)
-        if skill.hold is not None:
-            yield from _can_go_on(site, skill, skill.hold)
-            yield from _can_succeed(site, skill, skill.hold)
+        if skill.hold_condition is not None:
+            yield from _hold_condition_satisfiable(site, skill, skill.hold_condition)
+            yield from _can_succeed(site, skill, skill.hold_condition)
         for kind, clause in skill.envelope.items():
             space = envelope_space(site, skill, kind, clause)
             yield _not_empty(skill, kind, clause, space)
-            yield _not_dead(ecm, site, skill, kind, clause, space)
-            for rule in site.rules_on(kind):
-                yield _obeys(skill, kind, clause, rule, space)
-        yield from _gates_that_help(site, skill)
+            yield _clause_allowed_somewhere(ecm, site, skill, kind, clause, space)
+            for rule in site.rules_for_kind(kind):
+                yield _clause_obeys_rule(skill, kind, clause, rule, space)
+        yield from _runtime_checks_matter(site, skill)
     for task in ecm.tasks.values():
         yield _goal_can_hold(site, ecm, task)
         yield _goal_can_fail(site, ecm, task)
 
 
-def envelope_space(site: Site, skill: Skill, kind: str, clause: Clause) -> Space:
+def envelope_space(site: Site, skill: Skill, kind: str, clause: ActionCondition) -> VariableSpace:
     """All states, inputs of `skill` and parameters of `kind` that its envelope admits."""
     parameters = site.kinds[kind].parameters.values()
-    return Space((*site.observed.values(), *skill.inputs.values(), *parameters), (clause.term,))
+    return VariableSpace(
+        (*site.observed_variables.values(), *skill.inputs.values(), *parameters), (clause.term,)
+    )
 
 
-def guarded_by_gate(rule: Rule, skill: Skill, kind: str) -> bool:
+def is_runtime_checked(rule: Rule, skill: Skill, kind: str) -> bool:
     """Whether the gate may be left to decide `rule` for this skill's actions of `kind`."""
-    return not rule.speaks_of_action(kind) or (rule.id in skill.gated and _reads_state(rule, kind))
+    return not rule.constrains_action(kind) or (rule.id in skill.runtime_checked and _reads_state(rule, kind))
 
 
 def _reads_state(rule: Rule, kind: str) -> bool:
-    return any(one.role is t.Role.STATE for one in t.variables_of(rule.terms[kind]).values())
+    return any(one.role is t.VariableRole.STATE for one in t.variables_of(rule.terms[kind]).values())
 
 
-def _always_obeyed(site: Site, skill: Skill) -> list[t.Term]:
+def _state_rules_of_skill(site: Site, skill: Skill) -> list[t.Term]:
     """Every rule on states that all actions of the skill must obey."""
     return [
         rule.terms[next(iter(skill.envelope))]
         for rule in site.rules
         if skill.envelope
         and skill.envelope.keys() <= rule.terms.keys()
-        and not any(rule.speaks_of_action(kind) for kind in skill.envelope)
+        and not any(rule.constrains_action(kind) for kind in skill.envelope)
     ]
 
 
-def _can_start(site: Site, skill: Skill, precondition: Clause) -> Obligation:
+def _can_start(site: Site, skill: Skill, precondition: ActionCondition) -> Obligation:
     """Some state satisfies the precondition and every rule on states that all its actions must obey."""
-    always = _always_obeyed(site, skill)
+    always = _state_rules_of_skill(site, skill)
     return Obligation(
         id=ClaimForm.SKILL_CAN_START(skill.id),
         code="AE504",
-        claim=Claim.SOMETIMES,
-        space=Space((*site.observed.values(), *skill.inputs.values()), ()),
+        mode=ClaimMode.SOMETIMES,
+        space=VariableSpace((*site.observed_variables.values(), *skill.inputs.values()), ()),
         conclusion=t.conjunction(precondition.term, *always),
         headline=f"`{skill.id}` could never act: no state that the invariants allow meets its precondition",
-        primary=Label(precondition.span, "never true"),
-        members=members_of(precondition.conjuncts, "clashes"),
+        primary=SpanLabel(precondition.span, "never true"),
+        labelled_conjuncts=label_conjuncts(precondition.conjuncts, "clashes"),
     )
 
 
-def _can_go_on(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]:
+def _hold_condition_satisfiable(site: Site, skill: Skill, hold: ActionCondition) -> Iterator[Obligation]:
     """Some state in which it may start, and act, satisfies its hold-condition.
 
     What that says of predicates is part of the precondition, and claimed with it.
@@ -99,95 +107,107 @@ def _can_go_on(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]:
     yield Obligation(
         id=ClaimForm.HOLD_SATISFIABLE(skill.id),
         code="AE510",
-        claim=Claim.SOMETIMES,
-        space=Space((*site.observed.values(), *skill.inputs.values()), ()),
-        conclusion=t.conjunction(precondition, hold.term, *_always_obeyed(site, skill)),
+        mode=ClaimMode.SOMETIMES,
+        space=VariableSpace((*site.observed_variables.values(), *skill.inputs.values()), ()),
+        conclusion=t.conjunction(precondition, hold.term, *_state_rules_of_skill(site, skill)),
         headline=f"`{skill.id}` would be halted at once: wherever it may start, its `hold` is not measured",
-        primary=Label(hold.span, "never true then"),
-        members=members_of(dict.fromkeys((*hold.conjuncts, *known)), "clashes"),
+        primary=SpanLabel(hold.span, "never true then"),
+        labelled_conjuncts=label_conjuncts(dict.fromkeys((*hold.conjuncts, *known)), "clashes"),
     )
 
 
-def _can_succeed(site: Site, skill: Skill, hold: Clause) -> Iterator[Obligation]:
+def _can_succeed(site: Site, skill: Skill, hold: ActionCondition) -> Iterator[Obligation]:
     """Each success may be measured while the hold-condition is: what it sets is set before the skill ends."""
     for outcome in skill.success_outcomes:
         if outcome.probability == 0:
             continue
-        set_ = {name: constant(v, site.state[name].variable.type) for name, v in outcome.effects.items()}
+        set_ = {name: constant_term(v, site.state[name].variable.type) for name, v in outcome.effects.items()}
         if not set_.keys() & t.variables_of(hold.term).keys():
             continue
         yield Obligation(
             id=ClaimForm.HOLD_ALLOWS_SUCCESS(skill.id, outcome.id),
             code="AE510",
-            claim=Claim.SOMETIMES,
-            space=Space((*site.observed.values(), *skill.inputs.values()), ()),
+            mode=ClaimMode.SOMETIMES,
+            space=VariableSpace((*site.observed_variables.values(), *skill.inputs.values()), ()),
             conclusion=t.substitute(hold.term, set_),
             headline=f"`{skill.id}` is halted before it can end as `{outcome.id}`, which excludes its `hold`",
-            primary=Label(hold.span, f"never true once `{outcome.id}` is measured"),
+            primary=SpanLabel(hold.span, f"never true once `{outcome.id}` is measured"),
             help=("let the hold-condition leave room for what the skill brings about",),
         )
 
 
-def _not_empty(skill: Skill, kind: str, clause: Clause, space: Space) -> Obligation:
+def _not_empty(skill: Skill, kind: str, clause: ActionCondition, space: VariableSpace) -> Obligation:
     return Obligation(
         id=ClaimForm.ENVELOPE_NOT_EMPTY(skill.id, kind),
         code="AE503",
-        claim=Claim.SOMETIMES,
-        space=Space(space.declared, ()),
+        mode=ClaimMode.SOMETIMES,
+        space=VariableSpace(space.variables, ()),
         conclusion=clause.term,
         headline=f"the envelope of `{skill.id}` holds no `{kind}`, so nothing is proved of it",
-        primary=Label(clause.span, "satisfied by no action in range"),
+        primary=SpanLabel(clause.span, "satisfied by no action in range"),
         help=("remove the action kind, or correct the condition",),
-        failing=Verdict.VACUOUS,
-        members=members_of(clause.conjuncts, "clashes"),
+        failure_verdict=Verdict.VACUOUS,
+        labelled_conjuncts=label_conjuncts(clause.conjuncts, "clashes"),
     )
 
 
-def _not_dead(ecm: Ecm, site: Site, skill: Skill, kind: str, clause: Clause, space: Space) -> Obligation:
-    rules = site.rules_on(kind)
-    permission = ecm.permission.get(kind)
+def _clause_allowed_somewhere(
+    ecm: Ecm, site: Site, skill: Skill, kind: str, clause: ActionCondition, space: VariableSpace
+) -> Obligation:
+    rules = site.rules_for_kind(kind)
+    permission = ecm.permitted_actions.get(kind)
     permitted = t.TRUE if permission is None else permission.term
-    allowed = () if permission is None else members_of(permission.conjuncts, "required by the permission")
+    allowed = (
+        () if permission is None else label_conjuncts(permission.conjuncts, "required by the permission")
+    )
     return Obligation(
         id=ClaimForm.ENVELOPE_NOT_DEAD(skill.id, kind),
         code="AE502",
-        claim=Claim.SOMETIMES,
+        mode=ClaimMode.SOMETIMES,
         space=space,
         conclusion=t.conjunction(permitted, *(rule.terms[kind] for rule in rules)),
         headline=f"`{skill.id}` is dead: no `{kind}` that it may ask for is ever allowed",
-        primary=Label(clause.span, "all of these are denied, in every state"),
-        secondary=tuple(Label(rule.require_span, rule.id) for rule in rules if rule.speaks_of_action(kind)),
-        members=(*members_of(clause.conjuncts, "clashes"), *allowed, *required_by(rules, kind)),
+        primary=SpanLabel(clause.span, "all of these are denied, in every state"),
+        secondary=tuple(
+            SpanLabel(rule.require_span, rule.id) for rule in rules if rule.constrains_action(kind)
+        ),
+        labelled_conjuncts=(
+            *label_conjuncts(clause.conjuncts, "clashes"),
+            *allowed,
+            *rule_conjuncts(rules, kind),
+        ),
     )
 
 
-def _obeys(skill: Skill, kind: str, clause: Clause, rule: Rule, space: Space) -> Obligation:
+def _clause_obeys_rule(
+    skill: Skill, kind: str, clause: ActionCondition, rule: Rule, space: VariableSpace
+) -> Obligation:
     help_ = ["tighten the envelope until it implies the invariant"]
     if _reads_state(rule, kind):
         help_.append(f"or leave it to the gate, which then decides each action: `gated: [{rule.id}]`")
     return Obligation(
         id=ClaimForm.ENVELOPE_OBEYS(skill.id, kind, rule.id),
         code="AE501",
-        claim=Claim.ALWAYS,
+        mode=ClaimMode.ALWAYS,
         space=space,
         conclusion=rule.terms[kind],
         headline=f"`{skill.id}` may ask for a `{kind}` that breaks the invariant `{rule.id}`",
-        primary=Label(clause.span, "allows it"),
-        secondary=(Label(rule.require_span, f"`{rule.id}` forbids it"),),
+        primary=SpanLabel(clause.span, "allows it"),
+        secondary=(SpanLabel(rule.require_span, f"`{rule.id}` forbids it"),),
         help=tuple(help_),
-        guard=rule.id if guarded_by_gate(rule, skill, kind) else None,
-        members=members_of(rule.conjuncts.get(kind, ()), f"`{rule.id}` forbids it"),
+        runtime_checked_rule=rule.id if is_runtime_checked(rule, skill, kind) else None,
+        labelled_conjuncts=label_conjuncts(rule.conjuncts.get(kind, ()), f"`{rule.id}` forbids it"),
         clause=clause,
     )
 
 
-def _gates_that_help(site: Site, skill: Skill) -> Iterator[Obligation | Settled]:
-    """Some action that a rule under `gated` denies in one state is allowed by it in another, for each kind.
+def _runtime_checks_matter(site: Site, skill: Skill) -> Iterator[Obligation | StaticClaim]:
+    """Some action that a rule under `runtime_checked` denies in one state is allowed by it in another, for each kind.
 
     Otherwise the same actions break it in every state, so the gate would only move the stop to run time.
     """
     for rule in site.rules:
-        if rule.id not in skill.gated:
+        if rule.id not in skill.runtime_checked:
             continue
         governed = [kind for kind in skill.envelope if kind in rule.terms]
         reading = [kind for kind in governed if _reads_state(rule, kind)]
@@ -196,55 +216,63 @@ def _gates_that_help(site: Site, skill: Skill) -> Iterator[Obligation | Settled]
         if reading:
             continue
         if governed:
-            headline, beside, help_ = _IDLE_GATE.format(rule.id), "reads no state", _IDLE_GATE_HELP
+            headline, beside, help_ = (
+                _IDLE_RUNTIME_CHECK.format(rule.id),
+                "reads no state",
+                _IDLE_RUNTIME_CHECK_HELP,
+            )
         else:
             headline = f"`{rule.id}` governs no action that `{skill.id}` may ask for"
-            beside, help_ = "governs other action kinds", "remove it from `gated`"
-        labels = (Label(rule.require_span, beside),)
-        yield Settled(
+            beside, help_ = "governs other action kinds", "remove it from `runtime_checked`"
+        labels = (SpanLabel(rule.require_span, beside),)
+        yield StaticClaim(
             ClaimForm.GATED_RULE_READS_STATE(skill.id, rule.id),
-            Diagnostic("AE506", headline, Label(skill.gated[rule.id]), labels, help=(help_,)),
+            Diagnostic("AE506", headline, SpanLabel(skill.runtime_checked[rule.id]), labels, help=(help_,)),
         )
 
 
-_IDLE_GATE = "`{}` cannot be left to the gate: what breaks it is allowed in no state"
-_IDLE_GATE_HELP = "remove it from `gated` and tighten the envelope"
+_IDLE_RUNTIME_CHECK = "`{}` cannot be left to the gate: what breaks it is allowed in no state"
+_IDLE_RUNTIME_CHECK_HELP = "remove it from `runtime_checked` and tighten the envelope"
 
 
 def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligation:
     """The rule allows an action in one state and denies it in another, where `then.x` is what `x` is here."""
     term = rule.terms[kind]
-    read, _ = about((term,), site.observed)
+    read, _ = relevant_facts((term,), site.observed_variables)
     then = {one.name: replace(one.variable, name=f"then.{one.name}") for one in read}
     others = [
-        replace(one, variable=then[one.name], facts=tuple(t.substitute(fact, then) for fact in one.facts))
+        replace(
+            one,
+            variable=then[one.name],
+            known_facts=tuple(t.substitute(fact, then) for fact in one.known_facts),
+        )
         for one in read
     ]
     return Obligation(
         id=ClaimForm.GATED_RULE_NEEDS_STATE(skill.id, rule.id, kind),
         code="AE506",
-        claim=Claim.SOMETIMES,
-        space=Space((*read, *others, *site.kinds[kind].parameters.values()), ()),
+        mode=ClaimMode.SOMETIMES,
+        space=VariableSpace((*read, *others, *site.kinds[kind].parameters.values()), ()),
         conclusion=t.conjunction(term, t.Not(t.substitute(term, then))),
-        headline=_IDLE_GATE.format(rule.id),
-        primary=Label(skill.gated[rule.id]),
-        secondary=(Label(rule.require_span, f"allows a `{kind}` in every state or in none"),),
-        help=(_IDLE_GATE_HELP,),
+        headline=_IDLE_RUNTIME_CHECK.format(rule.id),
+        primary=SpanLabel(skill.runtime_checked[rule.id]),
+        secondary=(SpanLabel(rule.require_span, f"allows a `{kind}` in every state or in none"),),
+        help=(_IDLE_RUNTIME_CHECK_HELP,),
     )
 
 
 def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
     whole = task.goal_conjuncts
-    place = whole[0].span.cover(whole[-1].span) if whole else ecm.span
+    place = whole[0].span.merge(whole[-1].span) if whole else ecm.span
     return Obligation(
         id=ClaimForm.GOAL_SATISFIABLE(task.id),
         code="AE507",
-        claim=Claim.SOMETIMES,
-        space=Space(tuple(site.observed.values()), ()),
+        mode=ClaimMode.SOMETIMES,
+        space=VariableSpace(tuple(site.observed_variables.values()), ()),
         conclusion=task.goal,
         headline=f"no state satisfies the goal of `{task.id}`",
-        primary=Label(place, "never true" if whole else f"`{task.goal_text}` is never true"),
-        members=members_of(task.goal_conjuncts, "clashes"),
+        primary=SpanLabel(place, "never true" if whole else f"`{task.goal_text}` is never true"),
+        labelled_conjuncts=label_conjuncts(task.goal_conjuncts, "clashes"),
     )
 
 
@@ -254,10 +282,10 @@ def _goal_can_fail(site: Site, ecm: Ecm, task: Task) -> Obligation:
     return Obligation(
         id=ClaimForm.GOAL_EFFECTIVE(task.id),
         code="AE508",
-        claim=Claim.SOMETIMES,
-        space=Space(tuple(site.observed.values()), ()),
+        mode=ClaimMode.SOMETIMES,
+        space=VariableSpace(tuple(site.observed_variables.values()), ()),
         conclusion=t.Not(task.goal),
         headline=f"the goal of `{task.id}` holds in every state, so it would be reached by doing nothing",
-        primary=Label(whole[0].span.cover(whole[-1].span) if whole else ecm.span, "always true"),
-        failing=Verdict.VACUOUS,
+        primary=SpanLabel(whole[0].span.merge(whole[-1].span) if whole else ecm.span, "always true"),
+        failure_verdict=Verdict.VACUOUS,
     )

@@ -12,19 +12,19 @@ import ast
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label, did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.model.model import Ecm, Site, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.forbidden_access import first_reach
+from aeros.spec.obligations.forbidden_access import first_forbidden_access
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
-from aeros.spec.obligations.verdicts import Settled
+from aeros.spec.obligations.verdicts import StaticClaim
 
-_ASKING = ("act", "Action")
+_ACTION_NAMES = ("act", "Action")
 
 
 def skill_code_obligations(
     ecm: Ecm, site: Site, files: Mapping[str, SkillFile | UnreadableCodeError]
-) -> Iterator[Settled]:
+) -> Iterator[StaticClaim]:
     """Every claim about the code of `ecm`.
 
     files: the module's Python files by path relative to its folder.
@@ -32,50 +32,53 @@ def skill_code_obligations(
     for path, file in files.items():
         if isinstance(file, UnreadableCodeError):
             name, help_ = Path(ecm.folder) / path, ("write it as plain UTF-8",)
-            yield Settled(
+            yield StaticClaim(
                 ClaimForm.CODE_REACHES_NOTHING(path),
                 Diagnostic("AE134", f"`{name}` is not plain Python: {file}", help=help_),
             )
             continue
-        yield Settled(ClaimForm.CODE_REACHES_NOTHING(path), _reach(ecm, file))
-        yield Settled(ClaimForm.CODE_ASKS_PLAINLY(path), _only_asks_plainly(file))
+        yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), _no_forbidden_access(ecm, file))
+        yield StaticClaim(ClaimForm.CODE_ASKS_PLAINLY(path), _action_calls_are_readable(file))
         for skill in ecm.skills.values():
             if path == f"{skill.module_name}.py":
-                yield Settled(ClaimForm.SKILL_ASKS_WITHIN_ENVELOPE(skill.id), _asks(skill, site, file))
+                yield StaticClaim(
+                    ClaimForm.SKILL_ASKS_WITHIN_ENVELOPE(skill.id),
+                    _requests_within_envelope(skill, site, file),
+                )
 
 
-def _reach(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
+def _no_forbidden_access(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
     """The first import, builtin or attribute through which the code could act by itself."""
-    reach = first_reach(file.nodes)
+    reach = first_forbidden_access(file.nodes)
     if reach is None:
         return None
     node, what = reach
     return Diagnostic(
         "AE134",
         f"skill code of `{ecm.id}` {what}",
-        Label(file.span(node), "a skill only yields actions and gets observations"),
+        SpanLabel(file.span(node), "a skill only yields actions and gets observations"),
         help=(
             "import names of `aeros.skill` and of what computes, such as `math`; ask for the rest as actions",
         ),
     )
 
 
-def _only_asks_plainly(file: SkillFile) -> Diagnostic | None:
+def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
     """`act` and `Action` are called or annotate, and no function is bound twice: so calls can be read off."""
     called = {id(node.func) for node in file.nodes if isinstance(node, ast.Call)}
     annotations = {id(part) for hint in _annotations(file) for part in ast.walk(hint)}
     for node in file.nodes:
         if isinstance(node, ast.Name) and node.id == "act" and id(node) not in called | annotations:
-            return _unclear(file, node, "`act` is used for something else than a call")
+            return _unreadable_call(file, node, "`act` is used for something else than a call")
         if isinstance(node, ast.ImportFrom) and node.module == "aeros.skill":
             renamed = [alias.name for alias in node.names if alias.asname not in (None, alias.name)]
             if renamed:
-                return _unclear(file, node, f"`{renamed[0]}` is imported under another name")
-    bound: set[str] = set(_ASKING)
+                return _unreadable_call(file, node, f"`{renamed[0]}` is imported under another name")
+    bound: set[str] = set(_ACTION_NAMES)
     for statement in file.tree.body:
-        for name in _bound_by(statement):
+        for name in _bound_names(statement):
             if name in bound:
-                return _unclear(file, statement, f"`{name}` is bound a second time")
+                return _unreadable_call(file, statement, f"`{name}` is bound a second time")
             bound.add(name)
     return None
 
@@ -88,7 +91,7 @@ def _annotations(file: SkillFile) -> Iterator[ast.expr]:
             yield node.annotation
 
 
-def _bound_by(statement: ast.stmt) -> Iterator[str]:
+def _bound_names(statement: ast.stmt) -> Iterator[str]:
     if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         yield statement.name
     elif not isinstance(statement, ast.Import | ast.ImportFrom):
@@ -97,29 +100,29 @@ def _bound_by(statement: ast.stmt) -> Iterator[str]:
                 yield node.id
 
 
-def _unclear(file: SkillFile, node: ast.expr | ast.stmt, what: str) -> Diagnostic:
+def _unreadable_call(file: SkillFile, node: ast.expr | ast.stmt, what: str) -> Diagnostic:
     return Diagnostic(
         "AE133",
         f"which actions this code asks for cannot be read: {what}",
-        Label(file.span(node)),
+        SpanLabel(file.span(node)),
         help=("call `act(KIND, ...)` where the action is asked for, and give every name one meaning",),
     )
 
 
-def _asks(skill: Skill, site: Site, file: SkillFile) -> Diagnostic | None:
+def _requests_within_envelope(skill: Skill, site: Site, file: SkillFile) -> Diagnostic | None:
     """The first action that the skill's code asks for and its envelope does not hold."""
     for call in _act_calls(skill.function, file):
         kind = call.args[0] if call.args else None
         if not (isinstance(kind, ast.Constant) and isinstance(kind.value, str)):
-            return _unclear(file, call, "the kind of an action is not written out")
+            return _unreadable_call(file, call, "the kind of an action is not written out")
         if kind.value not in skill.envelope:
             near = did_you_mean(kind.value, skill.envelope)
             help_ = f"did you mean `{near}`?" if near else f"declare `{kind.value}` in its `envelope`"
             return Diagnostic(
                 "AE133",
                 f"`{skill.id}` asks for `{kind.value}`, which its envelope does not hold",
-                Label(file.span(kind), "asked for here"),
-                (Label(skill.span, "declared here"),),
+                SpanLabel(file.span(kind), "asked for here"),
+                (SpanLabel(skill.span, "declared here"),),
                 help=(help_,),
             )
         declared = site.kinds[kind.value].parameters
@@ -128,7 +131,7 @@ def _asks(skill: Skill, site: Site, file: SkillFile) -> Diagnostic | None:
             near = did_you_mean(unknown[0], declared)
             help_ = f"did you mean `{near}`?" if near else f"it has {', '.join(declared) or 'none'}"
             headline = f"`{kind.value}` has no parameter `{unknown[0]}`"
-            return Diagnostic("AE133", headline, Label(file.span(call)), help=(help_,))
+            return Diagnostic("AE133", headline, SpanLabel(file.span(call)), help=(help_,))
     return None
 
 
@@ -145,5 +148,9 @@ def _act_calls(function: str, file: SkillFile) -> Iterator[ast.Call]:
             if isinstance(node, ast.Name) and node.id in file.functions and node.id not in seen:
                 seen.add(node.id)
                 pending.append(file.functions[node.id])
-            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _ASKING:
+            elif (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Name)
+                and node.func.id in _ACTION_NAMES
+            ):
                 yield node

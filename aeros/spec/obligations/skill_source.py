@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 
 _COOKIE = re.compile(rb"^[ \t\f]*#.*?coding[:=]")  # PEP 263, looked for in the first two lines
 
@@ -31,11 +31,11 @@ class SkillFile:
         try:
             self.tree = ast.parse(self.source.text)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-            raise UnreadableCodeError(_told(error)) from error
+            raise UnreadableCodeError(_describe_syntax_error(error)) from error
         self.nodes = tuple(ast.walk(self.tree))
         self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}
 
-    def span(self, node: ast.expr | ast.stmt) -> Span:
+    def span(self, node: ast.expr | ast.stmt) -> SourceSpan:
         """Where `node` begins, to the end of that line at most."""
         line = self.source.line_text(node.lineno)
         column = len(line.encode()[: node.col_offset].decode(errors="ignore"))
@@ -68,7 +68,7 @@ def _text(content: bytes) -> str:
         raise UnreadableCodeError(f"byte {error.start} is not UTF-8") from error
 
 
-def _told(error: Exception) -> str:
+def _describe_syntax_error(error: Exception) -> str:
     where = f"line {error.lineno}: " if isinstance(error, SyntaxError) and error.lineno else ""
     lines = str(error).splitlines()
     return where + (lines[0] if lines else type(error).__name__)

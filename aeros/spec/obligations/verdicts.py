@@ -36,7 +36,7 @@ class Conclusion(Enum):
 
 
 @dataclass(frozen=True)
-class Settled:
+class StaticClaim:
     """A claim over finite sets that needs no solver: it was settled when it was made.
 
     diagnostic: None iff it is proved.

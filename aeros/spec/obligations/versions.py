@@ -6,7 +6,7 @@ from functools import cache
 
 
 @cache  # a thousand modules ask for the same few
-def suits(specifier: str, version: str) -> bool:
+def is_compatible_version(specifier: str, version: str) -> bool:
     """Whether `version`, which may be one before a release, is among those that `specifier` names."""
     from packaging.specifiers import SpecifierSet  # 15 ms, which modules that were kept need not pay
 

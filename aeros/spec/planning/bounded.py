@@ -9,83 +9,92 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.spec.backends.solver_results import Result
+from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, scalar_variables, scalars_of
+from aeros.spec.expr.lower import lower, scalar_variables, values_by_scalar
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.types import BOOL, EnumType
-from aeros.spec.planning.domain import Choice, Condition, Domain, equals, literal
-from aeros.spec.planning.search_result import Avoided, NotDecidedError, Path
+from aeros.spec.planning.domain import (
+    GroundSkill,
+    PartialCondition,
+    PlanningDomain,
+    equality_condition,
+    literal_term,
+)
+from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
 
 if TYPE_CHECKING:
-    from aeros.spec.backends.z3_solver import Session
+    from aeros.spec.backends.z3_solver import IncrementalSolver
 
-LONGEST: Final = 40
+MAX_PLAN_LENGTH: Final = 40
 """Steps of a plan that is looked for at most."""
 
 
-def bounded_plan(domain: Domain, start: State, avoided: Avoided, least: int) -> Path:
-    """A plan from `start` with the fewest steps there are, at least `least`, that keeps out of `avoided`.
+def bounded_plan(domain: PlanningDomain, start: State, avoided: AvoidSet, min_steps: int) -> PlanPath:
+    """A plan from `start` with the fewest steps there are, at least `min_steps`, that keeps out of `avoided`.
 
-    Raises `NotDecidedError` where none of up to `LONGEST` steps is found.
+    Raises `PlanUndecidedError` where none of up to `MAX_PLAN_LENGTH` steps is found.
     """
     encoding = _Encoding(domain, start)
-    for length in range(LONGEST + 1):
-        encoding.keep_out(length, avoided)
-        if length >= least:
+    for length in range(MAX_PLAN_LENGTH + 1):
+        encoding.exclude_avoid_set(length, avoided)
+        if length >= min_steps:
             path = encoding.plan(length)
             if path is not None:
                 return path
-        encoding.extend(length)
-    raise NotDecidedError(f"no plan of up to {LONGEST} steps was found, and none was proved to be missing")
+        encoding.add_step(length)
+    raise PlanUndecidedError(
+        f"no plan of up to {MAX_PLAN_LENGTH} steps was found, and none was proved to be missing"
+    )
 
 
 class _Encoding:
     """The first steps of all plans from a start, as assumptions of one session."""
 
-    def __init__(self, domain: Domain, start: State) -> None:
+    def __init__(self, domain: PlanningDomain, start: State) -> None:
         # z3 takes 80 ms to import, which small domains need not pay.
-        from aeros.spec.backends.z3_solver import Session
+        from aeros.spec.backends.z3_solver import IncrementalSolver
 
         self._domain = domain
         self._start = start
         self._edges = list(_edges(domain))
         members = tuple(map(str, range(max(len(self._edges), 1))))
         self._picks = [
-            t.Variable(f"step {at}", EnumType("edge", members), t.Role.STATE) for at in range(LONGEST + 1)
+            t.Variable(f"step {at}", EnumType("edge", members), t.VariableRole.STATE)
+            for at in range(MAX_PLAN_LENGTH + 1)
         ]
-        self._session: Session = Session(self._every_variable(), {})
+        self._session: IncrementalSolver = IncrementalSolver(self._all_variables(), {})
         for name, value in zip(domain.names, start, strict=True):
             if value is None:
                 self._session.assume(t.Not(self._is_known(name, 0)))
             else:
-                self._session.assume(equals(self._variable(name, 0), value))
+                self._session.assume(equality_condition(self._variable(name, 0), value))
                 self._session.assume(self._is_known(name, 0))
 
-    def _every_variable(self) -> Iterator[t.Variable]:
+    def _all_variables(self) -> Iterator[t.Variable]:
         yield from self._picks
-        for at in range(LONGEST + 2):
+        for at in range(MAX_PLAN_LENGTH + 2):
             for name in self._domain.names:
                 yield self._variable(name, at)
                 yield self._is_known(name, at)
 
     def _variable(self, name: str, at: int) -> t.Variable:
         one = self._domain.variables[name]
-        return t.Variable(f"{name} after {at}", one.type, t.Role.STATE)
+        return t.Variable(f"{name} after {at}", one.type, t.VariableRole.STATE)
 
     def _is_known(self, name: str, at: int) -> t.Variable:
-        return t.Variable(f"{name} known after {at}", BOOL, t.Role.STATE)
+        return t.Variable(f"{name} known after {at}", BOOL, t.VariableRole.STATE)
 
-    def plan(self, length: int) -> Path | None:
+    def plan(self, length: int) -> PlanPath | None:
         """A plan of so many steps, if there is one."""
-        answer = self._session.ask(self._holds(self._domain.goal, length))
-        if answer.result is Result.UNKNOWN:
-            raise NotDecidedError(f"the solver gave up on plans of {length} steps: {answer.reason}")
-        return self._replayed(answer.model, length) if answer.result is Result.SAT else None
+        answer = self._session.check_sat(self._encode_truth(self._domain.goal, length))
+        if answer.result is SatResult.UNKNOWN:
+            raise PlanUndecidedError(f"the solver gave up on plans of {length} steps: {answer.reason}")
+        return self._replayed(answer.model, length) if answer.result is SatResult.SAT else None
 
-    def _replayed(self, model: Mapping[str, Any], length: int) -> Path:
+    def _replayed(self, model: Mapping[str, Any], length: int) -> PlanPath:
         state, path = self._start, []
         for at in range(length):
             choice, effects = self._edges[int(model[self._picks[at].name])]
@@ -98,16 +107,19 @@ class _Encoding:
             raise InternalError("the goal does not hold where the solver has it reached")
         return path
 
-    def extend(self, at: int) -> None:
+    def add_step(self, at: int) -> None:
         """Assume that one more step is made after `at`."""
         pick = self._picks[at]
         touching: dict[str, list[t.Term]] = {name: [] for name in self._domain.names}
         for number, (choice, effects) in enumerate(self._edges):
             chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
-            then = [self._holds(choice.condition, at), self._is_success(choice, at + 1)]
+            then = [self._encode_truth(choice.condition, at), self._is_success(choice, at + 1)]
             for name, value in effects.items():
                 touching[name].append(chosen)
-                then += [equals(self._variable(name, at + 1), value), self._is_known(name, at + 1)]
+                then += [
+                    equality_condition(self._variable(name, at + 1), value),
+                    self._is_known(name, at + 1),
+                ]
             self._session.assume(t.Implies(chosen, t.And(tuple(then))))
         for name, by in touching.items():
             same = t.And(
@@ -120,42 +132,42 @@ class _Encoding:
         if not self._edges:
             self._session.assume(t.FALSE)
 
-    def keep_out(self, at: int, avoided: Avoided) -> None:
+    def exclude_avoid_set(self, at: int, avoided: AvoidSet) -> None:
         """Assume that no invariant is broken after `at` steps, and nothing of `avoided` is met there."""
         for condition in self._domain.invariants.values():
-            self._session.assume(t.Not(self._fails(condition, at)))
+            self._session.assume(t.Not(self._encode_failure(condition, at)))
         for state in avoided.states:
-            self._session.assume(t.Not(self._is(state, at)))
+            self._session.assume(t.Not(self._encode_state(state, at)))
         pick = self._picks[at]
         for state, choice in avoided.pairs:
             for number, (one, _) in enumerate(self._edges):
                 if one is choice:
                     chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
-                    self._session.assume(t.Not(t.And((self._is(state, at), chosen))))
+                    self._session.assume(t.Not(t.And((self._encode_state(state, at), chosen))))
 
     # Conditions after a number of steps.
 
-    def _holds(self, condition: Condition, at: int) -> t.Term:
+    def _encode_truth(self, condition: PartialCondition, at: int) -> t.Term:
         """`condition` is measured as true."""
         if condition.missing:
             return t.FALSE
         known = [self._is_known(name, at) for name in condition.reads]
-        return t.And((*known, self._at(condition, at)))
+        return t.And((*known, self._encode_condition(condition, at)))
 
-    def _fails(self, condition: Condition, at: int) -> t.Term:
+    def _encode_failure(self, condition: PartialCondition, at: int) -> t.Term:
         if condition.missing:
             return t.FALSE
         known = [self._is_known(name, at) for name in condition.reads]
-        return t.And((*known, t.Not(self._at(condition, at))))
+        return t.And((*known, t.Not(self._encode_condition(condition, at))))
 
-    def _at(self, condition: Condition, at: int) -> t.Term:
+    def _encode_condition(self, condition: PartialCondition, at: int) -> t.Term:
         moved: dict[str, t.Term] = {name: self._variable(name, at) for name in condition.reads}
         return t.substitute(_with_constants(condition.term, condition.constants), moved)
 
-    def _is_success(self, choice: Choice, at: int) -> t.Term:
+    def _is_success(self, choice: GroundSkill, at: int) -> t.Term:
         """The outcome measured then is no failure: one that is none has as many effects as any measured."""
         outcomes = list(choice.skill.outcomes.values())
-        measured = {one.id: self._has(one.effects, at) for one in outcomes}
+        measured = {one.id: self._encode_effects(one.effects, at) for one in outcomes}
         ways = []
         for one in outcomes:
             if not one.failure:
@@ -163,19 +175,22 @@ class _Encoding:
                 ways.append(t.And((measured[one.id], *(t.Not(measured[o.id]) for o in larger))))
         return t.Or(tuple(ways))
 
-    def _has(self, effects: Environment, at: int) -> t.Term:
+    def _encode_effects(self, effects: Environment, at: int) -> t.Term:
         parts = [
-            (self._is_known(name, at), equals(self._variable(name, at), v)) for name, v in effects.items()
+            (self._is_known(name, at), equality_condition(self._variable(name, at), v))
+            for name, v in effects.items()
         ]
         return t.And(tuple(part for pair in parts for part in pair))
 
-    def _is(self, state: State, at: int) -> t.Term:
+    def _encode_state(self, state: State, at: int) -> t.Term:
         values = {name: v for name, v in zip(self._domain.names, state, strict=True) if v is not None}
         unknown = [name for name, v in zip(self._domain.names, state, strict=True) if v is None]
-        return t.And((self._has(values, at), *(t.Not(self._is_known(name, at)) for name in unknown)))
+        return t.And(
+            (self._encode_effects(values, at), *(t.Not(self._is_known(name, at)) for name in unknown))
+        )
 
 
-def _edges(domain: Domain) -> Iterator[tuple[Choice, Environment]]:
+def _edges(domain: PlanningDomain) -> Iterator[tuple[GroundSkill, Environment]]:
     """Every outcome of every choice that can happen."""
     for choice in domain.choices:
         for outcome in choice.skill.outcomes.values():
@@ -188,6 +203,6 @@ def _with_constants(term: t.Term, constants: Environment) -> t.Term:
     read = {name: one for name, one in t.variables_of(term).items() if name in constants}
     if not read:
         return term
-    values = scalars_of(read, constants)
+    values = values_by_scalar(read, constants)
     scalars = [scalar for variable in read.values() for scalar in scalar_variables(variable)]
-    return t.substitute(lower(term), {one.name: literal(one, values[one.name]) for one in scalars})
+    return t.substitute(lower(term), {one.name: literal_term(one, values[one.name]) for one in scalars})

@@ -23,17 +23,17 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import Environment, Value, holds
+from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.types import BoolType, EnumType, RealType
-from aeros.spec.model.hold_conditions import unheld
-from aeros.spec.model.model import Clause, Declared, Ecm, Outcome, Site, Skill, TaskInvariant
-from aeros.spec.verification.queries import impossible
+from aeros.spec.model.hold_conditions import hold_loss_outcomes
+from aeros.spec.model.model import ActionCondition, Declared, Ecm, Outcome, Site, Skill, TaskInvariant
+from aeros.spec.verification.queries import is_unsatisfiable
 
-MOST_COMBINATIONS: Final = 256
+MAX_COMBINATIONS: Final = 256
 """Values of a skill's inputs, or of what its actions depend on, that are gone through at most."""
 
 
-class Condition:
+class PartialCondition:
     """A term over a state and constants; None where anything in it is unknown.
 
     missing: what it reads that has no value in any state.
@@ -52,18 +52,18 @@ class Condition:
         """Whether it holds in `state`."""
         values = tuple([state[place] for place in self._places])
         if values not in self._decided:
-            self._decided[values] = self.of(values)
+            self._decided[values] = self.evaluate_on(values)
         return self._decided[values]
 
-    def of(self, values: tuple[Any, ...]) -> bool | None:
+    def evaluate_on(self, values: tuple[Any, ...]) -> bool | None:
         """Whether it holds where `reads` have these values."""
         if self.missing or None in values:
             return None
-        return holds(self.term, {**self.constants, **dict(zip(self.reads, values, strict=True))})
+        return is_true(self.term, {**self.constants, **dict(zip(self.reads, values, strict=True))})
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class GroundSkill:
     """A skill with its inputs.
 
     inputs: those without default, by name.
@@ -74,8 +74,8 @@ class Choice:
     module: str
     skill: Skill
     inputs: Mapping[str, Any]
-    denied: tuple[tuple[str, t.Term], ...]
-    condition: Condition
+    denied_reason: tuple[tuple[str, t.Term], ...]
+    condition: PartialCondition
     invocation: Invocation
 
     @property
@@ -86,11 +86,11 @@ class Choice:
     @property
     def label(self) -> str:
         """As a step of a plan, with its inputs."""
-        return " ".join([self.name, *(f"{key}={_written(value)}" for key, value in self.inputs.items())])
+        return " ".join([self.name, *(f"{key}={_format_value(value)}" for key, value in self.inputs.items())])
 
 
 @dataclass(frozen=True, eq=False)
-class Domain:
+class PlanningDomain:
     """A planning problem without its start.
 
     names: what a state has values of; variables: the same, typed.
@@ -101,39 +101,39 @@ class Domain:
     names: tuple[str, ...]
     variables: Mapping[str, t.Variable]
     settings: Mapping[str, tuple[Any, ...]]
-    choices: tuple[Choice, ...]
-    goal: Condition
-    invariants: Mapping[str, Condition]
-    left_out: Mapping[str, str]
+    choices: tuple[GroundSkill, ...]
+    goal: PartialCondition
+    invariants: Mapping[str, PartialCondition]
+    excluded_skills: Mapping[str, str]
     _after: dict[tuple[int, State], list[tuple[State, Outcome, Fraction]]] = field(default_factory=dict)
 
     def state(self, known: Environment) -> State:
         """The state in which these values are measured."""
         return tuple(known.get(name) for name in self.names)
 
-    def can_start(self, choice: Choice, state: State) -> bool:
+    def can_start(self, choice: GroundSkill, state: State) -> bool:
         """Whether its condition is measured as true."""
         return choice.condition(state) is True
 
-    def after(self, choice: Choice, state: State) -> list[tuple[State, Outcome, Fraction]]:
+    def after(self, choice: GroundSkill, state: State) -> list[tuple[State, Outcome, Fraction]]:
         """Each state that `choice` may end in, the outcome that is measured there, and how likely it is."""
         key = (id(choice), state)
         if key not in self._after:
             self._after[key] = choice.invocation.after(state)
         return self._after[key]
 
-    def condition(self, term: t.Term, choice: Choice) -> Condition:
+    def condition(self, term: t.Term, choice: GroundSkill) -> PartialCondition:
         """`term` as a condition on states where `choice` has its inputs."""
-        return Condition(term, self.names, choice.condition.constants)
+        return PartialCondition(term, self.names, choice.condition.constants)
 
-    def broken(self, state: State) -> str | None:
+    def violated_invariant(self, state: State) -> str | None:
         """The first invariant that does not hold in `state`."""
         return next((id_ for id_, holds_in in self.invariants.items() if holds_in(state) is False), None)
 
-    def shown(self, state: State) -> str:
+    def format_state(self, state: State) -> str:
         """The values of `state` as a manifest writes them."""
         pairs = zip(self.names, state, strict=True)
-        return ", ".join(f"{name} = {_written(value)}" for name, value in pairs)
+        return ", ".join(f"{name} = {_format_value(value)}" for name, value in pairs)
 
 
 def domain_for(
@@ -143,8 +143,8 @@ def domain_for(
     goal: t.Term,
     invariants: Sequence[TaskInvariant] = (),
     oracle: Oracle | None = None,
-    also: Collection[str] = (),
-) -> Domain:
+    extra_variables: Collection[str] = (),
+) -> PlanningDomain:
     """The domain of every skill of `modules` that can bear on `goal` or on `invariants`.
 
     also: names, case folded, of skills that are in it whether they bear on anything or not.
@@ -156,14 +156,14 @@ def domain_for(
         name: values if known.get(name) in (None, *values) else (*values, known[name])
         for name, values in settings.items()
     }
-    bearing = _Bearing(site, modules, possible, oracle or Oracle())
+    bearing = _RelevanceFilter(site, modules, possible, oracle or Oracle())
     wanted = set(t.variables_of(goal)).union(*(t.variables_of(one.term) for one in invariants))
     kept: dict[int, tuple[t.Term, tuple[tuple[str, t.Term], ...]]] = {}
     grows = True
     while grows:
         grows = False
         for number, (module, skill, _) in enumerate(candidates):
-            bears = wanted & _effects(skill) or f"{module}.{skill.id}".casefold() in also
+            bears = wanted & _effects(skill) or f"{module}.{skill.id}".casefold() in extra_variables
             if number not in kept and bears:
                 kept[number] = bearing.condition(module, skill)
                 wanted |= t.variables_of(kept[number][0]).keys()
@@ -176,19 +176,19 @@ def domain_for(
     choices = []
     for number, (module, skill, inputs) in chosen.items():
         bound: dict[str, Value] = {
-            one.name: inputs.get(key, one.default) for key, one in skill.inputs.items()
+            one.name: inputs.get(key, one.default_value) for key, one in skill.inputs.items()
         }
         term, denied = kept[number]
-        condition = Condition(term, names, {**known, **bound})
+        condition = PartialCondition(term, names, {**known, **bound})
         invocation = _invocation(skill, inputs, names)
-        choices.append(Choice(module, skill, inputs, denied, condition, invocation))
-    return Domain(
+        choices.append(GroundSkill(module, skill, inputs, denied, condition, invocation))
+    return PlanningDomain(
         names,
         {name: site.state[name].variable for name in names},
         settings,
         tuple(choices),
-        Condition(goal, names, known),
-        {one.id: Condition(one.term, names, known) for one in invariants},
+        PartialCondition(goal, names, known),
+        {one.id: PartialCondition(one.term, names, known) for one in invariants},
         left_out,
     )
 
@@ -204,12 +204,12 @@ def _candidates(
             if block is not None:
                 left_out[name] = f"the operator's block `{block.id}` denies what it may ask for"
                 continue
-            needed = {key: _values(one) for key, one in skill.inputs.items() if one.default is None}
+            needed = {key: _values(one) for key, one in skill.inputs.items() if one.default_value is None}
             unsettled = next((key for key, values in needed.items() if not values), None)
             if unsettled is not None:
                 left_out[name] = f"nothing gives its input `{unsettled}` a value"
                 continue
-            for chosen in islice(product(*needed.values()), MOST_COMBINATIONS):
+            for chosen in islice(product(*needed.values()), MAX_COMBINATIONS):
                 yield module, skill, dict(zip(needed, chosen, strict=True))
 
 
@@ -235,7 +235,7 @@ def _settings(skills: Iterator[Skill]) -> dict[str, tuple[Any, ...]]:
             for name, value in outcome.effects.items():
                 found.setdefault(name, {})[value] = None
     for skill in every:
-        for outcome in unheld(skill, found.keys()):
+        for outcome in hold_loss_outcomes(skill, found.keys()):
             for name, value in outcome.effects.items():
                 found[name][value] = None
     return {name: tuple(values) for name, values in found.items()}
@@ -246,7 +246,7 @@ def _invocation(skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...])
 
 
 @dataclass(frozen=True)
-class _Bearing:
+class _RelevanceFilter:
     """Where a skill may be planned, by its precondition and by what the gate could ever allow.
 
     possible: every value that what skills set may have.
@@ -266,39 +266,39 @@ class _Bearing:
         )
         return t.conjunction(precondition, *(t.Not(situation) for _, situation in denied)), denied
 
-    def _denied(self, module: str, skill: Skill, kind: str, clause: Clause) -> Iterator[t.Term]:
+    def _denied(self, module: str, skill: Skill, kind: str, clause: ActionCondition) -> Iterator[t.Term]:
         """Situations in which no action of `kind` that the skill may ask for is allowed."""
-        permission = self.modules[module].permission.get(kind)
-        terms = [clause.term, *(rule.terms[kind] for rule in self.site.rules_on(kind))]
+        permission = self.modules[module].permitted_actions.get(kind)
+        terms = [clause.term, *(rule.terms[kind] for rule in self.site.rules_for_kind(kind))]
         terms += [] if permission is None else [permission.term]
         spoken = {name: one for term in terms for name, one in t.variables_of(term).items()}
         free = {name: self.possible[name] for name in spoken if name in self.possible}
         if not free:
             return  # `aeros verify` proves that some action of the kind is allowed
         parameters = self.site.kinds[kind].parameters.values()
-        declared = (*self.site.observed.values(), *skill.inputs.values(), *parameters)
-        for values in islice(product(*free.values()), MOST_COMBINATIONS):
+        declared = (*self.site.observed_variables.values(), *skill.inputs.values(), *parameters)
+        for values in islice(product(*free.values()), MAX_COMBINATIONS):
             pairs = zip(free, values, strict=True)
-            situation = t.And(tuple(equals(spoken[name], value) for name, value in pairs))
-            if impossible((situation, *terms), declared, self.oracle):
+            situation = t.And(tuple(equality_condition(spoken[name], value) for name, value in pairs))
+            if is_unsatisfiable((situation, *terms), declared, self.oracle):
                 yield situation
 
 
-def equals(variable: t.Variable, value: Value) -> t.Term:
+def equality_condition(variable: t.Variable, value: Value) -> t.Term:
     """The condition that a scalar variable has this value."""
     if isinstance(value, bool):
         return variable if value else t.Not(variable)
-    return t.Compare("==", variable, literal(variable, value))
+    return t.Compare("==", variable, literal_term(variable, value))
 
 
-def literal(variable: t.Variable, value: Value) -> t.Literal:
+def literal_term(variable: t.Variable, value: Value) -> t.Literal:
     """The constant that a scalar variable with this value is."""
     if isinstance(value, tuple) or not isinstance(variable.type, BoolType | RealType | EnumType):
         raise MisuseError(f"`{variable.name}` is no scalar")
     return t.Literal(value, variable.type)
 
 
-def _written(value: Any) -> str:
+def _format_value(value: Any) -> str:
     if value is None:
         return "unknown"
     return str(value).lower() if isinstance(value, bool) else str(value)

@@ -16,31 +16,33 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType
 from aeros.spec.model.model import Outcome
-from aeros.spec.planning.domain import Choice, Condition, Domain
+from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
 
 
-def action_name(choice: Choice, outcome: str) -> str:
+def action_name(choice: GroundSkill, outcome: str) -> str:
     """What a success of a choice is called in PDDL; `checking` knows it too."""
     given = [_word(value) for value in choice.inputs.values()]
     return "-".join([choice.module, choice.skill.id, *given, outcome])
 
 
-def as_pddl(domain: Domain, start: State, excluded: Collection[tuple[State, str]] = ()) -> tuple[str, str]:
+def write_pddl(
+    domain: PlanningDomain, start: State, excluded: Collection[tuple[State, str]] = ()
+) -> tuple[str, str]:
     """The domain file and the problem file of planning from `start`.
 
     excluded: actions, by their names case folded, that are not to be used in a state.
     """
-    writer = _Writer(domain, start, excluded)
+    writer = _PddlWriter(domain, start, excluded)
     return writer.domain_file(), writer.problem_file()
 
 
-class _Writer:
+class _PddlWriter:
     """Writes one domain.
 
     values: by name, what it may ever be; unknown: what is unknown at the start.
     """
 
-    def __init__(self, domain: Domain, start: State, excluded: Collection[tuple[State, str]]) -> None:
+    def __init__(self, domain: PlanningDomain, start: State, excluded: Collection[tuple[State, str]]) -> None:
         self._domain = domain
         self._excluded = excluded
         self._start = dict(zip(domain.names, start, strict=True))
@@ -51,7 +53,9 @@ class _Writer:
         }
 
     def domain_file(self) -> str:
-        atoms = [self._atom(name, value) for name in self._domain.names for value in self._told(name)]
+        atoms = [
+            self._atom(name, value) for name in self._domain.names for value in self._values_with_atoms(name)
+        ]
         atoms += [_unknown(name) for name in self._unknown]
         actions = [
             action
@@ -69,29 +73,29 @@ class _Writer:
         true = [
             self._atom(name, value)
             for name, value in self._start.items()
-            if value is not None and value in self._told(name)
+            if value is not None and value in self._values_with_atoms(name)
         ]
         true += [_unknown(name) for name in self._unknown]
         goal = self._condition(self._domain.goal)
         return f"(define (problem goal)\n  (:domain aeros)\n  (:init {' '.join(true)})\n  (:goal {goal}))\n"
 
-    def _actions(self, choice: Choice) -> Iterator[str]:
+    def _actions(self, choice: GroundSkill) -> Iterator[str]:
         for outcome in choice.skill.outcomes.values():
-            ways = [] if outcome.probability == 0 else self._as_success(choice, outcome)
+            ways = [] if outcome.probability == 0 else self._success_conditions(choice, outcome)
             if not ways:
                 continue
-            success = [] if [] in ways else [f"(or {' '.join(_all(way) for way in ways)})"]
+            success = [] if [] in ways else [f"(or {' '.join(_conjunction(way) for way in ways)})"]
             name = action_name(choice, outcome.id)
             states = [state for state, action in self._excluded if action == name.casefold()]
-            elsewhere = [f"(not {self._in(state)})" for state in states]
+            elsewhere = [f"(not {self._state_facts(state)})" for state in states]
             needs = [self._condition(choice.condition), *success, *elsewhere]
             effects = [part for name, value in outcome.effects.items() for part in self._setting(name, value)]
             yield (
                 f"  (:action {name}\n    :parameters ()\n"
-                f"    :precondition {_all(needs)}\n    :effect {_all(effects)})"
+                f"    :precondition {_conjunction(needs)}\n    :effect {_conjunction(effects)})"
             )
 
-    def _as_success(self, choice: Choice, outcome: Outcome) -> list[list[str]]:
+    def _success_conditions(self, choice: GroundSkill, outcome: Outcome) -> list[list[str]]:
         """The ways in which a success is measured after it: one that is, and no failure that says more."""
         ways = []
         every = choice.skill.outcomes.values()
@@ -99,17 +103,21 @@ class _Writer:
             if success.failure or _clash(success, outcome):
                 continue
             more = [o for o in every if o.failure and len(o.effects) > len(success.effects)]
-            rivals = [f"(not {_all(self._rest(o, outcome))})" for o in more if not _clash(o, outcome)]
-            ways.append([*self._rest(success, outcome), *rivals])
+            rivals = [
+                f"(not {_conjunction(self._remaining_effects(o, outcome))})"
+                for o in more
+                if not _clash(o, outcome)
+            ]
+            ways.append([*self._remaining_effects(success, outcome), *rivals])
         return ways
 
-    def _rest(self, measured: Outcome, happened: Outcome) -> list[str]:
+    def _remaining_effects(self, measured: Outcome, happened: Outcome) -> list[str]:
         """What has to be so already for one to be measured where the other happened."""
         rest = {name: v for name, v in measured.effects.items() if name not in happened.effects}
         return [self._is(name, value) for name, value in rest.items()]
 
     def _setting(self, name: str, value: Any) -> Iterator[str]:
-        for other in self._told(name):
+        for other in self._values_with_atoms(name):
             atom = self._atom(name, other)
             yield atom if other == value else f"(not {atom})"
         if name in self._unknown:
@@ -117,30 +125,32 @@ class _Writer:
 
     # Conditions.
 
-    def _in(self, state: State) -> str:
+    def _state_facts(self, state: State) -> str:
         """That everything is as in `state`."""
         values = zip(self._domain.names, state, strict=True)
-        return _all([_unknown(name) if value is None else self._is(name, value) for name, value in values])
+        return _conjunction(
+            [_unknown(name) if value is None else self._is(name, value) for name, value in values]
+        )
 
-    def _condition(self, condition: Condition) -> str:
+    def _condition(self, condition: PartialCondition) -> str:
         if condition.missing:
             return "(or)"
         known = [f"(not {_unknown(name)})" for name in condition.reads if name in self._unknown]
-        return _all([*known, self._formula(condition.term, condition.constants)])
+        return _conjunction([*known, self._formula(condition.term, condition.constants)])
 
     def _formula(self, term: t.Term, constants: Mapping[str, Any]) -> str:
         match term:
             case t.And(operands=operands):
-                return _all([self._formula(one, constants) for one in operands])
+                return _conjunction([self._formula(one, constants) for one in operands])
             case t.Or(operands=operands):
                 return f"(or {' '.join(self._formula(one, constants) for one in operands)})"
             case t.Not(operand=operand):
                 return f"(not {self._formula(operand, constants)})"
-        one = Condition(term, self._domain.names, constants)
+        one = PartialCondition(term, self._domain.names, constants)
         ways = [
-            _all([self._is(name, value) for name, value in zip(one.reads, values, strict=True)])
+            _conjunction([self._is(name, value) for name, value in zip(one.reads, values, strict=True)])
             for values in product(*(self._values[name] for name in one.reads))
-            if one.of(values) is True
+            if one.evaluate_on(values) is True
         ]
         return ways[0] if len(ways) == 1 else f"(or {' '.join(ways)})"
 
@@ -155,7 +165,7 @@ class _Writer:
     def _atom(self, name: str, value: Any) -> str:
         return f"({name})" if self._is_truth(name) else f"({name}-is-{_word(value)})"
 
-    def _told(self, name: str) -> tuple[Any, ...]:
+    def _values_with_atoms(self, name: str) -> tuple[Any, ...]:
         """The values that have an atom each."""
         return (True,) if self._is_truth(name) else self._values[name]
 
@@ -163,12 +173,12 @@ class _Writer:
         return isinstance(self._domain.variables[name].type, BoolType)
 
 
-def _all(parts: list[str]) -> str:
+def _conjunction(parts: list[str]) -> str:
     return parts[0] if len(parts) == 1 else f"(and {' '.join(parts)})"
 
 
-def _clash(one: Outcome, other: Outcome) -> bool:
-    return any(one.effects.get(name, value) != value for name, value in other.effects.items())
+def _clash(outcome: Outcome, other: Outcome) -> bool:
+    return any(outcome.effects.get(name, value) != value for name, value in other.effects.items())
 
 
 def _unknown(name: str) -> str:

@@ -16,10 +16,10 @@ from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.step_graph import If, Part, Seq, steps_of
-from aeros.spec.planning.domain import Choice, Condition
+from aeros.spec.planning.domain import GroundSkill, PartialCondition
 from aeros.spec.planning.pddl import action_name
-from aeros.spec.planning.strong_cyclic import Strategy
-from aeros.spec.planning.unreachability import lacking
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
+from aeros.spec.planning.unreachability import unreachability_reasons
 
 
 class UnreadablePlanError(Exception):
@@ -40,7 +40,7 @@ def read_plan(text: str) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Planned:
+class PlannedStep:
     """A step of a plan to be judged.
 
     choices: what it may come to run, any of them.
@@ -50,14 +50,14 @@ class Planned:
     """
 
     name: str
-    choices: tuple[Choice, ...]
-    unusable: str = ""
+    choices: tuple[GroundSkill, ...]
+    rejected_choices: str = ""
     retry: int = 0
-    cures: tuple[Choice, ...] = ()
-    unless: t.Term | None = None
+    recovery_choices: tuple[GroundSkill, ...] = ()
+    skip_condition: t.Term | None = None
 
 
-class _FoundError(Exception):
+class _PlanProblemError(Exception):
     """What is wrong with the first step at which anything is."""
 
     def __init__(self, problems: list[str]) -> None:
@@ -68,17 +68,17 @@ class _FoundError(Exception):
 States = dict[State, None]
 
 
-class _Walk:
+class _PlanSimulation:
     """A plan under way through the states that its steps' successes lead to."""
 
-    def __init__(self, strategy: Strategy, known: Environment, plan: Part[Planned]) -> None:
+    def __init__(self, strategy: StrongCyclicStrategy, known: Environment, plan: Part[PlannedStep]) -> None:
         self._strategy = strategy
         self._domain = strategy.domain
         self._known = known
         self._numbers = {id(step): number for number, step in enumerate(steps_of(plan), 1)}
 
-    def through(self, part: Part[Planned], states: States) -> States:
-        """Where it may end, from `states`; raises `_FoundError`."""
+    def simulate(self, part: Part[PlannedStep], states: States) -> States:
+        """Where it may end, from `states`; raises `_PlanProblemError`."""
         there = {state: None for state in states if self._domain.goal(state) is True}
         pending = {state: None for state in states if state not in there}
         if not pending:
@@ -86,33 +86,35 @@ class _Walk:
         match part:
             case Seq(parts=parts):
                 for one in parts:
-                    pending = self.through(one, pending)
+                    pending = self.simulate(one, pending)
                 return there | pending
             case If():
                 return there | self._if(part, pending)
-            case Planned():
+            case PlannedStep():
                 return there | self._step(part, pending)
             case _:
-                raise _FoundError(["branches at the same time are not judged"])
+                raise _PlanProblemError(["branches at the same time are not judged"])
 
-    def _if(self, part: If[Planned], states: States) -> States:
+    def _if(self, part: If[PlannedStep], states: States) -> States:
         condition = self._condition(part.condition)
         found: States = {}
         for holds, way in ((True, part.then), (False, part.otherwise)):
             here = {state: None for state in states if condition(state) is holds}
             if here and way is None:
-                shown = self._domain.shown(next(iter(here)))
-                raise _FoundError([f"nothing is said of what follows where `{part.text}` fails: {shown}"])
+                shown = self._domain.format_state(next(iter(here)))
+                raise _PlanProblemError(
+                    [f"nothing is said of what follows where `{part.text}` fails: {shown}"]
+                )
             if here and way is not None:
-                found |= self.through(way, here)
+                found |= self.simulate(way, here)
         unknown = next((state for state in states if condition(state) is None), None)
         if unknown is not None:
-            shown = self._domain.shown(unknown)
-            raise _FoundError([f"`if {part.text}`: it is not known whether that holds where {shown}"])
+            shown = self._domain.format_state(unknown)
+            raise _PlanProblemError([f"`if {part.text}`: it is not known whether that holds where {shown}"])
         return found
 
-    def _step(self, step: Planned, states: States) -> States:
-        needless = None if step.unless is None else self._condition(step.unless)
+    def _step(self, step: PlannedStep, states: States) -> States:
+        needless = None if step.skip_condition is None else self._condition(step.skip_condition)
         after: States = {}
         problems: list[str] = []
         for state in states:
@@ -120,15 +122,17 @@ class _Walk:
                 after[state] = None
                 continue
             unable = [choice for choice in step.choices if not self._domain.can_start(choice, state)]
-            problems += [self._no_start(choice, state) for choice in unable]
+            problems += [self._start_problem(choice, state) for choice in unable]
             if not problems:
-                problems += self._tries(step, state, after)
+                problems += self._retry_problems(step, state, after)
         if problems:
             number = self._numbers[id(step)]
-            raise _FoundError([f"step {number}, `{step.name}`: {text}" for text in dict.fromkeys(problems)])
+            raise _PlanProblemError(
+                [f"step {number}, `{step.name}`: {text}" for text in dict.fromkeys(problems)]
+            )
         return after
 
-    def _tries(self, step: Planned, state: State, successes: States) -> Iterator[str]:
+    def _retry_problems(self, step: PlannedStep, state: State, successes: States) -> Iterator[str]:
         """Which outcomes of any try, and of what is done between two, leave no way to the goal."""
         here: States = {state: None}
         for left in range(step.retry, -1, -1):
@@ -140,12 +144,12 @@ class _Walk:
                         yield problem
             here = dict(failed) if left else {}
             for one in failed if left else ():
-                for then, _, problem in self._outcomes(step.cures, one):
+                for then, _, problem in self._outcomes(step.recovery_choices, one):
                     here[then] = None
                     if problem:
                         yield problem
 
-    def _outcomes(self, choices: Sequence[Choice], state: State) -> Iterator[tuple[State, bool, str]]:
+    def _outcomes(self, choices: Sequence[GroundSkill], state: State) -> Iterator[tuple[State, bool, str]]:
         """What any of `choices` that can start may come to, whether it has failed then, and what is wrong."""
         for choice in choices:
             if not self._domain.can_start(choice, state):
@@ -153,61 +157,65 @@ class _Walk:
             for then, outcome, _ in self._domain.after(choice, state):
                 problem = ""
                 if not self._strategy.solves(then):
-                    why = lacking(self._domain, then, risky=True)
-                    problem = f"`{outcome.id}` leads to {self._domain.shown(then)}, and there {why}"
+                    why = unreachability_reasons(self._domain, then, risky=True)
+                    problem = f"`{outcome.id}` leads to {self._domain.format_state(then)}, and there {why}"
                 yield then, outcome.failure, problem
 
-    def _no_start(self, choice: Choice, state: State) -> str:
-        shown, clause = self._domain.shown(state), choice.skill.precondition
+    def _start_problem(self, choice: GroundSkill, state: State) -> str:
+        shown, clause = self._domain.format_state(state), choice.skill.precondition
         if clause is None or self._domain.condition(clause.term, choice)(state) is True:
             return f"every action of a kind that it may ask for is denied where {shown}"
         return f"its precondition `{clause.text}` does not hold where {shown}"
 
-    def _condition(self, term: t.Term) -> Condition:
-        return Condition(term, self._domain.names, self._known)
+    def _condition(self, term: t.Term) -> PartialCondition:
+        return PartialCondition(term, self._domain.names, self._known)
 
 
-def plan_problems(
-    strategy: Strategy, start: State, plan: Part[Planned], known: Environment | None = None
+def find_plan_problems(
+    strategy: StrongCyclicStrategy, start: State, plan: Part[PlannedStep], known: Environment | None = None
 ) -> list[str]:
-    """Why not to follow the plan from `start`; empty iff it is accepted.  Raises `NotDecidedError`.
+    """Why not to follow the plan from `start`; empty iff it is accepted.  Raises `PlanUndecidedError`.
 
     known: what is measured, for conditions on what no outcome sets.
     """
     steps = enumerate(steps_of(plan), 1)
-    unusable = [f"step {n}, `{step.name}`: {step.unusable}" for n, step in steps if step.unusable]
+    unusable = [
+        f"step {n}, `{step.name}`: {step.rejected_choices}" for n, step in steps if step.rejected_choices
+    ]
     if unusable:
         return unusable
     try:
-        ends = _Walk(strategy, known or {}, plan).through(plan, {start: None})
-    except _FoundError as found:
+        ends = _PlanSimulation(strategy, known or {}, plan).simulate(plan, {start: None})
+    except _PlanProblemError as found:
         return found.problems
-    goal, shown = strategy.domain.goal, strategy.domain.shown
+    goal, shown = strategy.domain.goal, strategy.domain.format_state
     return [
         f"it ends, and the goal does not hold: {shown(state)}" for state in ends if goal(state) is not True
     ]
 
 
-def problems_of(strategy: Strategy, start: State, steps: Sequence[str]) -> list[str]:
+def find_step_problems(strategy: StrongCyclicStrategy, start: State, steps: Sequence[str]) -> list[str]:
     """Likewise of steps by their names, one after the other, each tried once.
 
-    Raises `NotDecidedError`.
+    Raises `PlanUndecidedError`.
     """
     planned = []
     for step in steps:
-        choice = _named(strategy, step)
-        planned.append(Planned(step, (), choice) if isinstance(choice, str) else Planned(step, (choice,)))
-    return plan_problems(strategy, start, Seq(tuple(planned)))
+        choice = _choice_by_name(strategy, step)
+        planned.append(
+            PlannedStep(step, (), choice) if isinstance(choice, str) else PlannedStep(step, (choice,))
+        )
+    return find_plan_problems(strategy, start, Seq(tuple(planned)))
 
 
-def _named(strategy: Strategy, step: str) -> Choice | str:
+def _choice_by_name(strategy: StrongCyclicStrategy, step: str) -> GroundSkill | str:
     domain = strategy.domain
     labels = {choice.label.casefold(): choice for choice in domain.choices}
     for choice in domain.choices:
         labels |= dict.fromkeys((action_name(choice, o).casefold() for o in choice.skill.outcomes), choice)
     if step.casefold() in labels:
         return labels[step.casefold()]
-    if step in domain.left_out:
-        return domain.left_out[step]
+    if step in domain.excluded_skills:
+        return domain.excluded_skills[step]
     near = did_you_mean(step, [choice.label for choice in labels.values()])
     return "no such skill" + (f"; did you mean `{near}`?" if near else "")

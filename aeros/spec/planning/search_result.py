@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.planning.domain import Choice
+from aeros.spec.planning.domain import GroundSkill
 
-Path: TypeAlias = list[tuple[State, Choice]]
+PlanPath: TypeAlias = list[tuple[State, GroundSkill]]
 """The steps of a plan, each with the state that it is to start in."""
 
 
-class NotDecidedError(Exception):
+class PlanUndecidedError(Exception):
     """Whether there is a plan was not found out; the message says why."""
 
 
 @dataclass
-class Avoided:
+class AvoidSet:
     """States without a way to the goal, and choices that may lead from a state to such a one."""
 
     states: set[State] = field(default_factory=set)
-    pairs: set[tuple[State, Choice]] = field(default_factory=set)
+    pairs: set[tuple[State, GroundSkill]] = field(default_factory=set)

@@ -14,33 +14,37 @@ from typing import Any, Final, TypeAlias
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.planning.bounded import bounded_plan
-from aeros.spec.planning.domain import Choice, Condition, Domain
-from aeros.spec.planning.search_result import Avoided, Path
+from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
+from aeros.spec.planning.search_result import AvoidSet, PlanPath
 
-FEW: Final = 3000
+MAX_ENUMERATED_STATES: Final = 3000
 """States up to which going through all of them is quicker than the solver, as docs/planning.md measures."""
 
-_MOST_VALUES: Final = 4096
+_MAX_VALUES: Final = 4096
 
 
 class TooManyStatesError(Exception):
     """More states can be reached than were to be looked at."""
 
 
-def shortest_plan(domain: Domain, start: State, avoided: Avoided, few: int = FEW) -> Path | None:
-    """The plan, None where it is proved that there is none.  Raises `NotDecidedError`."""
+def shortest_plan(
+    domain: PlanningDomain, start: State, avoided: AvoidSet, few: int = MAX_ENUMERATED_STATES
+) -> PlanPath | None:
+    """The plan, None where it is proved that there is none.  Raises `PlanUndecidedError`."""
     try:
-        return enumerated_plan(domain, start, avoided, few)
+        return breadth_first_plan(domain, start, avoided, few)
     except TooManyStatesError:
-        least = Reachable(domain, start).steps_to_goal
+        least = DeleteRelaxation(domain, start).steps_to_goal
         return None if least is None else bounded_plan(domain, start, avoided, least)
 
 
-def enumerated_plan(domain: Domain, start: State, avoided: Avoided, most: int) -> Path | None:
-    """Breadth first, of plans as short the likeliest; raises `TooManyStatesError` after `most` states."""
-    if start in avoided.states or domain.broken(start) is not None:
+def breadth_first_plan(
+    domain: PlanningDomain, start: State, avoided: AvoidSet, max_states: int
+) -> PlanPath | None:
+    """Breadth first, of plans as short the likeliest; raises `TooManyStatesError` after `max_states` states."""
+    if start in avoided.states or domain.violated_invariant(start) is not None:
         return None
-    came_from: _Ways = {start: None}
+    came_from: _Predecessors = {start: None}
     layer = {start: Fraction(1)}
     while layer:
         reached = [state for state in layer if domain.goal(state) is True]
@@ -51,7 +55,7 @@ def enumerated_plan(domain: Domain, start: State, avoided: Avoided, most: int) -
             for choice, then, share in _successes(domain, state, avoided):
                 if then in came_from and fresh.get(then, chance * share) >= chance * share:
                     continue
-                if len(came_from) >= most:
+                if len(came_from) >= max_states:
                     raise TooManyStatesError
                 fresh[then] = chance * share
                 came_from[then] = (state, choice)
@@ -59,34 +63,36 @@ def enumerated_plan(domain: Domain, start: State, avoided: Avoided, most: int) -
     return None
 
 
-def _successes(domain: Domain, state: State, avoided: Avoided) -> Iterator[tuple[Choice, State, Fraction]]:
+def _successes(
+    domain: PlanningDomain, state: State, avoided: AvoidSet
+) -> Iterator[tuple[GroundSkill, State, Fraction]]:
     for choice in domain.choices:
         if domain.can_start(choice, state) and (state, choice) not in avoided.pairs:
             for then, outcome, share in domain.after(choice, state):
-                allowed = then not in avoided.states and domain.broken(then) is None
+                allowed = then not in avoided.states and domain.violated_invariant(then) is None
                 if allowed and not outcome.failure:
                     yield choice, then, share
 
 
-_Ways: TypeAlias = dict[State, tuple[State, Choice] | None]
+_Predecessors: TypeAlias = dict[State, tuple[State, GroundSkill] | None]
 
 
-def _path(came_from: _Ways, state: State) -> Path:
-    path: Path = []
+def _path(came_from: _Predecessors, state: State) -> PlanPath:
+    path: PlanPath = []
     while (step := came_from[state]) is not None:
         path.append(step)
         state = step[0]
     return path[::-1]
 
 
-class Reachable:
+class DeleteRelaxation:
     """What can be reached if no outcome ever undid anything: at least everything that really can.
 
     values: by name, the values that it could ever have.
     steps_to_goal: no plan is shorter; None where there is none.
     """
 
-    def __init__(self, domain: Domain, start: State) -> None:
+    def __init__(self, domain: PlanningDomain, start: State) -> None:
         self.domain = domain
         self.values: dict[str, set[Any]] = {
             name: {value} for name, value in zip(domain.names, start, strict=True)
@@ -94,12 +100,12 @@ class Reachable:
         self.steps_to_goal: int | None = None
         steps = 0
         while True:
-            if self.steps_to_goal is None and self.possible(domain.goal):
+            if self.steps_to_goal is None and self.is_possible(domain.goal):
                 self.steps_to_goal = steps
             new = [
                 (name, value)
                 for choice in domain.choices
-                if self.possible(choice.condition)
+                if self.is_possible(choice.condition)
                 for outcome in choice.skill.outcomes.values()
                 if outcome.probability != 0
                 for name, value in outcome.effects.items()
@@ -111,7 +117,7 @@ class Reachable:
                 self.values[name].add(value)
             steps += 1
 
-    def possible(self, condition: Condition) -> bool:
+    def is_possible(self, condition: PartialCondition) -> bool:
         """Whether some of the values that could be had make it true."""
         if condition.missing:
             return False
@@ -119,6 +125,6 @@ class Reachable:
         combinations = 1
         for each in values:
             combinations *= len(each)
-        if combinations > _MOST_VALUES:
+        if combinations > _MAX_VALUES:
             return True
-        return any(condition.of(chosen) is True for chosen in product(*values))
+        return any(condition.evaluate_on(chosen) is True for chosen in product(*values))

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.planning.domain import Choice, Domain
-from aeros.spec.planning.search_result import Avoided, Path
+from aeros.spec.planning.domain import GroundSkill, PlanningDomain
+from aeros.spec.planning.search_result import AvoidSet, PlanPath
 from aeros.spec.planning.shortest import shortest_plan
-from aeros.spec.planning.unreachability import lacking
+from aeros.spec.planning.unreachability import unreachability_reasons
 
-Finder = Callable[[Domain, State, Avoided], Path | None]
+PathFinder = Callable[[PlanningDomain, State, AvoidSet], PlanPath | None]
 
 
 @dataclass(frozen=True)
@@ -35,46 +35,46 @@ class DeadEnd:
 
     state: State
     trace: tuple[str, ...]
-    why: str
+    reason: str
 
 
-class Strategy:
+class StrongCyclicStrategy:
     """Strong cyclic strategies of one domain: each start's is found when it is asked for.
 
     chosen: the choice for each state that is provided for; never one that may lead to a dead end.
     dead_ends: in the order found.
     """
 
-    def __init__(self, domain: Domain, find: Finder = shortest_plan) -> None:
+    def __init__(self, domain: PlanningDomain, find: PathFinder = shortest_plan) -> None:
         self.domain = domain
-        self.chosen: dict[State, Choice] = {}
+        self.chosen: dict[State, GroundSkill] = {}
         self.dead_ends: list[DeadEnd] = []
-        self._avoided = Avoided()
+        self._avoided = AvoidSet()
         self._find = find
         self._solved: set[State] = set()
 
     def solves(self, start: State) -> bool:
         """Whether there is a strong cyclic strategy from `start`; then `chosen` has it.
 
-        Raises `NotDecidedError` where that is not found out.
+        Raises `PlanUndecidedError` where that is not found out.
         """
         if start in self._solved:
             return True
         while start not in self._avoided.states:
-            came_from, unprovided = self._walk(start)
+            came_from, unprovided = self._explore(start)
             if unprovided is not None:
-                self._provide(start, unprovided, came_from)
+                self._extend(start, unprovided, came_from)
                 continue
             path = self._find(self.domain, start, self._avoided)
             # What has come to be avoided since may have let a shorter way be found than was followed.
-            if path is not None and len(path) < self.steps_from(start):
+            if path is not None and len(path) < self.distance_to_goal(start):
                 self.chosen.update(path)
                 continue
             self._solved.update(came_from)
             return True
         return False
 
-    def steps_from(self, state: State) -> int:
+    def distance_to_goal(self, state: State) -> int:
         """The fewest steps that `chosen` takes to the goal, where all have the outcomes hoped for."""
         seen, pending = {state}, deque([(state, 0)])
         while pending:
@@ -87,17 +87,17 @@ class Strategy:
                     pending.append((then, steps + 1))
         raise InternalError("a strategy does not lead to the goal")
 
-    def states_from(self, start: State) -> list[State]:
+    def reachable_from(self, start: State) -> list[State]:
         """Every state that `chosen` may come to from `start`, breadth first."""
-        return list(self._walk(start)[0])
+        return list(self._explore(start)[0])
 
-    def _walk(self, start: State) -> tuple[dict[State, tuple[State, str] | None], State | None]:
+    def _explore(self, start: State) -> tuple[dict[State, tuple[State, str] | None], State | None]:
         """Where the strategy may come to, each with what led there, up to a state it does not provide for."""
         came_from: dict[State, tuple[State, str] | None] = {start: None}
         pending = deque([start])
         while pending:
             state = pending.popleft()
-            if self.domain.broken(state) is None and self.domain.goal(state) is True:
+            if self.domain.violated_invariant(state) is None and self.domain.goal(state) is True:
                 continue
             choice = self.chosen.get(state)
             if choice is None:
@@ -108,15 +108,15 @@ class Strategy:
                     pending.append(then)
         return came_from, None
 
-    def _provide(self, start: State, state: State, came_from: dict[State, tuple[State, str] | None]) -> None:
+    def _extend(self, start: State, state: State, came_from: dict[State, tuple[State, str] | None]) -> None:
         path = None
-        if state not in self._avoided.states and self.domain.broken(state) is None:
+        if state not in self._avoided.states and self.domain.violated_invariant(state) is None:
             path = self._find(self.domain, state, self._avoided)
         if path is not None:
             self.chosen.update(path)
             return
         if state not in self._avoided.states:
-            why = lacking(self.domain, state, risky=bool(self._avoided.pairs))
+            why = unreachability_reasons(self.domain, state, risky=bool(self._avoided.pairs))
             self.dead_ends.append(DeadEnd(state, tuple(_trace(came_from, state)), why))
             self._avoided.states.add(state)
         for here, choice in list(self.chosen.items()):

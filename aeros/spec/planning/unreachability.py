@@ -6,82 +6,82 @@ from collections.abc import Iterator
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.unparse import spell
-from aeros.spec.planning.domain import Choice, Condition, Domain
-from aeros.spec.planning.shortest import Reachable
+from aeros.spec.expr.unparse import unparse
+from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
+from aeros.spec.planning.shortest import DeleteRelaxation
 
-_MOST_TOLD = 8
+_MAX_REASONS = 8
 
 
-def lacking(domain: Domain, state: State, *, risky: bool = False) -> str:
+def unreachability_reasons(domain: PlanningDomain, state: State, *, risky: bool = False) -> str:
     """Why there is no plan from `state`, which is known.
 
     risky: whether plans that may lead to a dead end were left out.
     """
-    broken = domain.broken(state)
+    broken = domain.violated_invariant(state)
     if broken is not None:
         return f"the invariant `{broken}` does not hold there"
-    reachable = Reachable(domain, state)
+    reachable = DeleteRelaxation(domain, state)
     if reachable.steps_to_goal is None:
-        return "; ".join(_Told(reachable).lines(domain.goal, "the goal"))
+        return "; ".join(_ReasonCollector(reachable).lines(domain.goal, "the goal"))
     if risky:
         return "every way from there may end where the goal cannot be reached any more"
     return "no order of skills leads there: each way undoes, or breaks, what another step needs"
 
 
-class _Told:
+class _ReasonCollector:
     """What is said about conditions that cannot come true, each once."""
 
-    def __init__(self, reachable: Reachable) -> None:
+    def __init__(self, reachable: DeleteRelaxation) -> None:
         self._reachable = reachable
         self._domain = reachable.domain
         self._asked: set[str] = set()
         self._said = 0
 
-    def lines(self, condition: Condition, whose: str) -> Iterator[str]:
+    def lines(self, condition: PartialCondition, whose: str) -> Iterator[str]:
         parts = condition.term.operands if isinstance(condition.term, t.And) else (condition.term,)
         for part in parts:
-            one = Condition(part, self._domain.names, condition.constants)
-            if not self._reachable.possible(one):
+            one = PartialCondition(part, self._domain.names, condition.constants)
+            if not self._reachable.is_possible(one):
                 yield from self._part(one, whose)
                 return
-        yield f"{whose} needs `{spell(condition.term)}`, whose parts cannot hold together"
+        yield f"{whose} needs `{unparse(condition.term)}`, whose parts cannot hold together"
 
-    def _part(self, one: Condition, whose: str) -> Iterator[str]:
+    def _part(self, condition: PartialCondition, whose: str) -> Iterator[str]:
         self._said += 1
-        needs = f"{whose} needs `{spell(one.term)}`"
-        if one.missing:
-            yield f"{needs}: `{one.missing[0]}` is not measured, and no skill settles it"
+        needs = f"{whose} needs `{unparse(condition.term)}`"
+        if condition.missing:
+            yield f"{needs}: `{condition.missing[0]}` is not measured, and no skill settles it"
             return
-        if not one.reads:
+        if not condition.reads:
             yield f"{needs}, which is not so as measured, and no skill changes that"
             return
-        helpers = [choice for choice in self._domain.choices if self._would_help(choice, one)]
+        helpers = [choice for choice in self._domain.choices if self._could_establish(choice, condition)]
         if not helpers:
             yield f"{needs}, which no skill brings about"
             return
         names = ", ".join(dict.fromkeys(f"`{choice.name}`" for choice in helpers))
         yield f"{needs}, which only {names} could bring about"
         for choice in helpers:
-            if self._said < _MOST_TOLD and choice.name not in self._asked:
+            if self._said < _MAX_REASONS and choice.name not in self._asked:
                 self._asked.add(choice.name)
-                yield from self._unable(choice)
+                yield from self._why_not_startable(choice)
 
-    def _unable(self, choice: Choice) -> Iterator[str]:
+    def _why_not_startable(self, choice: GroundSkill) -> Iterator[str]:
         """Why `choice` can never start."""
         clause = choice.skill.precondition
         precondition = self._domain.condition(t.TRUE if clause is None else clause.term, choice)
-        if self._reachable.possible(precondition):
-            for kind, situation in choice.denied:
-                where = f"where `{spell(situation)}`"
+        if self._reachable.is_possible(precondition):
+            for kind, situation in choice.denied_reason:
+                where = f"where `{unparse(situation)}`"
                 yield f"the site and its permission deny every `{kind}` of `{choice.name}` {where}"
         else:
             yield from self.lines(precondition, f"`{choice.name}`")
 
-    def _would_help(self, choice: Choice, one: Condition) -> bool:
+    def _could_establish(self, choice: GroundSkill, condition: PartialCondition) -> bool:
         """Whether it sets something that `one` reads to what cannot be had."""
         return any(
-            name in one.reads and value not in self._reachable.values[name]
+            name in condition.reads and value not in self._reachable.values[name]
             for outcome in choice.skill.outcomes.values()
             if outcome.probability != 0
             for name, value in outcome.effects.items()

@@ -12,7 +12,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 MANIFEST = "ecm.yaml"
 
 
-def reference_site() -> Path:
+def reference_site_path() -> Path:
     """The site file that comes with AEROS: the Panda cell."""
     return Path(aeros.__file__).parent / "sites" / "panda_cell.yaml"
 
@@ -27,7 +27,7 @@ def module_folders(path: Path, sink: Diagnostics) -> list[Path]:
     if (path / MANIFEST).exists():
         return [path]
     if path.is_dir():
-        folders = sorted(_below(path))
+        folders = sorted(_manifest_folders(path))
         if folders:
             return folders
         sink.error("AE130", f"there is no `{MANIFEST}` in or below `{path}`")
@@ -36,7 +36,7 @@ def module_folders(path: Path, sink: Diagnostics) -> list[Path]:
     return []
 
 
-def _below(path: Path) -> Iterator[Path]:
+def _manifest_folders(path: Path) -> Iterator[Path]:
     """Folders at `path` and below that have a manifest; hidden ones and links to folders are not looked into.
 
     `Path.rglob` takes several times as long, which is felt among a thousand modules.

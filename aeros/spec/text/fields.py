@@ -9,18 +9,18 @@ from fractions import Fraction
 from typing import Final, Generic, TypeVar
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.nodes import ScalarNode
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class TextField:
     """A piece of text as written, never interpreted."""
 
     value: str
-    span: Span
+    span: SourceSpan
     node: ScalarNode
 
     def __str__(self) -> str:
@@ -28,11 +28,11 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Expression:
+class ExpressionField:
     """A piece of text that is a term of the expression language, not parsed yet."""
 
     value: str
-    span: Span
+    span: SourceSpan
     node: ScalarNode
 
     def __str__(self) -> str:
@@ -40,11 +40,11 @@ class Expression:
 
 
 @dataclass(frozen=True, slots=True)
-class Boolean:
+class BooleanField:
     """`true` or `false`; read `value`, as a place has no truth."""
 
     value: bool
-    span: Span
+    span: SourceSpan
     node: ScalarNode
 
     def __bool__(self) -> bool:
@@ -52,40 +52,40 @@ class Boolean:
 
 
 @dataclass(frozen=True, slots=True)
-class Integer:
+class IntegerField:
     """A whole number in decimal digits."""
 
     value: int
-    span: Span
+    span: SourceSpan
     node: ScalarNode
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class NumberField:
     """The rational that a decimal literal denotes, exactly: `1.10` is 11/10."""
 
     value: Fraction
-    span: Span
+    span: SourceSpan
     node: ScalarNode
 
 
 @dataclass(frozen=True, slots=True)
-class Choice(Generic[T]):
+class ChoiceField(Generic[T]):
     """One of the words of `T`, a `Literal`."""
 
     value: T
-    span: Span
+    span: SourceSpan
     node: ScalarNode
 
 
 @dataclass(frozen=True, slots=True)
-class Entries(Generic[T]):
+class MappingField(Generic[T]):
     """A mapping whose keys the user names, in the order written."""
 
-    items: tuple[tuple[Text, T], ...] = ()
-    span: Span | None = None
+    items: tuple[tuple[TextField, T], ...] = ()
+    span: SourceSpan | None = None
 
-    def __iter__(self) -> Iterator[tuple[Text, T]]:
+    def __iter__(self) -> Iterator[tuple[TextField, T]]:
         return iter(self.items)
 
     def __len__(self) -> int:
@@ -94,7 +94,7 @@ class Entries(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """The form of a `Text`, or of the keys of `Entries`, by its name in `PATTERNS`."""
+    """The form of a `TextField`, or of the keys of `MappingField`, by its name in `PATTERNS`."""
 
     name: str
 
@@ -104,16 +104,16 @@ class Pattern:
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
-    """The least and greatest `Integer` or `Number` allowed; None is no bound."""
+class ValueBounds:
+    """The least and greatest `IntegerField` or `NumberField` allowed; None is no bound."""
 
     lo: int | Fraction | None = None
     hi: int | Fraction | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Length:
-    """The least and greatest number of entries of a list or `Entries`; None is no bound."""
+class LengthBounds:
+    """The least and greatest number of entries of a list or `MappingField`; None is no bound."""
 
     lo: int = 0
     hi: int | None = None

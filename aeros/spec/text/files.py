@@ -6,7 +6,7 @@ import os
 import stat
 from typing import Final
 
-from aeros.spec.diagnostics.codes import Diagnostic, Label, quoted
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, quoted
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
 
@@ -27,7 +27,7 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         headline = f"{quoted(shown)} cannot be read: {reason[:1].lower()}{reason[1:]}"
         raise UserError([Diagnostic("AE002", headline)]) from problem
     if len(data) > MAX_BYTES:
-        raise UserError([too_large(shown)])
+        raise UserError([too_large_error(shown)])
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as problem:
@@ -52,7 +52,7 @@ def _require_regular(mode: int) -> None:
         raise OSError(0, "it is not a regular file")
 
 
-def too_large(path: str) -> Diagnostic:
+def too_large_error(path: str) -> Diagnostic:
     """What to say of a file that is larger than `MAX_BYTES`."""
     return Diagnostic(
         "AE003",
@@ -67,6 +67,6 @@ def _not_utf8(path: str, data: bytes, offset: int) -> Diagnostic:
     return Diagnostic(
         "AE004",
         f"byte {offset} (0x{data[offset]:02x}) is not UTF-8",
-        Label(source.span(start, start + 1)),
+        SpanLabel(source.span(start, start + 1)),
         help=("save the file as UTF-8",),
     )

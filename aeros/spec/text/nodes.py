@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 
 _NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
 
@@ -15,7 +15,7 @@ class ScalarNode:
     """One piece of text; `style` is "" when plain, else the sign it opens with: ' " | >."""
 
     text: str
-    span: Span
+    span: SourceSpan
     style: str = ""
 
     @property
@@ -34,7 +34,7 @@ class SequenceNode:
     """Values in order."""
 
     items: tuple[Node, ...]
-    span: Span
+    span: SourceSpan
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class MappingNode:
     """Keys with values, in the order written; no two keys have the same text."""
 
     entries: tuple[tuple[ScalarNode, Node], ...]
-    span: Span
+    span: SourceSpan
 
 
 Node = ScalarNode | SequenceNode | MappingNode

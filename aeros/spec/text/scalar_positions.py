@@ -6,16 +6,16 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.nodes import ScalarNode
 
 _BREAKS: Final = re.compile(r"\r?\n")
 
-_Piece = tuple[str, int, int]
+_PositionedText = tuple[str, int, int]
 """One character of a scalar's text and the offsets where its writing starts and ends."""
 
 
-def offsets_of(scalar: ScalarNode) -> list[int]:
+def source_offsets(scalar: ScalarNode) -> list[int]:
     """For each character of the text the offset where it is written; [] if that cannot be told.
 
     A folded line break counts as written at the break, an escape at its backslash.
@@ -23,7 +23,7 @@ def offsets_of(scalar: ScalarNode) -> list[int]:
     return [start for _, start, _ in _pieces(scalar)]
 
 
-def span_within(scalar: ScalarNode, start: int, end: int) -> Span:
+def sub_span(scalar: ScalarNode, start: int, end: int) -> SourceSpan:
     """Where the characters `start` up to `end` of the text are written; all of it if unknown.
 
     `start` = `end` = the text's length is the place just after the last character.
@@ -36,7 +36,7 @@ def span_within(scalar: ScalarNode, start: int, end: int) -> Span:
     return scalar.span.source.span(first, last)
 
 
-def _pieces(scalar: ScalarNode) -> list[_Piece]:
+def _pieces(scalar: ScalarNode) -> list[_PositionedText]:
     """The text with its places, checked against the text itself: [] rather than a wrong place."""
     source, start, end = scalar.span.source.text, scalar.span.start, scalar.span.end
     if scalar.style in ("|", ">"):
@@ -58,25 +58,25 @@ _ESCAPES: Final = {
 }  # fmt: skip
 
 
-def _flow_pieces(text: str, at: int, end: int, quote: str) -> Iterator[_Piece]:
+def _flow_pieces(text: str, at: int, end: int, quote: str) -> Iterator[_PositionedText]:
     """A plain or quoted scalar: one line break folds into a space, n + 1 into n breaks."""
     while at < end:
         blanks = _BLANKS.match(text, at, end)
         after = blanks.end() if blanks else at
         fold = _FOLD.match(text, after, end)
         if fold:  # blanks before a break are not part of the text
-            yield from _folded(text, *fold.span())
+            yield from _fold_lines(text, *fold.span())
             at = fold.end()
             continue
         yield from ((text[blank], blank, blank + 1) for blank in range(at, after))
         if after < end:
-            pieces, at = _written(text, after, end, quote)
+            pieces, at = _unescape(text, after, end, quote)
             yield from pieces
         else:
             at = end
 
 
-def _written(text: str, at: int, end: int, quote: str) -> tuple[list[_Piece], int]:
+def _unescape(text: str, at: int, end: int, quote: str) -> tuple[list[_PositionedText], int]:
     """What one character or escape stands for, and where the next begins."""
     if quote == "'" and text[at] == "'":
         return [("'", at, at + 2)], at + 2
@@ -93,7 +93,7 @@ def _written(text: str, at: int, end: int, quote: str) -> tuple[list[_Piece], in
     return [(character, at, after)], after
 
 
-def _folded(text: str, start: int, end: int) -> Iterator[_Piece]:
+def _fold_lines(text: str, start: int, end: int) -> Iterator[_PositionedText]:
     breaks = list(_BREAKS.finditer(text, start, end))
     if len(breaks) == 1:
         yield " ", breaks[0].start(), breaks[0].end()
@@ -101,15 +101,15 @@ def _folded(text: str, start: int, end: int) -> Iterator[_Piece]:
         yield from (("\n", found.start(), found.end()) for found in breaks[1:])
 
 
-def _block_pieces(text: str, start: int, value: str, is_folding: bool) -> list[_Piece]:
+def _block_pieces(text: str, start: int, value: str, is_folding: bool) -> list[_PositionedText]:
     """A block scalar: indentation goes; folding joins lines of which neither begins with a blank.
 
     All trailing breaks are kept here: how many count is the header's choice, and the caller cuts.
     """
     header = text.find("\n", start)
     lines = [] if header < 0 else _block_lines(text, header + 1, value)
-    pieces: list[_Piece] = []
-    held: list[_Piece] = []  # breaks since the last line that holds something
+    pieces: list[_PositionedText] = []
+    held: list[_PositionedText] = []  # breaks since the last line that holds something
     was_blank_led = True  # so that nothing folds before the first line
     for first, last, after in lines:
         if first < last:

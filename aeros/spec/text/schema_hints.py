@@ -10,26 +10,32 @@ from functools import cache
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, get_type_hints
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     PATTERNS,
-    Boolean,
-    Choice,
-    Entries,
-    Expression,
-    Integer,
-    Number,
+    BooleanField,
+    ChoiceField,
+    ExpressionField,
+    IntegerField,
+    MappingField,
+    NumberField,
     Pattern,
-    Text,
+    TextField,
 )
 from aeros.spec.text.nodes import MappingNode, ScalarNode, SequenceNode
 
-_LOCATED: Final[tuple[type, ...]] = (Text, Expression, Boolean, Integer, Number)
-_FILLED: Final = ("span", "key_span")
+_LOCATED_TYPES: Final[tuple[type, ...]] = (
+    TextField,
+    ExpressionField,
+    BooleanField,
+    IntegerField,
+    NumberField,
+)
+_LOCATION_FIELDS: Final = ("span", "key_span")
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class SchemaField:
     """One declared field under the name it has in YAML."""
 
     attribute: str
@@ -40,17 +46,17 @@ class Field:
 
 
 @cache
-def fields_of(schema: type) -> dict[str, Field]:
+def fields_of(schema: type) -> dict[str, SchemaField]:
     """The fields of a schema by YAML name, checked to be decodable."""
     hints = get_type_hints(schema, include_extras=True)
-    if hints.get("span") is not Span:
+    if hints.get("span") is not SourceSpan:
         raise MisuseError(f"{schema.__name__} must declare `span: Span`")
     fields = {}
     for declared in dataclasses.fields(schema):
-        if declared.name in _FILLED:
+        if declared.name in _LOCATION_FIELDS:
             continue
         hint = hints[declared.name]
-        kinds = [kind_of(parted(option)[0]) for option in options_of(hint)]
+        kinds = [node_kind(split_annotated(option)[0]) for option in admitted_forms(hint)]
         if len(set(kinds)) != len(kinds):
             raise MisuseError(
                 f"{schema.__name__}.{declared.name}: YAML cannot tell the options of {hint} apart"
@@ -58,8 +64,11 @@ def fields_of(schema: type) -> dict[str, Field]:
         is_required = (
             declared.default is dataclasses.MISSING and declared.default_factory is dataclasses.MISSING
         )
-        doc, example = declared.metadata.get("doc", ""), declared.metadata.get("example") or example_of(hint)
-        fields[_yaml_name(declared.name)] = Field(declared.name, hint, is_required, doc, example)
+        doc, example = (
+            declared.metadata.get("doc", ""),
+            declared.metadata.get("example") or example_text(hint),
+        )
+        fields[_yaml_name(declared.name)] = SchemaField(declared.name, hint, is_required, doc, example)
     return fields
 
 
@@ -69,14 +78,14 @@ def _yaml_name(attribute: str) -> str:
     return bare if keyword.iskeyword(bare) or bare in ("all", "any") else attribute
 
 
-def options_of(hint: Any) -> tuple[Any, ...]:
+def admitted_forms(hint: Any) -> tuple[Any, ...]:
     """The forms a hint admits; None only says that the field has a default."""
     if get_origin(hint) in (Union, types.UnionType):
         return tuple(option for option in get_args(hint) if option is not type(None))
     return (hint,)
 
 
-def parted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+def split_annotated(hint: Any) -> tuple[Any, tuple[Any, ...]]:
     """A hint without its `Annotated` marks, and the marks."""
     if get_origin(hint) is Annotated:
         base, *marks = get_args(hint)
@@ -84,34 +93,40 @@ def parted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
     return hint, ()
 
 
-def kind_of(base: Any) -> type[ScalarNode] | type[SequenceNode] | type[MappingNode]:
+def node_kind(base: Any) -> type[ScalarNode] | type[SequenceNode] | type[MappingNode]:
     """The kind of node a form is written as."""
     origin = get_origin(base)
-    if base in _LOCATED or origin in (Literal, Choice):
+    if base in _LOCATED_TYPES or origin in (Literal, ChoiceField):
         return ScalarNode
     if origin is tuple and len(get_args(base)) == 2 and get_args(base)[1] is ...:
         return SequenceNode
-    if origin is Entries or dataclasses.is_dataclass(base):
+    if origin is MappingField or dataclasses.is_dataclass(base):
         return MappingNode
     raise MisuseError(f"{base!r} cannot be decoded")
 
 
-def words_of(base: Any) -> tuple[str, ...] | None:
+def allowed_words(base: Any) -> tuple[str, ...] | None:
     """The only words a form admits; None where it admits others."""
-    if get_origin(base) is Choice:
+    if get_origin(base) is ChoiceField:
         base = get_args(base)[0]
     return get_args(base) if get_origin(base) is Literal else None
 
 
-def example_of(hint: Any) -> str:
+def example_text(hint: Any) -> str:
     """How a field of this hint could be written."""
-    base, marks = parted(options_of(hint)[0])
-    words = words_of(base)
+    base, marks = split_annotated(admitted_forms(hint)[0])
+    words = allowed_words(base)
     if words is not None:
         return words[0]
     for mark in marks:
-        if isinstance(mark, Pattern) and base is Text:
+        if isinstance(mark, Pattern) and base is TextField:
             return PATTERNS[mark.name].example
-    written = {Text: "…", Expression: "…", Boolean: "true", Integer: "1", Number: "0.25"}
+    written = {
+        TextField: "…",
+        ExpressionField: "…",
+        BooleanField: "true",
+        IntegerField: "1",
+        NumberField: "0.25",
+    }
     kinds = {SequenceNode: "[…]", MappingNode: "{…}"}
-    return written.get(base) or kinds[kind_of(base)]
+    return written.get(base) or kinds[node_kind(base)]

@@ -18,9 +18,9 @@ from typing import Any, Final
 
 import yaml
 
-from aeros.spec.diagnostics.codes import Diagnostics, Label, quoted
-from aeros.spec.diagnostics.source import Source, Span
-from aeros.spec.text.files import MAX_BYTES, too_large
+from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, quoted
+from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.text.files import MAX_BYTES, too_large_error
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 MAX_DEPTH: Final = 32
@@ -40,17 +40,17 @@ _TAG: Final = re.compile(r"[^\s,\[\]{}]*")
 def read_yaml(source: Source, sink: Diagnostics) -> Node | None:
     """The one document of `source`; None if anything about it was refused, which `sink` then tells."""
     if len(source.text) > MAX_BYTES:
-        sink.report(too_large(source.path))
+        sink.report(too_large_error(source.path))
         return None
     forbidden = _FORBIDDEN.search(source.text)
     if forbidden:
         span = source.span(forbidden.start(), forbidden.end())
         _refuse_character(forbidden[0], span, sink)
         return None
-    return _Builder(source, sink).build()
+    return _NodeBuilder(source, sink).build()
 
 
-def _refuse_character(character: str, at: Span, sink: Diagnostics) -> None:
+def _refuse_character(character: str, at: SourceSpan, sink: Diagnostics) -> None:
     sink.error(
         "AE005",
         f"the character U+{ord(character):04X} is not allowed",
@@ -59,12 +59,12 @@ def _refuse_character(character: str, at: Span, sink: Diagnostics) -> None:
     )
 
 
-class _Refused(Exception):  # noqa: N818  control flow, not an error: it was reported already
+class _ReadAborted(Exception):  # noqa: N818  control flow, not an error: it was reported already
     """Reading on is pointless or dangerous."""
 
 
 @dataclass(slots=True)
-class _Open:
+class _OpenCollection:
     """A collection whose end has not been met."""
 
     is_mapping: bool
@@ -76,13 +76,13 @@ class _Open:
     key: Node | None = None
 
 
-class _Builder:
+class _NodeBuilder:
     """Turns parser events into nodes, reporting what is refused on the way."""
 
     def __init__(self, source: Source, sink: Diagnostics) -> None:
         self._source = source
         self._sink = sink
-        self._open: list[_Open] = []
+        self._open: list[_OpenCollection] = []
         self._root: Node | None = None
         self._nodes = 0
         self._refused = False
@@ -90,8 +90,8 @@ class _Builder:
     def build(self) -> Node | None:
         try:
             for event in yaml.parse(self._source.text, Loader=_LOADER):
-                self._take(event)
-        except _Refused:
+                self._handle_event(event)
+        except _ReadAborted:
             return None
         except yaml.MarkedYAMLError as problem:
             self._syntax(problem)
@@ -103,24 +103,24 @@ class _Builder:
             self._refuse("AE006", "the file declares nothing", self._span(0, 0))
         return None if self._refused else self._root
 
-    def _span(self, start: int, end: int) -> Span:
+    def _span(self, start: int, end: int) -> SourceSpan:
         return self._source.span(start, end)
 
     def _refuse(
         self,
         code: str,
         headline: str,
-        at: Span | None,
+        at: SourceSpan | None,
         label: str = "",
         *,
         advice: str = "",
-        other: Label | None = None,
+        other: SpanLabel | None = None,
     ) -> None:
         self._refused = True
         secondary = () if other is None else (other,)
         self._sink.error(code, headline, at, label, secondary=secondary, help=(advice,) if advice else ())
 
-    def _take(self, event: Any) -> None:
+    def _handle_event(self, event: Any) -> None:
         start, end = event.start_mark.index, event.end_mark.index
         if isinstance(event, yaml.DocumentStartEvent):
             self._document(event, self._span(start, end))
@@ -138,16 +138,16 @@ class _Builder:
             self._add(self._scalar(event.value, start, end, event.style or ""))
         elif isinstance(event, yaml.MappingStartEvent | yaml.SequenceStartEvent):
             self._properties(event)
-            self._begin(event, start, end)
+            self._open_collection(event, start, end)
         elif isinstance(event, yaml.MappingEndEvent | yaml.SequenceEndEvent):
-            self._add(self._closed(self._open.pop(), end))
+            self._add(self._close_collection(self._open.pop(), end))
 
-    def _document(self, event: yaml.DocumentStartEvent, span: Span) -> None:
+    def _document(self, event: yaml.DocumentStartEvent, span: SourceSpan) -> None:
         if self._root is not None:
             self._refuse(
                 "AE013", "a second document begins here", span, advice="put it into a file of its own"
             )
-            raise _Refused
+            raise _ReadAborted
         if event.version or event.tags:
             self._refuse(
                 "AE016",
@@ -191,14 +191,14 @@ class _Builder:
             _refuse_character(forbidden[0], span, self._sink)
         return ScalarNode(text, span, style)
 
-    def _begin(self, event: Any, start: int, end: int) -> None:
+    def _open_collection(self, event: Any, start: int, end: int) -> None:
         if len(self._open) >= MAX_DEPTH:
             self._refuse("AE010", f"values are nested more than {MAX_DEPTH} deep", self._span(start, end))
-            raise _Refused
+            raise _ReadAborted
         is_mapping = isinstance(event, yaml.MappingStartEvent)
-        self._open.append(_Open(is_mapping, bool(event.flow_style), start))
+        self._open.append(_OpenCollection(is_mapping, bool(event.flow_style), start))
 
-    def _closed(self, opened: _Open, mark: int) -> Node:
+    def _close_collection(self, opened: _OpenCollection, mark: int) -> Node:
         """The finished collection; in block style it ends with its last value, not at the next token."""
         end = mark
         if not opened.is_flow:
@@ -217,8 +217,8 @@ class _Builder:
                 f"the file holds more than {MAX_NODES:,} values",
                 self._span(node.span.start, node.span.start),
             )
-        if self._nodes > MAX_NODES or self._sink.full:
-            raise _Refused
+        if self._nodes > MAX_NODES or self._sink.is_full:
+            raise _ReadAborted
         if not self._open:
             self._root = node
             return
@@ -233,13 +233,13 @@ class _Builder:
                 into.entries.append((into.key, node))
             into.key = None
 
-    def _check_key(self, into: _Open, key: Node) -> None:
+    def _check_key(self, into: _OpenCollection, key: Node) -> None:
         if not isinstance(key, ScalarNode) or key.is_null:
             self._refuse("AE014", "a key must be text", key.span, advice="write a name before the `:`")
         elif key.is_plain and key.text == "<<":
             self._refuse("AE015", "mappings cannot be merged", key.span, advice="write the entries out")
         elif key.text in into.keys:
-            first = Label(into.keys[key.text].span, "first written here")
+            first = SpanLabel(into.keys[key.text].span, "first written here")
             self._refuse(
                 "AE001", f"the key {quoted(key.text)} is written twice", key.span, "again here", other=first
             )
@@ -261,7 +261,7 @@ class _Builder:
             self._refuse("AE009", "a quoted text is never closed", opening, "opened here")
             return
         end = at + 1 if text[at : at + 1].strip() else at
-        other = Label(self._span(begun, begun), context) if context and begun != at else None
+        other = SpanLabel(self._span(begun, begun), context) if context and begun != at else None
         self._refuse(
             "AE007", f"not well-formed YAML: {said}", self._span(at, end), advice=_advice(said), other=other
         )

@@ -6,28 +6,28 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from aeros.spec.backends.solver_results import Answer, Result, TextAnswer
+from aeros.spec.backends.solver_results import SatResult, ScriptAnswer, SolverAnswer
 from aeros.spec.diagnostics.errors import DisagreementError, InternalError
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.symbolic_execution import way_through
-from aeros.spec.theorems.theorem import Obligation, Theorem
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.symbolic_execution import path_for_answers
+from aeros.spec.theorems.theorem import Theorem, TheoremObligation
 
 RLIMIT = 20_000_000
 """z3 resource units for one question; no theorem needs a tenth."""
 
 
-class SecondSolver(Protocol):
-    """As `agreement.SecondSolver`: answers an SMT-LIB script that asks once."""
+class TextSolver(Protocol):
+    """As `agreement.TextSolver`: answers an SMT-LIB script that asks once."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
 
-    def answer(self, script: str) -> Answer: ...  # noqa: D102
+    def solve_script(self, script: str) -> SolverAnswer: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
-class Witness:
+class Counterexample:
     """An input on which an obligation fails.
 
     constants: the values of what is declared.
@@ -35,11 +35,11 @@ class Witness:
     """
 
     constants: Mapping[str, str]
-    ways: Mapping[str, tuple[Sequence[tuple[str, bool]], str]]
+    paths: Mapping[str, tuple[Sequence[tuple[str, bool]], str]]
 
 
 @dataclass(frozen=True)
-class Checked:
+class TheoremObligationResult:
     """What became of the obligation `name`.
 
     verdicts: by solver; REFUTED without a witness where only the second solver said so.
@@ -47,11 +47,11 @@ class Checked:
     """
 
     name: str
-    obligation: Obligation
+    obligation: TheoremObligation
     verdicts: Mapping[str, Verdict]
-    core: int = 0
-    spent: int = 0
-    witness: Witness | None = None
+    unsat_core: int = 0
+    rlimit_used: int = 0
+    witness: Counterexample | None = None
     reason: str = ""
 
     @property
@@ -62,11 +62,11 @@ class Checked:
 
 
 @dataclass(frozen=True)
-class CheckedMutant:
+class MutantResult:
     """What became of the obligation that a mutant must refute; it fails where that is not refuted."""
 
     mutant: Mutant
-    checked: Checked
+    checked: TheoremObligationResult
 
     @property
     def refuted(self) -> bool:
@@ -74,10 +74,10 @@ class CheckedMutant:
         return self.checked.verdict is Verdict.REFUTED
 
 
-class Solvers:
+class SolverPanel:
     """The solvers that are to agree: Z3, a second one, or both."""
 
-    def __init__(self, *, z3: bool = True, second: SecondSolver | None = None) -> None:
+    def __init__(self, *, z3: bool = True, second: TextSolver | None = None) -> None:
         self._z3 = z3
         self._second = second
 
@@ -88,87 +88,94 @@ class Solvers:
 
         return (*([solver_version()] if self._z3 else []), *([self._second.name] if self._second else []))
 
-    def check(self, name: str, obligation: Obligation) -> Checked:
+    def check(self, name: str, obligation: TheoremObligation) -> TheoremObligationResult:
         """What becomes of `obligation`; VACUOUS where its assumptions exclude every input."""
-        script = obligation.script()
+        script = obligation.to_smtlib()
         verdicts: dict[str, Verdict] = {}
-        found = TextAnswer(Result.UNKNOWN, {}, 0, 0)
+        found = ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0)
         reasons: list[str] = []
         if self._z3:
-            found = _answer_of_z3(script)
+            found = _solve_with_z3(script)
             verdicts["z3"] = _VERDICTS[found.result]
             reasons += [f"z3: {found.reason}"] if found.reason else []
         if self._second is not None:
-            said = self._second.answer(script)
+            said = self._second.solve_script(script)
             verdicts[self._second.name.partition(" ")[0]] = _VERDICTS[said.result]
             reasons += [f"{self._second.name}: {said.reason}"] if said.reason else []
         decided = {name: one for name, one in verdicts.items() if one is not Verdict.UNKNOWN}
         if len(set(decided.values())) > 1:
             first, second = (f"{name} says {one.value}" for name, one in decided.items())
             raise DisagreementError(name, script, first, second)
-        witness = _witness(name, obligation) if found.result is Result.SAT else None
+        witness = _witness(name, obligation) if found.result is SatResult.SAT else None
         if Verdict.PROVED in decided.values():
-            holding = self._premises(obligation)
-            if holding is not Result.SAT:
-                verdicts = dict.fromkeys(verdicts, _OF_PREMISES[holding])
-        return Checked(name, obligation, verdicts, found.core, found.spent, witness, "; ".join(reasons))
+            holding = self._check_premises(obligation)
+            if holding is not SatResult.SAT:
+                verdicts = dict.fromkeys(verdicts, _PREMISE_VERDICTS[holding])
+        return TheoremObligationResult(
+            name, obligation, verdicts, found.unsat_core, found.rlimit_used, witness, "; ".join(reasons)
+        )
 
-    def _premises(self, obligation: Obligation) -> Result:
+    def _check_premises(self, obligation: TheoremObligation) -> SatResult:
         """Whether the assumptions can hold, by the first solver that is asked."""
         if self._z3 or self._second is None:
-            return _answer_of_z3(obligation.premises()).result
-        return self._second.answer(obligation.premises()).result
+            return _solve_with_z3(obligation.premises_to_smtlib()).result
+        return self._second.solve_script(obligation.premises_to_smtlib()).result
 
 
-_VERDICTS: Mapping[Result, Verdict] = {
-    Result.SAT: Verdict.REFUTED,
-    Result.UNSAT: Verdict.PROVED,
-    Result.UNKNOWN: Verdict.UNKNOWN,
+_VERDICTS: Mapping[SatResult, Verdict] = {
+    SatResult.SAT: Verdict.REFUTED,
+    SatResult.UNSAT: Verdict.PROVED,
+    SatResult.UNKNOWN: Verdict.UNKNOWN,
 }
 
 
-_OF_PREMISES: Mapping[Result, Verdict] = {Result.UNSAT: Verdict.VACUOUS, Result.UNKNOWN: Verdict.UNKNOWN}
+_PREMISE_VERDICTS: Mapping[SatResult, Verdict] = {
+    SatResult.UNSAT: Verdict.VACUOUS,
+    SatResult.UNKNOWN: Verdict.UNKNOWN,
+}
 
 
-def _answer_of_z3(script: str) -> TextAnswer:
+def _solve_with_z3(script: str) -> ScriptAnswer:
     # z3 takes 80 ms to import, which whoever asks another solver need not pay.
-    from aeros.spec.backends.z3_solver import answer_text
+    from aeros.spec.backends.z3_solver import solve_script
 
-    return answer_text(script, RLIMIT)
+    return solve_script(script, RLIMIT)
 
 
-def _witness(name: str, obligation: Obligation) -> Witness:
-    script, by_constant = obligation.watched()
-    answer = _answer_of_z3(script)
-    if answer.result is not Result.SAT:
+def _witness(name: str, obligation: TheoremObligation) -> Counterexample:
+    script, by_constant = obligation.to_traced_smtlib()
+    answer = _solve_with_z3(script)
+    if answer.result is not SatResult.SAT:
         raise InternalError(f"the witness against `{name}` is not found again: {answer.reason}")
     model = dict(answer.model)
     answers = {question: model.pop(constant, "") == "true" for constant, question in by_constant.items()}
-    ways = {table.name: way_through(table.diagram, answers) for table in obligation.tables}
-    return Witness(dict(sorted(model.items())), ways)
+    ways = {table.name: path_for_answers(table.diagram, answers) for table in obligation.tables}
+    return Counterexample(dict(sorted(model.items())), ways)
 
 
 def check_theorem(
-    theorem: Theorem, shipped: Code, solvers: Solvers, progress: Callable[[str], None]
-) -> list[Checked]:
+    theorem: Theorem, shipped: ModuleSource, solvers: SolverPanel, progress: Callable[[str], None]
+) -> list[TheoremObligationResult]:
     """What becomes of each obligation, made of the code that ships."""
-    checked: list[Checked] = []
+    checked: list[TheoremObligationResult] = []
     for name, make in theorem.obligations.items():
         progress(name)
         checked.append(solvers.check(name, make(shipped)))
     return checked
 
 
-def check_mutants(theorem: Theorem, solvers: Solvers, progress: Callable[[str], None]) -> list[CheckedMutant]:
+def check_mutants(
+    theorem: Theorem, solvers: SolverPanel, progress: Callable[[str], None]
+) -> list[MutantResult]:
     """What becomes of the obligation that each mutant must refute, made of the mutant."""
-    checked: list[CheckedMutant] = []
+    checked: list[MutantResult] = []
     for mutant in theorem.mutants:
         progress(mutant.name)
-        code = Code(mutant)
-        obligation = theorem.obligations[mutant.refutes](code)
+        code = ModuleSource(mutant)
+        obligation = theorem.obligations[mutant.refuted_obligation](code)
         if mutant.module not in code.loaded:
             raise InternalError(
-                f"`{mutant.refutes}` is not made of `{mutant.module}`, which `{mutant.name}` breaks"
+                f"`{mutant.refuted_obligation}` is not made of `{mutant.module}`, which `{mutant.name}` breaks"
             )
-        checked.append(CheckedMutant(mutant, solvers.check(mutant.refutes, obligation)))
+        checked.append(MutantResult(mutant, solvers.check(mutant.refuted_obligation, obligation)))
     return checked

@@ -30,13 +30,13 @@ class Mutant:
     """
 
     name: str
-    refutes: str
+    refuted_obligation: str
     module: str
     old: str
     new: str
 
 
-class Code:
+class ModuleSource:
     """Where obligations get the code from that they are made of: as it ships, or as a mutant has it."""
 
     def __init__(self, mutant: Mutant | None = None) -> None:
@@ -53,11 +53,11 @@ class Code:
         self.loaded.add(name)
         copy = ModuleType(name)
         copy.__file__ = str(_path(name))
-        vars(copy)["__builtins__"] = {**_BUILTINS, "__import__": _importing(using)}
+        vars(copy)["__builtins__"] = {**_BUILTINS, "__import__": _import_hook(using)}
         if name not in self._compiled:
             self._compiled[name] = compile(self._source(name), copy.__file__, "exec", dont_inherit=True)
         exec(self._compiled[name], vars(copy))  # noqa: S102 - it is AEROS's own code
-        put_in_place(copy, stubs)
+        install_stubs(copy, stubs)
         return copy
 
     def _source(self, name: str) -> str:
@@ -73,7 +73,7 @@ class Code:
         return broken
 
 
-def put_in_place(module: ModuleType, stubs: Mapping[str, Any]) -> None:
+def install_stubs(module: ModuleType, stubs: Mapping[str, Any]) -> None:
     """`stubs` in place of what bears their names in `module`, or of builtins."""
     for name, stub in stubs.items():
         if name not in vars(module) and name not in _BUILTINS:
@@ -84,7 +84,7 @@ def put_in_place(module: ModuleType, stubs: Mapping[str, Any]) -> None:
 _BUILTINS: Mapping[str, Any] = vars(builtins)
 
 
-def _importing(copies: Sequence[ModuleType]) -> Callable[..., Any]:
+def _import_hook(copies: Sequence[ModuleType]) -> Callable[..., Any]:
     """As `__import__`, with these in place of what they are copies of."""
     known = {copy.__name__: copy for copy in copies}
 

@@ -12,7 +12,7 @@ TRUE = "true"
 FALSE = "false"
 
 
-def literal(value: bool | int | Fraction) -> str:
+def smt_literal(value: bool | int | Fraction) -> str:
     """A constant; fractions are reals, whole numbers integers."""
     if isinstance(value, bool):
         return TRUE if value else FALSE
@@ -22,33 +22,33 @@ def literal(value: bool | int | Fraction) -> str:
     return f"(- {-value})" if value < 0 else str(value)
 
 
-def negation(formula: str) -> str:
+def smt_not(formula: str) -> str:
     """`not formula`."""
     return {TRUE: FALSE, FALSE: TRUE}.get(formula, f"(not {formula})")
 
 
-def conjunction(formulas: Iterable[str]) -> str:
+def smt_and(formulas: Iterable[str]) -> str:
     """All of them; true where there is none."""
     return _joined("and", formulas, neutral=TRUE)
 
 
-def disjunction(formulas: Iterable[str]) -> str:
+def smt_or(formulas: Iterable[str]) -> str:
     """Any of them; false where there is none."""
     return _joined("or", formulas, neutral=FALSE)
 
 
-def implication(premise: str, conclusion: str) -> str:
+def smt_implies(premise: str, conclusion: str) -> str:
     """`premise implies conclusion`."""
     return f"(=> {premise} {conclusion})"
 
 
-def application(function: str, *arguments: str) -> str:
+def smt_apply(function: str, *arguments: str) -> str:
     """`function` of the arguments, or itself where it has none."""
     return f"({function} {' '.join(arguments)})" if arguments else function
 
 
 def _joined(operator: str, formulas: Iterable[str], *, neutral: str) -> str:
     parts = [one for one in dict.fromkeys(formulas) if one != neutral]
-    if negation(neutral) in parts:
-        return negation(neutral)
-    return parts[0] if len(parts) == 1 else application(operator, *parts) if parts else neutral
+    if smt_not(neutral) in parts:
+        return smt_not(neutral)
+    return parts[0] if len(parts) == 1 else smt_apply(operator, *parts) if parts else neutral

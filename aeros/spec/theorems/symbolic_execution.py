@@ -16,28 +16,28 @@ from fractions import Fraction
 from typing import Any, Final
 
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.theorems.smtlib import FALSE, TRUE, application, literal
+from aeros.spec.theorems.smtlib import FALSE, TRUE, smt_apply, smt_literal
 
-Ask = Callable[[str], bool]
+DecideBranch = Callable[[str], bool]
 """Whether a formula holds of the input: as it was answered before on this run, else both ways in turn."""
 
-_MOST_RUNS: Final = 2_000_000
+_MAX_RUNS: Final = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class DecisionNode:
     """A question, and what the code does on either answer to it."""
 
     question: str
-    holds: Diagram
-    fails: Diagram
+    if_true: DecisionDiagram
+    if_false: DecisionDiagram
 
 
-Diagram = Node | str
+DecisionDiagram = DecisionNode | str
 """What code does, by the answers to its questions; a leaf is its result, as an SMT-LIB term."""
 
 
-class Symbol:
+class SymbolicValue:
     """A value that only a formula names; what is computed of it is a formula, what is compared is asked.
 
     Not hashable: a set or a mapping would answer by identity, without asking.
@@ -46,7 +46,7 @@ class Symbol:
     __slots__ = ("ask", "term")
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, term: str, ask: Ask) -> None:
+    def __init__(self, term: str, ask: DecideBranch) -> None:
         self.term = term
         self.ask = ask
 
@@ -59,64 +59,64 @@ class Symbol:
     def __format__(self, _: str) -> str:
         return self.term  # in what is said to people
 
-    def _with(self, operator: str, *parts: Any) -> Symbol:
-        return Symbol(application(operator, *map(term_of, parts)), self.ask)
+    def _apply(self, operator: str, *parts: Any) -> SymbolicValue:
+        return SymbolicValue(smt_apply(operator, *map(term_of, parts)), self.ask)
 
     def __eq__(self, other: object) -> Any:
-        return self._with("=", self, other)
+        return self._apply("=", self, other)
 
     def __ne__(self, other: object) -> Any:
-        return self._with("not", self._with("=", self, other))
+        return self._apply("not", self._apply("=", self, other))
 
-    def __lt__(self, other: Any) -> Symbol:
-        return self._with("<", self, other)
+    def __lt__(self, other: Any) -> SymbolicValue:
+        return self._apply("<", self, other)
 
-    def __le__(self, other: Any) -> Symbol:
-        return self._with("<=", self, other)
+    def __le__(self, other: Any) -> SymbolicValue:
+        return self._apply("<=", self, other)
 
-    def __gt__(self, other: Any) -> Symbol:
-        return self._with("<", other, self)
+    def __gt__(self, other: Any) -> SymbolicValue:
+        return self._apply("<", other, self)
 
-    def __ge__(self, other: Any) -> Symbol:
-        return self._with("<=", other, self)
+    def __ge__(self, other: Any) -> SymbolicValue:
+        return self._apply("<=", other, self)
 
-    def __add__(self, other: Any) -> Symbol:
-        return self._with("+", self, other)
+    def __add__(self, other: Any) -> SymbolicValue:
+        return self._apply("+", self, other)
 
-    def __radd__(self, other: Any) -> Symbol:
-        return self._with("+", other, self)
+    def __radd__(self, other: Any) -> SymbolicValue:
+        return self._apply("+", other, self)
 
-    def __sub__(self, other: Any) -> Symbol:
-        return self._with("-", self, other)
+    def __sub__(self, other: Any) -> SymbolicValue:
+        return self._apply("-", self, other)
 
-    def __rsub__(self, other: Any) -> Symbol:
-        return self._with("-", other, self)
+    def __rsub__(self, other: Any) -> SymbolicValue:
+        return self._apply("-", other, self)
 
-    def __mul__(self, other: Any) -> Symbol:
-        return self._with("*", self, other)
+    def __mul__(self, other: Any) -> SymbolicValue:
+        return self._apply("*", self, other)
 
-    def __rmul__(self, other: Any) -> Symbol:
-        return self._with("*", other, self)
+    def __rmul__(self, other: Any) -> SymbolicValue:
+        return self._apply("*", other, self)
 
-    def __neg__(self) -> Symbol:
-        return self._with("-", self)
+    def __neg__(self) -> SymbolicValue:
+        return self._apply("-", self)
 
-    def __abs__(self) -> Symbol:
-        return self._with("ite", Symbol(f"(<= 0 {self.term})", self.ask), self, -self)
+    def __abs__(self) -> SymbolicValue:
+        return self._apply("ite", SymbolicValue(f"(<= 0 {self.term})", self.ask), self, -self)
 
 
 def term_of(value: Any) -> str:
     """The term of a symbol or of a constant."""
-    if isinstance(value, Symbol):
+    if isinstance(value, SymbolicValue):
         return value.term
     if isinstance(value, bool | int | Fraction):
-        return literal(value)
+        return smt_literal(value)
     if isinstance(value, float):
-        return literal(Fraction(value))
+        return smt_literal(Fraction(value))
     raise InternalError(f"a symbolic value met {value!r}, which no formula speaks of")
 
 
-def explore(run: Callable[[Ask], str], raising: str | None = None) -> Diagram:
+def execute_symbolically(run: Callable[[DecideBranch], str], raising: str | None = None) -> DecisionDiagram:
     """What `run` does for every way in which its questions can be answered.
 
     run: is given what answers its questions, and returns its result as an SMT-LIB term.
@@ -124,20 +124,20 @@ def explore(run: Callable[[Ask], str], raising: str | None = None) -> Diagram:
     """
     explored: list[tuple[tuple[tuple[str, bool], ...], str]] = []
     forced: list[tuple[str, bool]] = []
-    for _ in range(_MOST_RUNS):
-        path = _Path(forced)
+    for _ in range(_MAX_RUNS):
+        path = _ForcedRun(forced)
         result = _result(run, path, raising)
         explored.append((tuple(path.asked.items()), result))
         forced = list(path.asked.items())
         while forced and not forced[-1][1]:
             forced.pop()
         if not forced:
-            return _Diagrams().of(explored, 0)
+            return _DiagramTable().intern(explored, 0)
         forced[-1] = (forced[-1][0], False)
-    raise InternalError(f"more than {_MOST_RUNS} runs do not end it")
+    raise InternalError(f"more than {_MAX_RUNS} runs do not end it")
 
 
-def _result(run: Callable[[Ask], str], path: Ask, raising: str | None) -> str:
+def _result(run: Callable[[DecideBranch], str], path: DecideBranch, raising: str | None) -> str:
     try:
         return run(path)
     except InternalError:
@@ -148,7 +148,7 @@ def _result(run: Callable[[Ask], str], path: Ask, raising: str | None) -> str:
         return raising
 
 
-class _Path:
+class _ForcedRun:
     """One run: the answers that lead there, then `holds` to everything new."""
 
     def __init__(self, forced: list[tuple[str, bool]]) -> None:
@@ -168,39 +168,39 @@ class _Path:
         return self.asked[question]
 
 
-class _Diagrams:
+class _DiagramTable:
     """Diagrams without repetition: equal ones are one, and no question is asked that makes no difference."""
 
     def __init__(self) -> None:
-        self._nodes: dict[tuple[str, int | str, int | str], Node] = {}
+        self._nodes: dict[tuple[str, int | str, int | str], DecisionNode] = {}
 
-    def of(self, explored: list[tuple[tuple[tuple[str, bool], ...], str]], depth: int) -> Diagram:
+    def intern(self, explored: list[tuple[tuple[tuple[str, bool], ...], str]], depth: int) -> DecisionDiagram:
         asked, result = explored[0]
         if depth == len(asked):
             return result
         question = asked[depth][0]
         sides = [[one for one in explored if one[0][depth][1] is side] for side in (True, False)]
-        holds, fails = (self.of(side, depth + 1) for side in sides)
+        holds, fails = (self.intern(side, depth + 1) for side in sides)
         if _identity(holds) == _identity(fails):
             return holds
         key = (question, _identity(holds), _identity(fails))
-        return self._nodes.setdefault(key, Node(question, holds, fails))
+        return self._nodes.setdefault(key, DecisionNode(question, holds, fails))
 
 
-def _identity(diagram: Diagram) -> int | str:
+def _identity(diagram: DecisionDiagram) -> int | str:
     return diagram if isinstance(diagram, str) else id(diagram)
 
 
-def definitions(diagram: Diagram, name: str, sort: str) -> tuple[str, ...]:
+def smtlib_definitions(diagram: DecisionDiagram, name: str, sort: str) -> tuple[str, ...]:
     """SMT-LIB definitions of `name`, a term of `sort`: the result of the code on any input."""
     lines: list[str] = []
     known: dict[int, str] = {}
 
-    def named(part: Diagram) -> str:
+    def named(part: DecisionDiagram) -> str:
         if isinstance(part, str):
             return part
         if id(part) not in known:
-            holds, fails = named(part.holds), named(part.fails)
+            holds, fails = named(part.if_true), named(part.if_false)
             known[id(part)] = f"{name}.{len(known)}"
             lines.append(f"(define-fun {known[id(part)]} () {sort} (ite {part.question} {holds} {fails}))")
         return known[id(part)]
@@ -209,25 +209,27 @@ def definitions(diagram: Diagram, name: str, sort: str) -> tuple[str, ...]:
     return (*lines, f"(define-fun {name} () {sort} {result})")
 
 
-def questions(diagram: Diagram) -> tuple[str, ...]:
+def questions_in(diagram: DecisionDiagram) -> tuple[str, ...]:
     """Everything that is asked anywhere in it."""
     found: dict[str, None] = {}
     seen: set[int] = set()
     pending = [diagram]
     while pending:
         part = pending.pop()
-        if isinstance(part, Node) and id(part) not in seen:
+        if isinstance(part, DecisionNode) and id(part) not in seen:
             seen.add(id(part))
             found[part.question] = None
-            pending += (part.fails, part.holds)
+            pending += (part.if_false, part.if_true)
     return tuple(found)
 
 
-def way_through(diagram: Diagram, answers: Mapping[str, bool]) -> tuple[list[tuple[str, bool]], str]:
+def path_for_answers(
+    diagram: DecisionDiagram, answers: Mapping[str, bool]
+) -> tuple[list[tuple[str, bool]], str]:
     """The questions that are asked and their answers, and the result, where the input answers so."""
     asked: list[tuple[str, bool]] = []
-    while isinstance(diagram, Node):
+    while isinstance(diagram, DecisionNode):
         answer = answers[diagram.question]
         asked.append((diagram.question, answer))
-        diagram = diagram.holds if answer else diagram.fails
+        diagram = diagram.if_true if answer else diagram.if_false
     return asked, diagram

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from aeros.spec.theorems.module_copies import Code, Mutant
-from aeros.spec.theorems.smtlib import negation
-from aeros.spec.theorems.symbolic_execution import Diagram, definitions, questions
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant
+from aeros.spec.theorems.smtlib import smt_not
+from aeros.spec.theorems.symbolic_execution import DecisionDiagram, questions_in, smtlib_definitions
 
 
 @dataclass(frozen=True)
-class Table:
+class SymbolicFunction:
     """What explored code does, under the name by which formulas speak of its result.
 
     sort: of the result.
@@ -19,11 +19,11 @@ class Table:
 
     name: str
     sort: str
-    diagram: Diagram
+    diagram: DecisionDiagram
 
 
 @dataclass(frozen=True)
-class Obligation:
+class TheoremObligation:
     """A claim that is proved iff no input makes every assumption true and the conclusion false.
 
     says: the claim in a sentence or two, for people.
@@ -34,38 +34,38 @@ class Obligation:
     logic: of SMT-LIB; one that is named lets a solver choose what it is best at.
     """
 
-    says: str
+    statement: str
     declarations: Sequence[str]
     conclusion: str
-    tables: Sequence[Table] = ()
+    tables: Sequence[SymbolicFunction] = ()
     lemmas: Sequence[str] = ()
     assumptions: Mapping[str, str] = field(default_factory=dict)
     logic: str = "ALL"
 
-    def script(self) -> str:
+    def to_smtlib(self) -> str:
         """The question, as SMT-LIB 2.6: `unsat` is a proof."""
-        lines = [f"; {line}" for line in self.says.splitlines()]
+        lines = [f"; {line}" for line in self.statement.splitlines()]
         lines += ["; unsat: proved", f"(set-logic {self.logic})", *self._premises()]
-        lines += [f"(assert (! {negation(self.conclusion)} :named negated-conclusion))", "(check-sat)"]
+        lines += [f"(assert (! {smt_not(self.conclusion)} :named negated-conclusion))", "(check-sat)"]
         return "\n".join(lines) + "\n"
 
-    def premises(self) -> str:
+    def premises_to_smtlib(self) -> str:
         """Whether the assumptions can hold at all: `unsat` would make anything provable."""
         return "\n".join([f"(set-logic {self.logic})", *self._premises(), "(check-sat)"]) + "\n"
 
-    def watched(self) -> tuple[str, dict[str, str]]:
-        """`script`, with a constant for each question of the tables; the questions by constant."""
-        asked = dict.fromkeys(one for table in self.tables for one in questions(table.diagram))
+    def to_traced_smtlib(self) -> tuple[str, dict[str, str]]:
+        """`to_smtlib`, with a constant for each question of the tables; the questions by constant."""
+        asked = dict.fromkeys(one for table in self.tables for one in questions_in(table.diagram))
         by_constant = {f"asked.{number}": one for number, one in enumerate(asked)}
         lines = [
             f"(declare-const {name} Bool)\n(assert (= {name} {one}))\n" for name, one in by_constant.items()
         ]
-        return self.script().replace("(check-sat)\n", "".join(lines) + "(check-sat)\n"), by_constant
+        return self.to_smtlib().replace("(check-sat)\n", "".join(lines) + "(check-sat)\n"), by_constant
 
     def _premises(self) -> list[str]:
         lines = [*self.declarations]
         for table in self.tables:
-            lines += definitions(table.diagram, table.name, table.sort)
+            lines += smtlib_definitions(table.diagram, table.name, table.sort)
         lines += self.lemmas
         return lines + [
             f"(assert (! {formula} :named given.{name}))" for name, formula in self.assumptions.items()
@@ -81,5 +81,5 @@ class Theorem:
     """
 
     title: str
-    obligations: Mapping[str, Callable[[Code], Obligation]]
+    obligations: Mapping[str, Callable[[ModuleSource], TheoremObligation]]
     mutants: Sequence[Mutant]

@@ -18,7 +18,7 @@ from typing import Any, Final
 import aeros
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.theorems.check import Checked, CheckedMutant, Witness
+from aeros.spec.theorems.check import Counterexample, MutantResult, TheoremObligationResult
 from aeros.spec.theorems.theorem import Theorem
 
 MODULE: Final = "theorem.py"
@@ -54,7 +54,7 @@ def load_theorem(folder: Path) -> Theorem:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TheoremResult:
     """What became of a theorem with everything that belongs to it.
 
     seconds: how long that took.
@@ -62,8 +62,8 @@ class Outcome:
 
     theorem: Theorem
     solvers: tuple[str, ...]
-    obligations: tuple[Checked, ...]
-    mutants: tuple[CheckedMutant, ...]
+    obligations: tuple[TheoremObligationResult, ...]
+    mutants: tuple[MutantResult, ...]
     seconds: float
 
     @property
@@ -74,17 +74,17 @@ class Outcome:
         return next((one for one in ranked if one in found), Verdict.PROVED)
 
     @property
-    def surviving(self) -> tuple[str, ...]:
+    def surviving_mutants(self) -> tuple[str, ...]:
         """The mutants of which the theorem still holds."""
         return tuple(one.mutant.name for one in self.mutants if not one.refuted)
 
-    def expected(self) -> dict[str, Any]:
+    def to_expected_json(self) -> dict[str, Any]:
         """What `expected.json` has of it."""
         return {
             "theorem": self.theorem.title,
             "solvers": list(self.solvers),
             "obligations": {
-                one.name: {"verdict": one.verdict.value, "core": one.core, "rlimit": one.spent}
+                one.name: {"verdict": one.verdict.value, "core": one.unsat_core, "rlimit": one.rlimit_used}
                 for one in self.obligations
             },
             "mutants": {one.mutant.name: _refutation(one.checked) for one in self.mutants},
@@ -92,58 +92,58 @@ class Outcome:
         }
 
 
-def _refutation(checked: Checked) -> dict[str, Any]:
+def _refutation(checked: TheoremObligationResult) -> dict[str, Any]:
     found = {"obligation": checked.name, "verdict": checked.verdict.value}
-    return found if checked.witness is None else {**found, "witness": shown_witness(checked.witness)}
+    return found if checked.witness is None else {**found, "witness": witness_to_json(checked.witness)}
 
 
-def shown_witness(witness: Witness) -> dict[str, Any]:
+def witness_to_json(witness: Counterexample) -> dict[str, Any]:
     """A witness as JSON: constants, and for each table the answers on the way and where that leads."""
     return {
         "constants": dict(witness.constants),
         "ways": {
             name: [*(f"{question} {str(answer).lower()}" for question, answer in asked), f"result {result}"]
-            for name, (asked, result) in witness.ways.items()
+            for name, (asked, result) in witness.paths.items()
         },
     }
 
 
-def generated(outcome: Outcome) -> dict[str, str]:
+def generated_files(outcome: TheoremResult) -> dict[str, str]:
     """Every generated file of the theorem, by name."""
-    texts = {f"{one.name}.smt2": one.obligation.script() for one in outcome.obligations}
-    return {**texts, EXPECTED: json.dumps(outcome.expected(), indent=2, ensure_ascii=False) + "\n"}
+    texts = {f"{one.name}.smt2": one.obligation.to_smtlib() for one in outcome.obligations}
+    return {**texts, EXPECTED: json.dumps(outcome.to_expected_json(), indent=2, ensure_ascii=False) + "\n"}
 
 
-def stale(outcome: Outcome, folder: Path) -> list[str]:
+def stale_files(outcome: TheoremResult, folder: Path) -> list[str]:
     """What in the folder is not what the code says, in words; only what the solvers asked can tell."""
-    wanted = generated(outcome)
-    problems = [f"{name} is not generated any more" for name in _left_over(wanted, folder)]
+    wanted = generated_files(outcome)
+    problems = [f"{name} is not generated any more" for name in _obsolete_files(wanted, folder)]
     for name, text in wanted.items():
         found = _read(folder / name)
         if found is None:
             problems.append(f"{name} is missing")
         elif name == EXPECTED:
-            problems += _differences(_parsed(found), outcome)
+            problems += _expected_differences(_parsed(found), outcome)
         elif found != text:
             problems.append(f"{name} is not what the code says")
     return problems
 
 
-def write(outcome: Outcome, folder: Path) -> list[str]:
+def write_generated(outcome: TheoremResult, folder: Path) -> list[str]:
     """Write the generated files anew, where anything but the time differs; their names."""
     changed: list[str] = []
-    for name, text in generated(outcome).items():
+    for name, text in generated_files(outcome).items():
         found = _read(folder / name)
         if found is None or _without_time(name, found) != _without_time(name, text):
             (folder / name).write_text(text, encoding="utf-8")
             changed.append(name)
-    for name in _left_over(generated(outcome), folder):
+    for name in _obsolete_files(generated_files(outcome), folder):
         (folder / name).unlink()
         changed.append(name)
     return changed
 
 
-def _left_over(wanted: Mapping[str, str], folder: Path) -> list[str]:
+def _obsolete_files(wanted: Mapping[str, str], folder: Path) -> list[str]:
     return sorted(path.name for path in folder.glob("*.smt2") if path.name not in wanted)
 
 
@@ -165,14 +165,14 @@ def _without_time(name: str, text: str) -> object:
     return {key: value for key, value in _parsed(text).items() if key != "seconds"}
 
 
-def _differences(recorded: Mapping[str, Any], outcome: Outcome) -> list[str]:
+def _expected_differences(recorded: Mapping[str, Any], outcome: TheoremResult) -> list[str]:
     """Where `expected.json` says otherwise.
 
     Sizes of cores, what was spent and which witness was found are z3's, so they are compared where the
     same z3 was asked; time never is.
     """
-    current = outcome.expected()
-    if not _of_z3(outcome.solvers) or _of_z3(recorded.get("solvers", ())) != _of_z3(outcome.solvers):
+    current = outcome.to_expected_json()
+    if not _z3_only(outcome.solvers) or _z3_only(recorded.get("solvers", ())) != _z3_only(outcome.solvers):
         recorded, current = _verdicts_alone(recorded), _verdicts_alone(current)
     return [
         f"{EXPECTED} says otherwise of the {part}"
@@ -181,7 +181,7 @@ def _differences(recorded: Mapping[str, Any], outcome: Outcome) -> list[str]:
     ]
 
 
-def _of_z3(solvers: Sequence[str]) -> list[str]:
+def _z3_only(solvers: Sequence[str]) -> list[str]:
     return [one for one in solvers if one.startswith("z3 ")]
 
 

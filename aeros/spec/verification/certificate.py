@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import aeros
-from aeros.spec.backends.package_versions import solver_release
+from aeros.spec.backends.package_versions import z3_version
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.migrations.formats import CERTIFICATE
@@ -30,7 +30,7 @@ from aeros.spec.text.files import read_source
 
 if TYPE_CHECKING:
     from aeros.spec.model.model import Ecm, Site
-    from aeros.spec.model.summary import Presence, SitePresence
+    from aeros.spec.model.summary import ModuleSummary, SiteSummary
 
 LOCK = "ecm.lock"
 SCHEMA = str(CERTIFICATE.schema)
@@ -64,9 +64,9 @@ class Certificate:
 
     def text(self) -> str:
         """The contents of `ecm.lock`."""
-        return _indented({**_body(self), "digest": self.digest}, "") + "\n"
+        return _dump_json({**_body(self), "digest": self.digest}, "") + "\n"
 
-    def guarded(self, skill: str, kind: str) -> frozenset[str]:
+    def runtime_checked_rules(self, skill: str, kind: str) -> frozenset[str]:
         """The invariants that the gate must decide for this skill's actions of this kind."""
         return frozenset(
             claim_id.name_of("invariant")
@@ -77,7 +77,7 @@ class Certificate:
         )
 
 
-class Lock:
+class LockFile:
     """What `ecm.lock` is to hold, by its digest: of a module that was kept, the rest is seldom needed.
 
     certify: makes the certificate.
@@ -98,7 +98,7 @@ class Lock:
         """The SHA-256 of the text of the certificate."""
         return text_digest(self.certificate.text()) if self._known is None else self._known
 
-    def is_in(self, folder: Path) -> bool:
+    def matches_folder(self, folder: Path) -> bool:
         """Whether the `ecm.lock` in `folder` holds it.  Never raises for its contents."""
         path = folder / LOCK
         try:
@@ -108,7 +108,7 @@ class Lock:
 
 
 def certificate_for(
-    ecm: Ecm | Presence, site: Site | SitePresence, obligations: Mapping[ClaimId, str]
+    ecm: Ecm | ModuleSummary, site: Site | SiteSummary, obligations: Mapping[ClaimId, str]
 ) -> Certificate:
     """The certificate of `ecm` under `site`, given that no obligation failed."""
     return Certificate(
@@ -120,7 +120,7 @@ def certificate_for(
         dict(ecm.model_digests),
         site.digest,
         f"aeros {aeros.__version__}",
-        f"z3-solver {solver_release()}",
+        f"z3-solver {z3_version()}",
         dict(obligations),
     )
 
@@ -181,11 +181,11 @@ def _body(certificate: Certificate) -> dict[str, Any]:
     return {**body, "obligations": {str(claim_id): one for claim_id, one in certificate.obligations.items()}}
 
 
-def _indented(value: Mapping[str, Any], margin: str) -> str:
+def _dump_json(value: Mapping[str, Any], margin: str) -> str:
     """As `json.dumps` with `indent=1` and `sort_keys`, many times as fast, of texts and mappings of texts."""
     lines = [
         f"{margin} {encode_basestring_ascii(key)}: "
-        + (encode_basestring_ascii(inner) if isinstance(inner, str) else _indented(inner, margin + " "))
+        + (encode_basestring_ascii(inner) if isinstance(inner, str) else _dump_json(inner, margin + " "))
         for key, inner in sorted(value.items())
     ]
     return "{\n" + ",\n".join(lines) + f"\n{margin}}}" if lines else "{}"

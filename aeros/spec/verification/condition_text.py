@@ -14,29 +14,31 @@ from aeros.spec.model.model import Declared
 _NUMERAL = re.compile(r"-?\s*[0-9.]+(?:[eE][-+]?[0-9]+)?")
 
 
-def links(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
+def comparisons_in(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
     """Each comparison of two values among the conjuncts of `node`."""
     if isinstance(node, s.Junction) and node.op == "and":
         for operand in node.operands:
-            yield from links(operand)
-    elif isinstance(node, s.Chain):
+            yield from comparisons_in(operand)
+    elif isinstance(node, s.ComparisonChain):
         yield from zip(node.operands, node.operands[1:], node.ops, strict=False)
 
 
-def number(node: s.Node) -> tuple[Fraction, Unit] | None:
+def read_number(node: s.Node) -> tuple[Fraction, Unit] | None:
     """The value in the unit it is written in, and that unit, if `node` is a number."""
-    if isinstance(node, s.Unary) and node.op == "-" and isinstance(node.operand, s.Number):
+    if isinstance(node, s.Unary) and node.op == "-" and isinstance(node.operand, s.NumberLiteral):
         return -node.operand.value / node.operand.unit.factor, node.operand.unit
-    return (node.value / node.unit.factor, node.unit) if isinstance(node, s.Number) else None
+    return (node.value / node.unit.factor, node.unit) if isinstance(node, s.NumberLiteral) else None
 
 
-def decimals(numeral: str) -> int:
+def count_decimals(numeral: str) -> int:
     """How many digits are written after the point."""
     found = re.search(r"\.([0-9]+)", numeral)
     return len(found[1]) if found else 0
 
 
-def replacing(text: str, literal: s.Extent, between: tuple[int, int], op: str) -> Callable[[str, bool], str]:
+def replace_number(
+    text: str, literal: s.TextRange, between: tuple[int, int], op: str
+) -> Callable[[str, bool], str]:
     """`text` with another number at `literal`, and a strict comparison `between` if that is asked for."""
 
     def put(value: str, excluded: bool) -> str:
@@ -52,23 +54,23 @@ def replacing(text: str, literal: s.Extent, between: tuple[int, int], op: str) -
     return put
 
 
-def adding(text: str, name: str, upper: bool, unit: Unit) -> Callable[[str, bool], str]:
+def add_bound(text: str, name: str, upper: bool, unit: Unit) -> Callable[[str, bool], str]:
     """`text` and a bound on `name`, from above or below, itself excluded if that is asked for."""
 
     def put(value: str, excluded: bool) -> str:
         op = ("<" if upper else ">") + ("" if excluded else "=")
         quantity = value if unit.dimension == NUMBER and unit.text == "1" else f"{value} {unit.text}"
-        return joined(text, f"{name} {op} {quantity}")
+        return conjoin_texts(text, f"{name} {op} {quantity}")
 
     return put
 
 
-def joined(text: str, condition: str) -> str:
+def conjoin_texts(text: str, condition: str) -> str:
     """The text of the conjunction of two conditions."""
-    return " and ".join(_closed(part) for part in (text, condition) if part.strip() != "true")
+    return " and ".join(_parenthesize(part) for part in (text, condition) if part.strip() != "true")
 
 
-def _closed(text: str) -> str:
+def _parenthesize(text: str) -> str:
     node, written = parse(text), text.strip()
     loose = (
         isinstance(node, s.IfElse)
@@ -79,13 +81,13 @@ def _closed(text: str) -> str:
     return f"({written})" if loose and not is_closed else written
 
 
-def unit_in(one: Declared, *texts: str) -> Unit:
+def unit_used_for(variable: Declared, *texts: str) -> Unit:
     """The unit in which the texts give values of this dimension, or else that of the declaration."""
     for text in texts:
         pending: list[s.Node] = [parse(text)]
         while pending:
             node = pending.pop(0)
             pending.extend(s.children(node))
-            if isinstance(node, s.Number) and node.unit.dimension == one.unit.dimension:
+            if isinstance(node, s.NumberLiteral) and node.unit.dimension == variable.unit.dimension:
                 return node.unit
-    return one.unit
+    return variable.unit

@@ -6,17 +6,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.backends.solver_results import Result
-from aeros.spec.diagnostics.codes import Label
+from aeros.spec.backends.solver_results import SatResult
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import about, ranges_of
-from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.model.model import ranges_of, relevant_facts
+from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.verification.witness import Replay, Witness, witness_of
+from aeros.spec.verification.witness import TermEvaluator, Witness, witness_from_model
 
 
 @dataclass(frozen=True)
-class Finding:
+class ObligationResult:
     """What became of an obligation.
 
     witness: for a REFUTED claim about always, a counterexample; for a PROVED claim about sometimes,
@@ -32,42 +32,46 @@ class Finding:
     verdict: Verdict
     witness: Witness | None = None
     reason: str = ""
-    labels: tuple[Label, ...] = ()
+    labels: tuple[SpanLabel, ...] = ()
     repair: str = ""
     boundary: str = ""
 
     @property
-    def guarded(self) -> bool:
+    def is_runtime_checked(self) -> bool:
         """Refuted, and left to the gate to decide each time."""
-        return self.verdict is Verdict.REFUTED and self.obligation.guard is not None
+        return self.verdict is Verdict.REFUTED and self.obligation.runtime_checked_rule is not None
 
 
-def discharge(obligations: Iterable[Obligation], oracle: Oracle | None = None) -> list[Finding]:
+def discharge_obligations(
+    obligations: Iterable[Obligation], oracle: Oracle | None = None
+) -> list[ObligationResult]:
     """The verdict on each obligation, in order.  UNKNOWN is never a pass.
 
     A verdict and its witness depend on the obligation and the oracle's budget alone.
     """
     asked = Oracle() if oracle is None else oracle
-    replay = Replay()
+    replay = TermEvaluator()
     return [_discharge(one, asked, replay) for one in obligations]
 
 
-def _discharge(obligation: Obligation, oracle: Oracle, replay: Replay) -> Finding:
-    always = obligation.claim is Claim.ALWAYS
+def _discharge(obligation: Obligation, oracle: Oracle, replay: TermEvaluator) -> ObligationResult:
+    always = obligation.mode is ClaimMode.ALWAYS
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
     wanted = (*obligation.space.assumptions, sought)
-    declared, terms = about(wanted, obligation.space.by_name)
-    shown = always and obligation.guard is None
+    declared, terms = relevant_facts(wanted, obligation.space.by_name)
+    shown = always and obligation.runtime_checked_rule is None
     asked_for = f"{obligation.id} ({obligation.primary.span.source.path})"
     variables = [one.variable for one in declared]
-    answer = oracle.ask(variables, ranges_of(declared), terms, asked_for, shown=shown)
-    if answer.result is Result.UNKNOWN:
-        return Finding(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})")
-    if answer.result is Result.UNSAT:
-        return Finding(obligation, Verdict.PROVED if always else obligation.failing)
-    witness = witness_of(answer.model, declared, terms, replay, shown=shown)
+    answer = oracle.check_sat(variables, ranges_of(declared), terms, asked_for, shown=shown)
+    if answer.result is SatResult.UNKNOWN:
+        return ObligationResult(
+            obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})"
+        )
+    if answer.result is SatResult.UNSAT:
+        return ObligationResult(obligation, Verdict.PROVED if always else obligation.failure_verdict)
+    witness = witness_from_model(answer.model, declared, terms, replay, shown=shown)
     if witness is None:
-        return Finding(
+        return ObligationResult(
             obligation, Verdict.UNKNOWN, reason="the solver's witness is irrational and did not replay"
         )
-    return Finding(obligation, Verdict.REFUTED if always else Verdict.PROVED, witness)
+    return ObligationResult(obligation, Verdict.REFUTED if always else Verdict.PROVED, witness)

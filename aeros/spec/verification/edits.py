@@ -18,13 +18,21 @@ from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.typecheck import check, infer
 from aeros.spec.expr.types import BOOL, RealType
-from aeros.spec.expr.units import Unit, decimal
+from aeros.spec.expr.units import Unit, exact_decimal
 from aeros.spec.model.model import Declared
-from aeros.spec.verification.condition_text import adding, decimals, joined, links, number, replacing, unit_in
-from aeros.spec.verification.queries import implied, impossible
+from aeros.spec.verification.condition_text import (
+    add_bound,
+    comparisons_in,
+    conjoin_texts,
+    count_decimals,
+    read_number,
+    replace_number,
+    unit_used_for,
+)
+from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 
 EXTRA_DIGITS = 3  # of a bound that is searched for, beyond those the author wrote
-MOST_QUESTIONS = 300  # about one line; a search for a bound asks some thirty
+MAX_QUERIES = 300  # about one line; a search for a bound asks some thirty
 _FINER = 3  # further digits by which a bound that is taken over is shown to be the least change
 
 
@@ -41,19 +49,19 @@ class _Bound:
     value: Fraction
     unit: Unit
     upper: bool
-    far: Fraction
+    distance: Fraction
     decimals: int
-    put: Callable[[str, bool], str]
+    replace_in_text: Callable[[str, bool], str]
 
 
-class Editor:
+class ConditionEditor:
     """Edits conditions over declared variables; every text it gives is shown to do what is asked."""
 
     def __init__(self, scope: Scope, declared: tuple[Declared, ...], oracle: Oracle) -> None:
         self._scope = scope
         self._declared = declared
         self._oracle = oracle
-        self._left_to_ask = MOST_QUESTIONS
+        self._left_to_ask = MAX_QUERIES
 
     def term(self, text: str) -> t.Term | None:
         """The condition that `text` is, or None if it is none."""
@@ -66,41 +74,41 @@ class Editor:
         """Whether the condition that `text` is implies `goal`."""
         self._left_to_ask -= 1
         term = self.term(text) if self._left_to_ask >= 0 else None
-        return term is not None and implied(goal, (term,), self._declared, self._oracle)
+        return term is not None and is_implied(goal, (term,), self._declared, self._oracle)
 
-    def strengthened(self, text: str, goal: t.Term, goal_text: str) -> str | None:
+    def strengthen(self, text: str, goal: t.Term, goal_text: str) -> str | None:
         """`text` with the least edit that makes it imply `goal`, and that leaves something; or None."""
-        found = self._least(self._written_bounds(text), goal)
+        found = self._smallest_change(self._literal_bounds(text), goal)
         if found is None and not _reads_state(goal) and self.term(goal_text) == goal:
-            found = self._left(joined(text, goal_text))
-        return found or self._least(self._new_bounds(text, goal, goal_text), goal)
+            found = self._if_satisfiable(conjoin_texts(text, goal_text))
+        return found or self._smallest_change(self._new_bounds(text, goal, goal_text), goal)
 
-    def _left(self, text: str) -> str | None:
+    def _if_satisfiable(self, text: str) -> str | None:
         term = self.term(text)
-        empty = term is None or impossible((term,), self._declared, self._oracle)
+        empty = term is None or is_unsatisfiable((term,), self._declared, self._oracle)
         return None if empty else text
 
-    def _least(self, bounds: Iterator[_Bound], goal: t.Term) -> str | None:
+    def _smallest_change(self, bounds: Iterator[_Bound], goal: t.Term) -> str | None:
         """The text that moves one of the bounds the least, as a part of its value."""
         found: list[tuple[Fraction, str]] = []
         for bound in bounds:
-            moved = self._moved(bound, goal)
-            if moved is not None and self._left(moved[1]) is not None:
+            moved = self._move_bound(bound, goal)
+            if moved is not None and self._if_satisfiable(moved[1]) is not None:
                 change = abs(moved[0] - bound.value)
                 found.append((change / abs(bound.value) if bound.value else change, moved[1]))
         return min(found, key=lambda one: one[0])[1] if found else None
 
-    def _moved(self, bound: _Bound, goal: t.Term) -> tuple[Fraction, str] | None:
+    def _move_bound(self, bound: _Bound, goal: t.Term) -> tuple[Fraction, str] | None:
         """The laxest value of the bound with which the text implies `goal`, and that text."""
         sign = 1 if bound.upper else -1
 
         def text_at(value: Fraction, *, excluded: bool = False) -> str | None:
-            shown = decimal(value)
-            text = None if shown is None else bound.put(shown, excluded)
+            shown = exact_decimal(value)
+            text = None if shown is None else bound.replace_in_text(shown, excluded)
             return text if text is not None and self.implies(text, goal) else None
 
         finest = Fraction(sign, 10 ** (bound.decimals + EXTRA_DIGITS + _FINER))
-        for value in _taken_over(bound, goal):
+        for value in _matching_constants(bound, goal):
             if text_at(value + finest) is not None:
                 continue
             for excluded in (False, True):
@@ -108,7 +116,7 @@ class Editor:
                 if text is not None:
                     return value, text
         scale = 10 ** (bound.decimals + EXTRA_DIGITS)
-        lax, strict = int(bound.value * scale * sign), -int(-bound.far * scale * sign // 1)
+        lax, strict = int(bound.value * scale * sign), -int(-bound.distance * scale * sign // 1)
         if lax <= strict or text_at(Fraction(strict * sign, scale)) is None:
             return None
         while lax - strict > 1:
@@ -121,24 +129,24 @@ class Editor:
         text = text_at(value)
         return None if text is None else (value, text)
 
-    def _written_bounds(self, text: str) -> Iterator[_Bound]:
+    def _literal_bounds(self, text: str) -> Iterator[_Bound]:
         """The numbers that the conjuncts of `text` compare something of action or inputs with."""
-        for left, right, op in links(parse(text)):
+        for left, right, op in comparisons_in(parse(text)):
             for literal, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
-                found = number(literal)
+                found = read_number(literal)
                 if found is None or op not in ("<", "<=", ">", ">="):
                     continue
                 value, unit = found
-                width = self._width(other, unit)
+                width = self._value_span(other, unit)
                 if width is not None:
                     far = 2 * abs(value) + width
                     between = (left.extent.end, right.extent.start)
-                    put = replacing(text, literal.extent, between, op)
+                    put = replace_number(text, literal.extent, between, op)
                     numeral = text[literal.extent.start : literal.extent.end]
                     at = value - far if upper else value + far
-                    yield _Bound(value, unit, upper, at, decimals(numeral), put)
+                    yield _Bound(value, unit, upper, at, count_decimals(numeral), put)
 
-    def _width(self, node: s.Node, unit: Unit) -> Fraction | None:
+    def _value_span(self, node: s.Node, unit: Unit) -> Fraction | None:
         """How far apart the values of what `node` speaks of can be; None if it is not to be bounded."""
         try:
             variables = t.variables_of(infer(node, self._scope)[0])
@@ -157,23 +165,23 @@ class Editor:
         for one in self._declared:
             if one.range is None or one.name not in mentioned or not _can_be_bounded(one):
                 continue
-            unit = unit_in(one, text, goal_text)
+            unit = unit_used_for(one, text, goal_text)
             low, high = (bound / unit.factor for bound in one.range)
             name = one.name
             for upper in (True, False):
                 lax, far = (high, low) if upper else (low, high)
-                yield _Bound(lax, unit, upper, far, 0, adding(text, name, upper, unit))
+                yield _Bound(lax, unit, upper, far, 0, add_bound(text, name, upper, unit))
 
 
-def _can_be_bounded(one: Declared) -> bool:
-    return one.variable.role is not t.Role.STATE and isinstance(one.variable.type, RealType)
+def _can_be_bounded(variable: Declared) -> bool:
+    return variable.variable.role is not t.VariableRole.STATE and isinstance(variable.variable.type, RealType)
 
 
 def _reads_state(term: t.Term) -> bool:
-    return any(one.role is t.Role.STATE for one in t.variables_of(term).values())
+    return any(one.role is t.VariableRole.STATE for one in t.variables_of(term).values())
 
 
-def _taken_over(bound: _Bound, goal: t.Term) -> list[Fraction]:
+def _matching_constants(bound: _Bound, goal: t.Term) -> list[Fraction]:
     """The constants of `goal` that could be the bound, the nearest first."""
     found, pending = {bound.value}, [goal]
     while pending:

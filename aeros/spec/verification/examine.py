@@ -9,11 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Label, Severity
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.load import load_ecm, site_of
-from aeros.spec.model.model import Block, Ecm, Site
-from aeros.spec.model.summary import Presence, presence_of
+from aeros.spec.elaborate.load import elaborate_source, load_ecm
+from aeros.spec.model.model import Ecm, OperatorOverride, Site
+from aeros.spec.model.summary import ModuleSummary, summarize_module
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.composition import composition_obligations
@@ -26,40 +26,48 @@ from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
-from aeros.spec.obligations.verdicts import Conclusion, Settled, Verdict
-from aeros.spec.verification.claim_summary import Claims, ListedClaims, Told, said_of, told_of
-from aeros.spec.verification.discharge import Finding, discharge
-from aeros.spec.verification.explain import answered
+from aeros.spec.obligations.verdicts import Conclusion, StaticClaim, Verdict
+from aeros.spec.verification.claim_summary import (
+    Claims,
+    ClaimSummary,
+    ListedClaims,
+    diagnostics_of,
+    summarize_static_claim,
+)
+from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
+from aeros.spec.verification.explain import explain_findings
 from aeros.spec.verification.reports import (
-    Examined,
+    ModuleFindings,
     SubjectReport,
-    conclude,
+    conclusion_of,
 )
 
 
 def examine_site(
-    source: Source, oracle: Oracle, blocks: Sequence[Block] = ()
+    source: Source, oracle: Oracle, blocks: Sequence[OperatorOverride] = ()
 ) -> tuple[Site | None, SubjectReport]:
     """Return the site that `source` declares and the report on it; no site where it declares none."""
     sink, path = Diagnostics(), Path(source.path)
-    site = site_of(source, sink)
+    site = elaborate_source(source, sink)
     if site is None:
         return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
-    site = site.with_blocks(blocks)
-    settled, findings = _settle((*policy_obligations(site), *joint_policy_obligations(site)), site, oracle)
+    site = site.with_overrides(blocks)
+    settled, findings = _discharge_and_explain(
+        (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle
+    )
     problems = (*sink, *_diagnostics(settled, findings))
-    claims = Claims.of((*map(told_of, settled), *map(_told, findings)))
-    return site, SubjectReport(site.id, path, conclude(problems), problems, claims, settled, findings)
+    claims = Claims.from_claims((*map(summarize_static_claim, settled), *map(_summarize_finding, findings)))
+    return site, SubjectReport(site.id, path, conclusion_of(problems), problems, claims, settled, findings)
 
 
-def examine_module(folder: Path, site: Site, oracle: Oracle) -> Examined:
+def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
     """Prove what can be proved of the module in `folder` by itself."""
     sink = Diagnostics()
     loaded = load_ecm(folder, site, sink)
     if loaded is None:
-        return Examined(None, tuple(sink))
+        return ModuleFindings(None, tuple(sink))
     ecm = loaded.ecm
-    presence, files = presence_of(ecm), read_skill_files(ecm.folder, loaded.code)
+    presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
         *entry_point_obligations(ecm, files),
         *skill_code_obligations(ecm, site, files),
@@ -71,30 +79,33 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> Examined:
         *composition_obligations(ecm, site),
         *closed_loop_obligations(ecm, site),
     )
-    settled, findings = _settle(claims, site, oracle)
-    told_before, told_settled = tuple(map(told_of, before)), tuple(map(told_of, settled))
-    return Examined(
+    settled, findings = _discharge_and_explain(claims, site, oracle)
+    told_before, told_settled = (
+        tuple(map(summarize_static_claim, before)),
+        tuple(map(summarize_static_claim, settled)),
+    )
+    return ModuleFindings(
         presence,
-        (*sink, *said_of(told_before)),
-        ListedClaims(told_before, (*told_settled, *map(_told, findings))),
-        (*_diagnostics(settled, findings), *_needless_gates(ecm, findings)),
-        full=(ecm, before, settled, findings),
+        (*sink, *diagnostics_of(told_before)),
+        ListedClaims(told_before, (*told_settled, *map(_summarize_finding, findings))),
+        (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
+        findings=(ecm, before, settled, findings),
     )
 
 
-def presence_in(folder: Path, site: Site) -> Presence | None:
+def summarize_folder(folder: Path, site: Site) -> ModuleSummary | None:
     """What others have to know of the module in `folder`; None where it cannot be read."""
     found = load_ecm(folder, site, Diagnostics())
-    return None if found is None else presence_of(found.ecm)
+    return None if found is None else summarize_module(found.ecm)
 
 
-_WORKING: dict[str, tuple[Site, Oracle]] = {}
+_WORKER_STATE: dict[str, tuple[Site, Oracle]] = {}
 """The site and the oracle of a process that was started to prove modules."""
 
 
 def examine_modules_in_processes(
-    folders: Sequence[Path], site: Source, blocks: Sequence[Block], rlimit: int, jobs: int
-) -> Iterator[Examined]:
+    folders: Sequence[Path], site: Source, blocks: Sequence[OperatorOverride], rlimit: int, jobs: int
+) -> Iterator[ModuleFindings]:
     """What there is to say of each module by itself, without what is in full, found by several processes.
 
     blocks: operator overrides beside those of the site.  The processes end when the caller stops listening.
@@ -104,74 +115,76 @@ def examine_modules_in_processes(
     from multiprocessing import get_context
 
     # Spawned and not forked, as a caller may have threads, whose locks a fork would take along.
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _start_working, (site, blocks, rlimit))
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, (site, blocks, rlimit))
     try:
-        yield from pool.map(_work, folders, chunksize=4)
+        yield from pool.map(_verify_in_worker, folders, chunksize=4)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _start_working(source: Source, blocks: Sequence[Block], rlimit: int) -> None:
+def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that is asked to stop tells the others
-    site = site_of(source, Diagnostics())
+    site = elaborate_source(source, Diagnostics())
     if site is not None:
-        _WORKING["site"] = (site.with_blocks(blocks), Oracle(rlimit))
+        _WORKER_STATE["site"] = (site.with_overrides(blocks), Oracle(rlimit))
     # Next to nothing of what proves is in circles, and this process ends with the run: looking for
     # circles takes some hundredths of its time and frees next to nothing.
     gc.disable()
 
 
-def _work(folder: Path) -> Examined:
-    site, oracle = _WORKING["site"]
-    return replace(examine_module(folder, site, oracle), full=None)
+def _verify_in_worker(folder: Path) -> ModuleFindings:
+    site, oracle = _WORKER_STATE["site"]
+    return replace(examine_module(folder, site, oracle), findings=None)
 
 
-def _told(finding: Finding) -> Told:
+def _summarize_finding(finding: ObligationResult) -> ClaimSummary:
     one = finding.obligation
     witness = None if finding.witness is None else tuple(finding.witness.lines())
-    guard = one.guard if finding.guarded else None
-    return Told(one.id, finding.verdict, guard, finding.boundary, witness, diagnostic_of(finding))
+    guard = one.runtime_checked_rule if finding.is_runtime_checked else None
+    return ClaimSummary(one.id, finding.verdict, guard, finding.boundary, witness, diagnostic_of(finding))
 
 
-def _settle(
-    claims: Iterable[Obligation | Settled], site: Site, oracle: Oracle
-) -> tuple[tuple[Settled, ...], tuple[Finding, ...]]:
+def _discharge_and_explain(
+    claims: Iterable[Obligation | StaticClaim], site: Site, oracle: Oracle
+) -> tuple[tuple[StaticClaim, ...], tuple[ObligationResult, ...]]:
     listed = list(claims)
     open_ = [claim for claim in listed if isinstance(claim, Obligation)]
-    settled = tuple(claim for claim in listed if isinstance(claim, Settled))
-    return settled, answered(discharge(open_, oracle), site, oracle)
+    settled = tuple(claim for claim in listed if isinstance(claim, StaticClaim))
+    return settled, explain_findings(discharge_obligations(open_, oracle), site, oracle)
 
 
-def _diagnostics(settled: Iterable[Settled], findings: Iterable[Finding]) -> Iterator[Diagnostic]:
+def _diagnostics(
+    settled: Iterable[StaticClaim], findings: Iterable[ObligationResult]
+) -> Iterator[Diagnostic]:
     for one in settled:
         if one.diagnostic is not None:
             yield one.diagnostic
     findings = list(findings)
     vacuous = {
-        _subject(f)
+        _claim_subject(f)
         for f in findings
         if f.verdict is Verdict.VACUOUS and f.obligation.code in ("AE503", "AE603")
     }
     for finding in findings:
         # Of an empty envelope nothing is allowed, and whatever denies nothing is implied by anything:
         # to say so once is enough.
-        if finding.obligation.code in ("AE502", "AE604") and _subject(finding) in vacuous:
+        if finding.obligation.code in ("AE502", "AE604") and _claim_subject(finding) in vacuous:
             continue
         diagnostic = diagnostic_of(finding)
         if diagnostic is not None:
             yield diagnostic
 
 
-def _subject(finding: Finding) -> tuple[str, ...]:
+def _claim_subject(finding: ObligationResult) -> tuple[str, ...]:
     """The envelope or the rule that an obligation is about."""
     claim_id = finding.obligation.id
     return (claim_id.group, *claim_id.names)
 
 
-def diagnostic_of(finding: Finding) -> Diagnostic | None:
+def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
     """What to say of a finding that is not a proof; nothing of what is proved or left to the gate."""
     one = finding.obligation
-    if finding.verdict is Verdict.PROVED or finding.guarded:
+    if finding.verdict is Verdict.PROVED or finding.is_runtime_checked:
         return None
     if finding.verdict is Verdict.UNKNOWN:
         return Diagnostic(
@@ -183,7 +196,7 @@ def diagnostic_of(finding: Finding) -> Diagnostic | None:
             help=("raise `--rlimit`, or write the conditions with fewer products of variables",),
         )
     notes = one.notes
-    if finding.witness is not None and finding.witness.declared:
+    if finding.witness is not None and finding.witness.variables:
         notes += ("for example, with\n" + "\n".join(finding.witness.lines()),)
     primary, *secondary = finding.labels or (one.primary, *one.secondary)
     help_ = (f"write `{finding.repair}`",) if finding.repair else ()
@@ -198,7 +211,7 @@ def diagnostic_of(finding: Finding) -> Diagnostic | None:
     )
 
 
-def _fix(finding: Finding) -> Fix | None:
+def _fix(finding: ObligationResult) -> Fix | None:
     """The repair as an edit of the file, where the envelope stands on one line."""
     clause = finding.obligation.clause
     if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
@@ -206,8 +219,8 @@ def _fix(finding: Finding) -> Fix | None:
     return Fix(clause.span, finding.repair.partition(": ")[2])
 
 
-def _needless_gates(ecm: Ecm, findings: Iterable[Finding]) -> Iterator[Diagnostic]:
-    """Warn of invariants under `gated` that are proved of every action: the manifest could promise more."""
+def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> Iterator[Diagnostic]:
+    """Warn of invariants under `runtime_checked` that are proved of every action: the manifest could promise more."""
     verdicts: dict[tuple[str, str], set[Verdict]] = {}
     for finding in findings:
         claim_id = finding.obligation.id
@@ -215,12 +228,12 @@ def _needless_gates(ecm: Ecm, findings: Iterable[Finding]) -> Iterator[Diagnosti
             about = claim_id.name_of("skill"), claim_id.name_of("invariant")
             verdicts.setdefault(about, set()).add(finding.verdict)
     for skill in ecm.skills.values():
-        for rule, span in skill.gated.items():
+        for rule, span in skill.runtime_checked.items():
             if verdicts.get((skill.id, rule)) == {Verdict.PROVED}:
                 yield Diagnostic(
                     "AE505",
                     f"`{rule}` is proved of all that `{skill.id}` may ask for",
-                    Label(span),
-                    help=("remove it from `gated`",),
+                    SpanLabel(span),
+                    help=("remove it from `runtime_checked`",),
                     severity=Severity.WARNING,
                 )

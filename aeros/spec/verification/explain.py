@@ -7,31 +7,33 @@ from dataclasses import replace
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.model.model import Site
-from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.verification.discharge import Finding
-from aeros.spec.verification.gate_boundary import boundary_of, envelope_about
-from aeros.spec.verification.repair import repairs_of
-from aeros.spec.verification.unsat_core import core_of, labels_of_breach, labels_of_core
+from aeros.spec.verification.discharge import ObligationResult
+from aeros.spec.verification.gate_boundary import gate_boundary_for, relevant_envelope
+from aeros.spec.verification.repair import find_repairs
+from aeros.spec.verification.unsat_core import find_unsat_core, label_core, label_violated_conjuncts
 
 
-def answered(findings: Iterable[Finding], site: Site, oracle: Oracle) -> tuple[Finding, ...]:
+def explain_findings(
+    findings: Iterable[ObligationResult], site: Site, oracle: Oracle
+) -> tuple[ObligationResult, ...]:
     """The findings, with labels on what is at fault, repairs of envelopes, and boundaries of guards.
 
     Verdicts and witnesses stay as they are; what is proved costs nothing.
     """
     listed = list(findings)
-    repairs = repairs_of(listed, site, oracle)
-    boundaries = _Boundaries(site, oracle)
+    repairs = find_repairs(listed, site, oracle)
+    boundaries = _BoundaryCache(site, oracle)
     return tuple(
-        replace(one, boundary=boundaries.of(one.obligation))
-        if one.guarded
-        else _explained(one, repairs.get(one.obligation.id, ""), oracle)
+        replace(one, boundary=boundaries.boundary_for(one.obligation))
+        if one.is_runtime_checked
+        else _explain_finding(one, repairs.get(one.obligation.id, ""), oracle)
         for one in listed
     )
 
 
-class _Boundaries:
+class _BoundaryCache:
     """Each boundary once: most rules that are left to the gate read nothing that an envelope speaks of."""
 
     def __init__(self, site: Site, oracle: Oracle) -> None:
@@ -39,22 +41,22 @@ class _Boundaries:
         self._oracle = oracle
         self._known: dict[tuple[int, int], str] = {}  # by identity: terms are large, and live in the site
 
-    def of(self, one: Obligation) -> str:
-        key = (id(one.conclusion), id(one.clause) if envelope_about(one) else 0)
+    def boundary_for(self, obligation: Obligation) -> str:
+        key = (id(obligation.conclusion), id(obligation.clause) if relevant_envelope(obligation) else 0)
         if key not in self._known:
-            self._known[key] = boundary_of(one, self._site, self._oracle.hurried(10))
+            self._known[key] = gate_boundary_for(obligation, self._site, self._oracle.with_reduced_budget(10))
         return self._known[key]
 
 
-def _explained(finding: Finding, repair: str, oracle: Oracle) -> Finding:
+def _explain_finding(finding: ObligationResult, repair: str, oracle: Oracle) -> ObligationResult:
     one = finding.obligation
     if finding.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
         return finding
     primary, secondary = one.primary, one.secondary
-    if one.claim is Claim.SOMETIMES:
-        core = core_of(one, oracle.hurried(10))
+    if one.mode is ClaimMode.SOMETIMES:
+        core = find_unsat_core(one, oracle.with_reduced_budget(10))
         if core is not None:
-            primary, secondary = labels_of_core(one, core)
+            primary, secondary = label_core(one, core)
     elif finding.witness is not None:
-        primary, secondary = labels_of_breach(one, finding.witness)
+        primary, secondary = label_violated_conjuncts(one, finding.witness)
     return replace(finding, labels=(primary, *secondary), repair=repair)

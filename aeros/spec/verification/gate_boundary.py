@@ -19,19 +19,21 @@ from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, EnumType, RealType
-from aeros.spec.expr.units import decimal
+from aeros.spec.expr.units import exact_decimal
 from aeros.spec.model.model import Declared, Site
 from aeros.spec.obligations.obligation import Obligation
-from aeros.spec.verification.queries import implied, impossible
+from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 
 
-def boundary_of(obligation: Obligation, site: Site, oracle: Oracle) -> str:
+def gate_boundary_for(obligation: Obligation, site: Site, oracle: Oracle) -> str:
     """What has to hold for the gate to allow an action of the envelope, as far as this rule goes."""
-    own = next((" ".join(rule.text.split()) for rule in site.rules if rule.id == obligation.guard), "")
-    declared, rule = obligation.space.declared, obligation.conclusion
-    envelope = envelope_about(obligation)
-    rest = _residue(_normal(rule, is_true=True), envelope, declared, oracle)
-    text = _shown(rest, {one.name: one for one in declared})
+    own = next(
+        (" ".join(rule.text.split()) for rule in site.rules if rule.id == obligation.runtime_checked_rule), ""
+    )
+    declared, rule = obligation.space.variables, obligation.conclusion
+    envelope = relevant_envelope(obligation)
+    rest = _simplify_under(_negation_normal_form(rule, is_true=True), envelope, declared, oracle)
+    text = _format_term(rest, {one.name: one for one in declared})
     if text is None:
         return own
     try:
@@ -41,30 +43,33 @@ def boundary_of(obligation: Obligation, site: Site, oracle: Oracle) -> str:
     if meant == rule:
         return text
     differ = t.Or((t.And((meant, t.Not(rule))), t.And((rule, t.Not(meant)))))
-    return text if impossible((*envelope, differ), declared, oracle) else own
+    return text if is_unsatisfiable((*envelope, differ), declared, oracle) else own
 
 
-def envelope_about(obligation: Obligation) -> tuple[t.Term, ...]:
+def relevant_envelope(obligation: Obligation) -> tuple[t.Term, ...]:
     """What the envelope assumes, if it speaks of anything that the rule speaks of."""
-    return _about(t.variables_of(obligation.conclusion), obligation.space.assumptions)
+    return _if_relevant(t.variables_of(obligation.conclusion), obligation.space.assumptions)
 
 
-def _about(names: Mapping[str, t.Variable], assumptions: tuple[t.Term, ...]) -> tuple[t.Term, ...]:
+def _if_relevant(names: Mapping[str, t.Variable], assumptions: tuple[t.Term, ...]) -> tuple[t.Term, ...]:
     """The assumptions if they speak of any of `names`: of nothing else they cannot help."""
     spoken = any(names.keys() & t.variables_of(one).keys() for one in assumptions)
     return assumptions if spoken else ()
 
 
-def _normal(term: t.Term, *, is_true: bool) -> t.Term:
+def _negation_normal_form(term: t.Term, *, is_true: bool) -> t.Term:
     """`term`, or its negation, as conjunctions and disjunctions of comparisons and the like."""
     match term:
         case t.Not(operand=operand):
-            return _normal(operand, is_true=not is_true)
+            return _negation_normal_form(operand, is_true=not is_true)
         case t.Implies(premise=premise, conclusion=conclusion):
-            both = (_normal(premise, is_true=not is_true), _normal(conclusion, is_true=is_true))
+            both = (
+                _negation_normal_form(premise, is_true=not is_true),
+                _negation_normal_form(conclusion, is_true=is_true),
+            )
             return t.Or(both) if is_true else t.And(both)
         case t.And(operands=operands) | t.Or(operands=operands):
-            parts = tuple(_normal(operand, is_true=is_true) for operand in operands)
+            parts = tuple(_negation_normal_form(operand, is_true=is_true) for operand in operands)
             return t.And(parts) if isinstance(term, t.And) is is_true else t.Or(parts)
         case t.Compare(op="<", left=left, right=right) if not is_true:
             return t.Compare("<=", right, left)
@@ -74,16 +79,16 @@ def _normal(term: t.Term, *, is_true: bool) -> t.Term:
             return term if is_true else t.Not(term)
 
 
-def _residue(
+def _simplify_under(
     term: t.Term, envelope: tuple[t.Term, ...], declared: tuple[Declared, ...], oracle: Oracle
 ) -> t.Term:
     """`term` without what the envelope decides."""
     if not isinstance(term, t.And | t.Or):
-        about = _about(t.variables_of(term), envelope)
-        if about and implied(term, about, declared, oracle):
+        about = _if_relevant(t.variables_of(term), envelope)
+        if about and is_implied(term, about, declared, oracle):
             return t.TRUE
-        return t.FALSE if about and impossible((*about, term), declared, oracle) else term
-    parts = [_residue(operand, envelope, declared, oracle) for operand in term.operands]
+        return t.FALSE if about and is_unsatisfiable((*about, term), declared, oracle) else term
+    parts = [_simplify_under(operand, envelope, declared, oracle) for operand in term.operands]
     neutral, absorbing = (t.TRUE, t.FALSE) if isinstance(term, t.And) else (t.FALSE, t.TRUE)
     if absorbing in parts:
         return absorbing
@@ -94,36 +99,36 @@ def _residue(
     return kept[0] if len(kept) == 1 else type(term)(tuple(kept)) if kept else neutral
 
 
-def _shown(term: t.Term, declared: Mapping[str, Declared]) -> str | None:
+def _format_term(term: t.Term, declared: Mapping[str, Declared]) -> str | None:
     """`term` in the expression language, or None if it is of a kind that the rule itself says better."""
     match term:
         case t.Variable(name=name, type=type_) if type_ == BOOL:
             return name
         case t.Not(operand=t.Compare(op="==") as operand):
-            return _compared("!=", operand.left, operand.right, declared)
+            return _format_comparison("!=", operand.left, operand.right, declared)
         case t.Not(operand=t.Variable() as operand):
             return f"not {operand.name}"
         case t.And(operands=operands) | t.Or(operands=operands) if operands:
             word, parts = " and " if isinstance(term, t.And) else " or ", []
             for part in operands:
-                shown = _shown(part, declared)
+                shown = _format_term(part, declared)
                 if shown is None:
                     return None
                 parts.append(f"({shown})" if isinstance(part, t.And | t.Or) else shown)
             return word.join(parts)
         case t.Compare(op=op, left=left, right=right):
-            return _compared(op, left, right, declared) or _threshold(term, declared)
+            return _format_comparison(op, left, right, declared) or _solve_for_variable(term, declared)
         case _:
             return None
 
 
-_TURNED = {"<": ">", "<=": ">=", "==": "==", "!=": "!="}
+_MIRRORED_OPS = {"<": ">", "<=": ">=", "==": "==", "!=": "!="}
 
 
-def _compared(op: str, left: t.Term, right: t.Term, declared: Mapping[str, Declared]) -> str | None:
+def _format_comparison(op: str, left: t.Term, right: t.Term, declared: Mapping[str, Declared]) -> str | None:
     """A quantity beside a constant, the quantity first, in the unit of its declaration."""
     if isinstance(left, t.Literal):
-        op, left, right = _TURNED[op], right, left
+        op, left, right = _MIRRORED_OPS[op], right, left
     match left:
         case t.Variable(name=name, type=RealType() | EnumType()):
             shown = name
@@ -144,11 +149,11 @@ def _constant(term: t.Term, beside: Declared) -> str | None:
         return None
     if isinstance(term.value, str):
         return term.value
-    number = decimal(term.value / beside.unit.factor)
+    number = exact_decimal(term.value / beside.unit.factor)
     return number if number is None or beside.unit.text == "1" else f"{number} {beside.unit.text}"
 
 
-def _threshold(term: t.Compare, declared: Mapping[str, Declared]) -> str | None:
+def _solve_for_variable(term: t.Compare, declared: Mapping[str, Declared]) -> str | None:
     """A comparison that is linear in the one number it speaks of, solved for it."""
     variables = list(t.variables_of(term).values())
     if len(variables) != 1 or not isinstance(variables[0].type, RealType) or term.op == "==":
@@ -164,4 +169,4 @@ def _threshold(term: t.Compare, declared: Mapping[str, Declared]) -> str | None:
         return None
     bound = t.Literal(-start / slope, cast("RealType", variable.type))
     left, right = (variable, bound) if slope > 0 else (bound, variable)
-    return _compared(term.op, left, right, declared)
+    return _format_comparison(term.op, left, right, declared)

@@ -10,7 +10,7 @@ from aeros.spec.model.step_graph import steps_of
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.verification.certificate import Certificate
 
-_OF_PATHS: Final = frozenset(
+_PATH_CLAIM_GROUPS: Final = frozenset(
     (
         ClaimForm.HANDLER_REACHABLE,
         ClaimForm.HANDLER_READY,
@@ -25,7 +25,7 @@ _OF_PATHS: Final = frozenset(
 """Claims about compositions that are proved of paths of outcomes."""
 
 
-def resting_on(ecm: Ecm, skill: str, certificate: Certificate) -> list[ClaimId]:
+def obligations_assuming_outcomes(ecm: Ecm, skill: str, certificate: Certificate) -> list[ClaimId]:
     """The obligations of `certificate`, that of `ecm`, that rest on the declared outcomes of `skill`.
 
     Those of tasks that run it, and those about paths through compositions that do.  What an action may be
@@ -41,6 +41,6 @@ def resting_on(ecm: Ecm, skill: str, certificate: Certificate) -> list[ClaimId]:
     def rests(claim_id: ClaimId) -> bool:
         if claim_id.group == "closed-loop":
             return claim_id.name_of("task") in tasks
-        return claim_id.form in _OF_PATHS and claim_id.name_of("composition") in compositions
+        return claim_id.form in _PATH_CLAIM_GROUPS and claim_id.name_of("composition") in compositions
 
     return sorted(filter(rests, certificate.obligations), key=str)

@@ -22,11 +22,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import aeros
-from aeros.spec.backends.answer_store import Store
-from aeros.spec.backends.package_versions import release_of
+from aeros.spec.backends.answer_store import AnswerStore
+from aeros.spec.backends.package_versions import package_version
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.model.summary import SitePresence, packed, unpacked, unpacked_site
+from aeros.spec.model.summary import (
+    SiteSummary,
+    module_summary_from_json,
+    site_summary_from_json,
+    summary_to_json,
+)
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.verdicts import Conclusion, Verdict
 from aeros.spec.text.digests import (
@@ -39,13 +44,13 @@ from aeros.spec.text.digests import (
 )
 from aeros.spec.text.discovery import MANIFEST
 from aeros.spec.text.files import read_source
-from aeros.spec.verification.claim_summary import Claims, Tally, Told
-from aeros.spec.verification.reports import Examined, Known, Report, SubjectReport
+from aeros.spec.verification.claim_summary import ClaimCounts, Claims, ClaimSummary
+from aeros.spec.verification.reports import Known, ModuleFindings, Report, SubjectReport
 
 if TYPE_CHECKING:
-    from aeros.spec.model.model import Block
+    from aeros.spec.model.model import OperatorOverride
 
-_DECIDING: Final = (
+_VERDICT_DISTRIBUTIONS: Final = (
     ("networkx", "networkx"),
     ("packaging", "packaging"),
     ("pyyaml", "yaml"),
@@ -55,16 +60,16 @@ _DECIDING: Final = (
 
 
 class _KeptClaims:
-    """The claims about a module that is proved by itself, as they were packed; see `told.OwnClaims`."""
+    """The claims about a module that is proved by itself, as they were packed; see `identity.OwnClaims`."""
 
-    def __init__(self, tally: Tally, packed_claims: bytes) -> None:
+    def __init__(self, tally: ClaimCounts, packed_claims: bytes) -> None:
         self.tally = tally
         self._packed = packed_claims
 
-    def read(self) -> tuple[tuple[Told, ...], tuple[Told, ...]]:
+    def read(self) -> tuple[tuple[ClaimSummary, ...], tuple[ClaimSummary, ...]]:
         """Return the claims that come before and after those about other modules."""
         before, after = json.loads(zlib.decompress(self._packed))
-        return _claims(before), _claims(after)
+        return _claims_from_rows(before), _claims_from_rows(after)
 
 
 class ProofCache:
@@ -73,10 +78,12 @@ class ProofCache:
     blocks: operator overrides, in addition to those of the site.
     """
 
-    def __init__(self, store: Store, site: Source, rlimit: int, blocks: Sequence[Block] = ()) -> None:
+    def __init__(
+        self, store: AnswerStore, site: Source, rlimit: int, blocks: Sequence[OperatorOverride] = ()
+    ) -> None:
         self._store = store
         self._site = site
-        self._about = [_program(), rlimit, text_digest(site.text), [one.told for one in blocks]]
+        self._about = [_program_digest(), rlimit, text_digest(site.text), [one.identity for one in blocks]]
         self._new: dict[str, tuple[str, bytes]] = {}
 
     def find(self, folders: Iterable[Path]) -> Known:
@@ -84,27 +91,27 @@ class ProofCache:
         found = ((folder, self.find_module(folder)) for folder in folders)
         return Known(self.find_site(), {folder: one for folder, one in found if one is not None})
 
-    def find_module(self, folder: Path) -> Examined | None:
+    def find_module(self, folder: Path) -> ModuleFindings | None:
         """Return what was proved of exactly the module that is in `folder`, if anything."""
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
             head, claims = self._proof(self._key(*digests))
-            presence = unpacked(head["presence"], manifest)
-            found = Examined(
-                presence, claims=_KeptClaims(_tally(head["tally"]), claims), lock_digest=head["lock"]
+            presence = module_summary_from_json(head["presence"], manifest)
+            found = ModuleFindings(
+                presence, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
             )
         except (UserError, MisuseError, OSError, ValueError, LookupError, TypeError):
             return None
         same = (presence.manifest_digest, presence.code_digest) == digests
-        return found if same and _models_are(folder, presence.model_digests) else None
+        return found if same and _models_unchanged(folder, presence.model_digests) else None
 
-    def find_site(self) -> tuple[SitePresence, SubjectReport] | None:
+    def find_site(self) -> tuple[SiteSummary, SubjectReport] | None:
         """Return the site and the report on it, if all of it was proved and there is nothing to say."""
         try:
             head, packed_claims = self._proof(self._digest("site"))
-            site = unpacked_site(head, self._site)
-            claims = Claims.of(_claims(json.loads(zlib.decompress(packed_claims))))
+            site = site_summary_from_json(head, self._site)
+            claims = Claims.from_claims(_claims_from_rows(json.loads(zlib.decompress(packed_claims))))
         except (MisuseError, ValueError, LookupError, TypeError, zlib.error):
             return None
         return site, SubjectReport(site.id, Path(self._site.path), Conclusion.PROVED, (), claims)
@@ -121,21 +128,25 @@ class ProofCache:
                 self.put_module(new.modules[module.path], module.lock.digest)
         self.close()
 
-    def put_site(self, site: SitePresence, claims: Sequence[Told]) -> None:
+    def put_site(self, site: SiteSummary, claims: Sequence[ClaimSummary]) -> None:
         """Keep what was proved of the site until `close` writes it."""
-        self._put(self._digest("site"), packed(site), [_row(one) for one in claims])
+        self._put(self._digest("site"), summary_to_json(site), [_claim_to_row(one) for one in claims])
 
-    def put_module(self, one: Examined, lock_digest: str) -> None:
+    def put_module(self, one: ModuleFindings, lock_digest: str) -> None:
         """Keep what was proved of a module until `close` writes it.
 
         lock_digest: the SHA-256 of the text of its certificate.
         """
-        presence = one.presence
+        presence = one.summary
         if presence is None:
             raise MisuseError("a module that cannot be read is not proved")
         key, tally = self._key(presence.manifest_digest, presence.code_digest), one.claims.tally
-        head = {"presence": packed(presence), "tally": [tally.claims, tally.guarded], "lock": lock_digest}
-        self._put(key, head, [[_row(claim) for claim in claims] for claims in one.claims.read()])
+        head = {
+            "presence": summary_to_json(presence),
+            "tally": [tally.claims, tally.runtime_checked],
+            "lock": lock_digest,
+        }
+        self._put(key, head, [[_claim_to_row(claim) for claim in claims] for claims in one.claims.read()])
 
     def close(self) -> None:
         """Write what is to be kept."""
@@ -143,8 +154,8 @@ class ProofCache:
         self._new = {}
 
     def _put(self, key: str, head: Mapping[str, Any], claims: Any) -> None:
-        rows = zlib.compress(_dumped(claims).encode(), 1)
-        self._new[key] = (_dumped({**head, "claims": file_digest(rows)}), rows)
+        rows = zlib.compress(_dump_json(claims).encode(), 1)
+        self._new[key] = (_dump_json({**head, "claims": file_digest(rows)}), rows)
 
     def _proof(self, key: str) -> tuple[Any, bytes]:
         """What was put; raises LookupError, ValueError or TypeError if it is not there as it was put."""
@@ -163,20 +174,20 @@ class ProofCache:
         return text_digest(json.dumps([*self._about, *of]))
 
 
-def _dumped(value: Any) -> str:
+def _dump_json(value: Any) -> str:
     return json.dumps(value, separators=(",", ":"))
 
 
-def _tally(kept: Any) -> Tally:
-    claims, guarded = kept
-    return Tally(claims, tuple((rule, boundary, count) for rule, boundary, count in guarded))
+def _read_counts(data: Any) -> ClaimCounts:
+    claims, guarded = data
+    return ClaimCounts(claims, tuple((rule, boundary, count) for rule, boundary, count in guarded))
 
 
 def _is_proved(report: SubjectReport) -> bool:
     return report.conclusion is Conclusion.PROVED and not report.diagnostics
 
 
-def _models_are(folder: Path, digests: Mapping[str, str]) -> bool:
+def _models_unchanged(folder: Path, digests: Mapping[str, str]) -> bool:
     left = MAX_MODELS
     for name, expected in digests.items():
         try:
@@ -189,20 +200,27 @@ def _models_are(folder: Path, digests: Mapping[str, str]) -> bool:
     return True
 
 
-def _row(one: Told) -> list[Any]:
-    if one.diagnostic is not None:
-        raise MisuseError(f"`{one.id}` is not proved without a word")
-    return [one.id.form.name, one.id.names, one.verdict.value, one.guard, one.boundary, one.witness]
+def _claim_to_row(claim: ClaimSummary) -> list[Any]:
+    if claim.diagnostic is not None:
+        raise MisuseError(f"`{claim.id}` is not proved without a word")
+    return [
+        claim.id.form.name,
+        claim.id.names,
+        claim.verdict.value,
+        claim.runtime_checked_rule,
+        claim.boundary,
+        claim.witness,
+    ]
 
 
 _VERDICTS: Final = {one.value: one for one in Verdict}
 
 
-def _claims(rows: Any) -> tuple[Told, ...]:
+def _claims_from_rows(rows: Any) -> tuple[ClaimSummary, ...]:
     if not isinstance(rows, list):
         raise TypeError("claims are kept as a list")
     return tuple(
-        Told(
+        ClaimSummary(
             ClaimId(ClaimForm[form], tuple(names)),
             _VERDICTS[verdict],
             guard,
@@ -214,11 +232,11 @@ def _claims(rows: Any) -> tuple[Told, ...]:
 
 
 @cache
-def _program() -> str:
+def _program_digest() -> str:
     """Digest of everything that decides: AEROS itself, the packages it decides with, and the interpreter."""
     digest = hashlib.sha256(sys.version.encode())
-    for names in _DECIDING:
-        digest.update(f"\n{names[0]} {release_of(*names)}".encode())
+    for names in _VERDICT_DISTRIBUTIONS:
+        digest.update(f"\n{names[0]} {package_version(*names)}".encode())
     root = Path(aeros.__file__).parent
     for path in [root / "__init__.py", root / "skill.py", *sorted((root / "spec").rglob("*.py"))]:
         content = path.read_bytes()

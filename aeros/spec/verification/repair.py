@@ -14,24 +14,24 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.elaborate.scopes import scope_over
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError
-from aeros.spec.model.model import Clause, Site
+from aeros.spec.model.model import ActionCondition, Site
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
-from aeros.spec.obligations.obligation import Claim, Obligation
+from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.verification.discharge import Finding, discharge
-from aeros.spec.verification.edits import Editor
+from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
+from aeros.spec.verification.edits import ConditionEditor
 
 _AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # in a plain YAML scalar
 
 
-def repairs_of(findings: Iterable[Finding], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
+def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
     """By the id of each refuted obligation that can be mended: the line of the envelope to write."""
     known = {finding.obligation.id: finding for finding in findings}
     failing: dict[tuple[str, str], list[Obligation]] = {}
     for finding in known.values():
         one = finding.obligation
-        refuted = finding.verdict is Verdict.REFUTED and not finding.guarded
-        if refuted and one.claim is Claim.ALWAYS and one.clause is not None:
+        refuted = finding.verdict is Verdict.REFUTED and not finding.is_runtime_checked
+        if refuted and one.mode is ClaimMode.ALWAYS and one.clause is not None:
             envelope = one.id.name_of("skill"), one.id.name_of("action")
             failing.setdefault(envelope, []).append(one)
     lines: dict[ClaimId, str] = {}
@@ -40,49 +40,49 @@ def repairs_of(findings: Iterable[Finding], site: Site, oracle: Oracle) -> Mappi
         clause = obligations[0].clause
         if clause is None or alive is None or alive.verdict is not Verdict.PROVED:
             continue
-        mended = _mended(clause, obligations, alive.obligation, site, oracle)
+        mended = _repair_clause(clause, obligations, alive.obligation, site, oracle)
         if mended is not None:
             text, done = mended
             lines |= {one.id: f"{kind}: {_quoted(text, clause)}" for one in done}
     return lines
 
 
-def _mended(
-    clause: Clause, obligations: list[Obligation], alive: Obligation, site: Site, oracle: Oracle
+def _repair_clause(
+    clause: ActionCondition, obligations: list[Obligation], alive: Obligation, site: Site, oracle: Oracle
 ) -> tuple[str, list[Obligation]] | None:
     """The text with the edits that mend obligations, and which it mends; all of it proved."""
-    declared = obligations[0].space.declared
-    editor = Editor(scope_over(site, declared), declared, oracle.hurried(50))
+    declared = obligations[0].space.variables
+    editor = ConditionEditor(scope_over(site, declared), declared, oracle.with_reduced_budget(50))
     text = clause.text
     done: list[Obligation] = []
     for one in obligations:
-        found = _strengthened(editor, text, one)
+        found = _strengthen_clause(editor, text, one)
         if found is not None:
             text, done = found, [*done, one]
     text = " ".join(text.split())
     term = editor.term(text)
     if not done or term is None:
         return None
-    again = discharge((_under(one, term) for one in (*done, alive)), oracle)
+    again = discharge_obligations((_with_envelope(one, term) for one in (*done, alive)), oracle)
     return (text, done) if all(one.verdict is Verdict.PROVED for one in again) else None
 
 
-def _under(one: Obligation, envelope: t.Term) -> Obligation:
+def _with_envelope(obligation: Obligation, envelope: t.Term) -> Obligation:
     """The obligation, of another envelope."""
-    return replace(one, space=replace(one.space, assumptions=(envelope,)))
+    return replace(obligation, space=replace(obligation.space, assumptions=(envelope,)))
 
 
-def _strengthened(editor: Editor, text: str, one: Obligation) -> str | None:
+def _strengthen_clause(editor: ConditionEditor, text: str, obligation: Obligation) -> str | None:
     """`text` with an edit for each conjunct of the conclusion that it does not imply."""
     edited: str | None = text
-    for goal in one.members:
+    for goal in obligation.labelled_conjuncts:
         if edited is None or editor.implies(edited, goal.term):
             continue
         try:
-            edited = editor.strengthened(edited, goal.term, _unquoted(goal.label.span.text))
+            edited = editor.strengthen(edited, goal.term, _unquoted(goal.label.span.text))
         except ExpressionSyntaxError:  # as of a conjunct written over several lines of a block
             return None
-    return edited if one.members else None
+    return edited if obligation.labelled_conjuncts else None
 
 
 def _unquoted(written: str) -> str:
@@ -90,7 +90,7 @@ def _unquoted(written: str) -> str:
     return text[1:-1] if text[:1] in ("'", '"') else text
 
 
-def _quoted(text: str, clause: Clause) -> str:
+def _quoted(text: str, clause: ActionCondition) -> str:
     """As it is to be written: in quotes where the author has them or YAML needs them."""
     quote = clause.span.text[:1]
     if quote in ("'", '"'):

@@ -10,27 +10,27 @@ from typing import TYPE_CHECKING
 
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
 from aeros.spec.diagnostics.errors import InternalError, UserError
-from aeros.spec.model.summary import Presence, SitePresence
+from aeros.spec.model.summary import ModuleSummary, SiteSummary
 from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
-from aeros.spec.obligations.verdicts import Conclusion, Settled
+from aeros.spec.obligations.verdicts import Conclusion, StaticClaim
 from aeros.spec.text.discovery import MANIFEST
-from aeros.spec.verification.certificate import GUARDED, Certificate, Lock, certificate_for
+from aeros.spec.verification.certificate import GUARDED, Certificate, LockFile, certificate_for
 from aeros.spec.verification.claim_summary import (
+    ClaimCounts,
     Claims,
+    ClaimSummary,
     ListedClaims,
     OwnClaims,
-    Tally,
-    Told,
-    said_of,
-    told_of,
+    diagnostics_of,
+    summarize_static_claim,
 )
 
 if TYPE_CHECKING:
     from aeros.spec.model.model import Ecm, Site
-    from aeros.spec.verification.discharge import Finding
-    from aeros.spec.verification.second_solver import Agreement
+    from aeros.spec.verification.discharge import ObligationResult
+    from aeros.spec.verification.second_solver import SecondSolverReport
 
 
 Progress = Callable[[str], None]
@@ -51,10 +51,10 @@ class SubjectReport:
     path: Path
     conclusion: Conclusion
     diagnostics: tuple[Diagnostic, ...]
-    claims: Claims = Claims.of(())  # noqa: RUF009  it cannot be changed
-    settled: tuple[Settled, ...] = ()
-    findings: tuple[Finding, ...] = ()
-    lock: Lock | None = None
+    claims: Claims = Claims.from_claims(())  # noqa: RUF009  it cannot be changed
+    static_claims: tuple[StaticClaim, ...] = ()
+    findings: tuple[ObligationResult, ...] = ()
+    lock: LockFile | None = None
     ecm: Ecm | None = None
 
     @property
@@ -63,19 +63,19 @@ class SubjectReport:
         return None if self.lock is None else self.lock.certificate
 
     @property
-    def obligation_count(self) -> int:
+    def claim_count(self) -> int:
         """How many claims were examined."""
         return len(self.claims)
 
     @property
     def boundaries(self) -> tuple[tuple[str, str], ...]:
         """Each rule that the gate decides, with what has to hold for it to allow; each pair once."""
-        return tuple((rule, boundary) for rule, boundary, _ in self.claims.tally.guarded)
+        return tuple((rule, boundary) for rule, boundary, _ in self.claims.tally.runtime_checked)
 
     @property
-    def guarded_count(self) -> int:
+    def runtime_checked_count(self) -> int:
         """How many claims the gate decides, each time."""
-        return sum(count for *_, count in self.claims.tally.guarded)
+        return sum(count for *_, count in self.claims.tally.runtime_checked)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Report:
     modules: tuple[SubjectReport, ...]
     site_model: Site | None
     configuration: SubjectReport | None = None
-    agreement: Agreement | None = None
+    agreement: SecondSolverReport | None = None
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:
@@ -117,7 +117,7 @@ class Report:
 
 
 @dataclass(frozen=True)
-class Examined:
+class ModuleFindings:
     """What was found of one module by itself.
 
     presence: what others have to know of it; None where it could not be read.
@@ -128,12 +128,14 @@ class Examined:
     full: the model, and what it has before, after, and open; None where only the report is asked for.
     """
 
-    presence: Presence | None
+    summary: ModuleSummary | None
     first_problems: tuple[Diagnostic, ...] = ()
     claims: OwnClaims = ListedClaims()  # noqa: RUF009  it cannot be changed
     last_problems: tuple[Diagnostic, ...] = ()
     lock_digest: str | None = None
-    full: tuple[Ecm, tuple[Settled, ...], tuple[Settled, ...], tuple[Finding, ...]] | None = None
+    findings: (
+        tuple[Ecm, tuple[StaticClaim, ...], tuple[StaticClaim, ...], tuple[ObligationResult, ...]] | None
+    ) = None
 
 
 class Known:
@@ -145,61 +147,61 @@ class Known:
 
     def __init__(
         self,
-        site: tuple[SitePresence, SubjectReport] | None = None,
-        modules: Mapping[Path, Examined] = MappingProxyType({}),
+        site: tuple[SiteSummary, SubjectReport] | None = None,
+        modules: Mapping[Path, ModuleFindings] = MappingProxyType({}),
     ) -> None:
         self.site = site
         self.modules = modules
 
 
-def report_on_unreadable(path: Path, error: UserError) -> SubjectReport:
+def unreadable_site_report(path: Path, error: UserError) -> SubjectReport:
     """What there is to say of a site whose file cannot be read."""
     return SubjectReport(str(path), path, Conclusion.REJECTED, error.diagnostics)
 
 
-def report_on_paths(sink: Diagnostics) -> tuple[SubjectReport, ...]:
+def missing_module_report(sink: Diagnostics) -> tuple[SubjectReport, ...]:
     """What there is to say of paths that hold no module."""
     return (SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)),) if sink.has_errors else ()
 
 
-def report_on(
-    folder: Path, one: Examined, site: SitePresence, around: Mapping[str, Presence]
+def module_report(
+    folder: Path, one: ModuleFindings, site: SiteSummary, co_installed: Mapping[str, ModuleSummary]
 ) -> SubjectReport:
     """Report on a module, with what depends on others; its claims are read when they are asked for."""
-    presence = one.presence
+    presence = one.summary
     if presence is None:
         return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.first_problems)
-    dependencies = tuple(dependency_obligations(presence, around))
-    of_others = tuple(map(told_of, dependencies))
+    dependencies = tuple(dependency_obligations(presence, co_installed))
+    of_others = tuple(map(summarize_static_claim, dependencies))
 
-    def read() -> Iterable[Told]:
+    def read() -> Iterable[ClaimSummary]:
         before, after = one.claims.read()
         return (*before, *of_others, *after)
 
     tally = one.claims.tally
-    claims = Claims(Tally(tally.claims + len(of_others), tally.guarded), read)
-    problems = (*one.first_problems, *said_of(of_others), *one.last_problems)
-    conclusion = conclude(problems)
+    claims = Claims(ClaimCounts(tally.claims + len(of_others), tally.runtime_checked), read)
+    problems = (*one.first_problems, *diagnostics_of(of_others), *one.last_problems)
+    conclusion = conclusion_of(problems)
     lock = _lock(conclusion, presence, site, claims, one.lock_digest)
-    if one.full is None:
+    if one.findings is None:
         return SubjectReport(presence.id, folder, conclusion, problems, claims, lock=lock)
-    ecm, before, after, findings = one.full
+    ecm, before, after, findings = one.findings
     settled = (*before, *dependencies, *after)
     return SubjectReport(presence.id, folder, conclusion, problems, claims, settled, findings, lock, ecm)
 
 
 def _lock(
-    conclusion: Conclusion, presence: Presence, site: SitePresence, claims: Claims, digest: str | None
-) -> Lock | None:
+    conclusion: Conclusion, presence: ModuleSummary, site: SiteSummary, claims: Claims, digest: str | None
+) -> LockFile | None:
     """The certificate of a module that is PROVED; `digest` is that of its text, where it is known."""
 
     def certify() -> Certificate:
-        return certificate_for(presence, site, verdicts_of(claims))
+        return certificate_for(presence, site, certificate_verdicts(claims))
 
-    return Lock(certify, digest) if conclusion is Conclusion.PROVED else None
+    return LockFile(certify, digest) if conclusion is Conclusion.PROVED else None
 
 
-def verdicts_of(claims: Iterable[Told]) -> dict[ClaimId, str]:
+def certificate_verdicts(claims: Iterable[ClaimSummary]) -> dict[ClaimId, str]:
     """Return the verdict of each claim of a module that is PROVED, as a certificate has it.
 
     Raises:
@@ -209,30 +211,30 @@ def verdicts_of(claims: Iterable[Told]) -> dict[ClaimId, str]:
     for told in claims:
         if told.id in verdicts:
             raise InternalError(f"two claims have one identity: {told.id}")
-        verdicts[told.id] = told.verdict.value if told.guard is None else GUARDED
+        verdicts[told.id] = told.verdict.value if told.runtime_checked_rule is None else GUARDED
     return verdicts
 
 
-def report_on_configuration(modules: Sequence[Presence], site: SitePresence) -> SubjectReport | None:
+def configuration_report(modules: Sequence[ModuleSummary], site: SiteSummary) -> SubjectReport | None:
     """What is to be said of several modules together."""
     if len(modules) < 2:
         return None
     settled = tuple(configuration_obligations(modules, site))
-    claims = Claims.of(map(told_of, settled))
-    problems = said_of(claims)
-    return SubjectReport("configuration", Path(), conclude(problems), problems, claims, settled)
+    claims = Claims.from_claims(map(summarize_static_claim, settled))
+    problems = diagnostics_of(claims)
+    return SubjectReport("configuration", Path(), conclusion_of(problems), problems, claims, settled)
 
 
-def modules_around(
-    given: Mapping[Path, Presence], read: Callable[[Path], Presence | None]
-) -> dict[str, Presence]:
+def dependency_candidates(
+    given: Mapping[Path, ModuleSummary], read: Callable[[Path], ModuleSummary | None]
+) -> dict[str, ModuleSummary]:
     """The modules that dependencies may refer to: those given, and those beside one that has any.
 
     read: a module that is not given, by its folder; None where it cannot be read.
     """
     parents = {folder.resolve().parent for folder, one in given.items() if one.requires}
     known = {folder.resolve() for folder in given} if parents else set()
-    around: dict[str, Presence] = {}
+    around: dict[str, ModuleSummary] = {}
     for parent in parents:
         for beside in sorted(parent.iterdir()):
             if beside not in known and (beside / MANIFEST).is_file():
@@ -241,7 +243,7 @@ def modules_around(
     return around | {one.id: one for one in given.values()}
 
 
-def conclude(problems: Iterable[Diagnostic]) -> Conclusion:
+def conclusion_of(problems: Iterable[Diagnostic]) -> Conclusion:
     """What problems come to."""
     errors = {problem.code for problem in problems if problem.severity is Severity.ERROR}
     if not errors:

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from aeros.spec.backends.oracle import Question
-from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.oracle import SolverQuery
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.diagnostics.errors import DisagreementError
 
 
@@ -21,11 +21,11 @@ class SecondSolver(Protocol):
     @property
     def name(self) -> str: ...  # noqa: D102
 
-    def answer(self, script: str) -> Answer: ...  # noqa: D102
+    def solve_script(self, script: str) -> SolverAnswer: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
-class Agreement:
+class SecondSolverReport:
     """What a second solver said of the questions that were decided; wherever it decided, the same.
 
     questions: how many different ones there were.
@@ -33,41 +33,41 @@ class Agreement:
     """
 
     solver: str
-    questions: int
-    undecided: tuple[tuple[str, str], ...]
+    query_count: int
+    undecided_queries: tuple[tuple[str, str], ...]
 
     @property
-    def agreed(self) -> int:
+    def agreed_count(self) -> int:
         """Of how many questions both solvers said the same."""
-        return self.questions - len(self.undecided)
+        return self.query_count - len(self.undecided_queries)
 
 
-def agreement_on(
-    questions: Iterable[Question], second: SecondSolver, progress: Callable[[str], None]
-) -> Agreement:
+def cross_check_queries(
+    questions: Iterable[SolverQuery], second: SecondSolver, progress: Callable[[str], None]
+) -> SecondSolverReport:
     """What `second` says of `questions`; raises DisagreementError where it says otherwise than Z3 did.
 
     Questions that Z3 did not decide are left out: no verdict rests on them.
     """
-    from aeros.spec.backends.z3_solver import Session, solver_version
+    from aeros.spec.backends.z3_solver import IncrementalSolver, solver_version
 
-    decided = [one for one in questions if one.answer.result is not Result.UNKNOWN]
+    decided = [one for one in questions if one.answer.result is not SatResult.UNKNOWN]
     seen: set[str] = set()
     undecided: list[tuple[str, str]] = []
     for number, one in enumerate(decided, 1):
         progress(f"{number} of {len(decided)} questions again with {second.name}")
-        script = Session(one.variables, one.ranges).script(*one.terms)
+        script = IncrementalSolver(one.variables, one.ranges).to_smtlib(*one.terms)
         if script in seen:
             continue
         seen.add(script)
-        said = second.answer(script)
-        if said.result is Result.UNKNOWN:
-            undecided.append((one.about, said.reason))
+        said = second.solve_script(script)
+        if said.result is SatResult.UNKNOWN:
+            undecided.append((one.description, said.reason))
         elif said.result is not one.answer.result:
-            first = "AEROS, by bounds alone," if one.by_bounds else solver_version()
+            first = "AEROS, by bounds alone," if one.by_intervals else solver_version()
             answers = (
                 f"{who} says {answer.result.value}"
                 for who, answer in ((first, one.answer), (second.name, said))
             )
-            raise DisagreementError(one.about, script, *answers)
-    return Agreement(second.name, len(seen), tuple(undecided))
+            raise DisagreementError(one.description, script, *answers)
+    return SecondSolverReport(second.name, len(seen), tuple(undecided))

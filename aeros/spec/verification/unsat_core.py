@@ -12,57 +12,59 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics.codes import Label
-from aeros.spec.diagnostics.source import Span
+from aeros.spec.diagnostics.codes import SpanLabel
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.model import Declared
-from aeros.spec.obligations.obligation import Member, Obligation
-from aeros.spec.verification.queries import impossible
+from aeros.spec.obligations.obligation import LabelledConjunct, Obligation
+from aeros.spec.verification.queries import is_unsatisfiable
 from aeros.spec.verification.witness import Witness
 
 _T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
-class Core:
+class UnsatCore:
     """Conditions and declared ranges that cannot hold together; without any one of them, the rest can.
 
     Where the budget ran out for a member, it is kept, so a core may be larger than it must.
     """
 
-    members: tuple[Member, ...]
+    members: tuple[LabelledConjunct, ...]
     ranges: tuple[Declared, ...]
 
 
-def core_of(obligation: Obligation, oracle: Oracle) -> Core | None:
+def find_unsat_core(obligation: Obligation, oracle: Oracle) -> UnsatCore | None:
     """A core of a claim that something can hold and fails; None if none is found within the budget.
 
     Ranges go first, then the members from the last, so that what stays is rather what the author of
     the first members wrote.
     """
-    if not obligation.members:
+    if not obligation.labelled_conjuncts:
         return None
-    declared = obligation.space.declared
-    names = {name for member in obligation.members for name in t.variables_of(member.term)}
+    declared = obligation.space.variables
+    names = {name for member in obligation.labelled_conjuncts for name in t.variables_of(member.term)}
     ranged = [one for one in declared if one.range is not None and one.name in names]
 
-    def clash(items: Sequence[Member | Declared]) -> bool:
+    def clash(items: Sequence[LabelledConjunct | Declared]) -> bool:
         bounded = {one.name for one in items if isinstance(one, Declared)}
         space = [one if one.name in bounded else replace(one, range=None) for one in declared]
-        return impossible([one.term for one in items if isinstance(one, Member)], space, oracle)
+        return is_unsatisfiable(
+            [one.term for one in items if isinstance(one, LabelledConjunct)], space, oracle
+        )
 
-    items: list[Member | Declared] = [*obligation.members, *ranged]
+    items: list[LabelledConjunct | Declared] = [*obligation.labelled_conjuncts, *ranged]
     if not clash(items):
         return None
-    items = _least(items, clash)
-    return Core(
-        tuple(one for one in items if isinstance(one, Member)),
+    items = _minimize_core(items, clash)
+    return UnsatCore(
+        tuple(one for one in items if isinstance(one, LabelledConjunct)),
         tuple(one for one in items if isinstance(one, Declared)),
     )
 
 
-def _least(items: list[_T], clash: Callable[[Sequence[_T]], bool]) -> list[_T]:
+def _minimize_core(items: list[_T], clash: Callable[[Sequence[_T]], bool]) -> list[_T]:
     """Some of `items` that still clash, none of which can be left out; the first are kept rather."""
     pending = [list(range(len(items)))]
     kept = set(range(len(items)))
@@ -76,12 +78,12 @@ def _least(items: list[_T], clash: Callable[[Sequence[_T]], bool]) -> list[_T]:
     return [items[i] for i in sorted(kept)]
 
 
-def labels_of_core(obligation: Obligation, core: Core) -> tuple[Label, tuple[Label, ...]]:
+def label_core(obligation: Obligation, core: UnsatCore) -> tuple[SpanLabel, tuple[SpanLabel, ...]]:
     """The obligation's labels, with the members of the core in place of all that it speaks of."""
     labels = [member.label for member in core.members]
-    ranges = [Label(one.range_span or one.span, f"range of `{one.name}`") for one in core.ranges]
+    ranges = [SpanLabel(one.range_span or one.span, f"range of `{one.name}`") for one in core.ranges]
     primary = obligation.primary
-    inside = [label for label in labels if _covers(primary.span, label.span)]
+    inside = [label for label in labels if _span_contains(primary.span, label.span)]
     if obligation.primary_alone:
         labels = [label for label in labels if label not in inside]
         return inside[0] if len(inside) == 1 else primary, (*labels, *ranges)
@@ -91,20 +93,24 @@ def labels_of_core(obligation: Obligation, core: Core) -> tuple[Label, tuple[Lab
     labels.remove(first)
     if first.span != primary.span:
         text = "never holds together with what else is marked" if labels else primary.text
-        primary = Label(first.span, text)
+        primary = SpanLabel(first.span, text)
     return primary, (*labels, *ranges)
 
 
-def labels_of_breach(obligation: Obligation, witness: Witness) -> tuple[Label, tuple[Label, ...]]:
+def label_violated_conjuncts(
+    obligation: Obligation, witness: Witness
+) -> tuple[SpanLabel, tuple[SpanLabel, ...]]:
     """The obligation's labels, with the conjuncts that `witness` breaks in place of the conclusion."""
-    broken = [one.label for one in obligation.members if not holds(one.term, witness.values)]
+    broken = [one.label for one in obligation.labelled_conjuncts if not is_true(one.term, witness.values)]
     if not broken:
         return obligation.primary, obligation.secondary
-    if _covers(obligation.primary.span, broken[0].span):
-        return Label(broken[0].span, obligation.primary.text), tuple(broken[1:])
-    around = [one for one in obligation.secondary if not any(_covers(one.span, part.span) for part in broken)]
+    if _span_contains(obligation.primary.span, broken[0].span):
+        return SpanLabel(broken[0].span, obligation.primary.text), tuple(broken[1:])
+    around = [
+        one for one in obligation.secondary if not any(_span_contains(one.span, part.span) for part in broken)
+    ]
     return obligation.primary, (*around, *broken)
 
 
-def _covers(outer: Span, inner: Span) -> bool:
+def _span_contains(outer: SourceSpan, inner: SourceSpan) -> bool:
     return outer.source == inner.source and outer.start <= inner.start and inner.end <= outer.end

@@ -14,34 +14,34 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.spec.backends.answer_store import Store
+from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.model.summary import Presence, SitePresence, presence_of_site
+from aeros.spec.model.summary import ModuleSummary, SiteSummary, summarize_site
 from aeros.spec.text.discovery import module_folders
 from aeros.spec.text.files import read_source
 from aeros.spec.verification.proof_cache import ProofCache
 from aeros.spec.verification.reports import (
-    Examined,
     Known,
+    ModuleFindings,
     Progress,
     Report,
     SubjectReport,
-    modules_around,
-    report_on,
-    report_on_configuration,
-    report_on_paths,
-    report_on_unreadable,
+    configuration_report,
+    dependency_candidates,
+    missing_module_report,
+    module_report,
+    unreadable_site_report,
 )
 
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
-    from aeros.spec.model.model import Block, Site
-    from aeros.spec.verification.second_solver import Agreement, SecondSolver
+    from aeros.spec.model.model import OperatorOverride, Site
+    from aeros.spec.verification.second_solver import SecondSolver, SecondSolverReport
 
-MANY: Final = 16
+MIN_MODULES_FOR_POOL: Final = 16
 """From this many modules on, more than one process proves them."""
 
 
@@ -57,8 +57,8 @@ def verify(
     site_path: Path,
     rlimit: int = DEFAULT_RLIMIT,
     progress: Progress = lambda _: None,
-    store: Store | None = None,
-    blocks: Sequence[Block] = (),
+    store: AnswerStore | None = None,
+    blocks: Sequence[OperatorOverride] = (),
     second: SecondSolver | None = None,
     *,
     detail: Detail = Detail.FULL,
@@ -89,12 +89,12 @@ def verify(
     progress(f"site {site_path}")
     sink = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
-    refused = report_on_paths(sink)
+    refused = missing_module_report(sink)
     try:
         source = read_source(site_path)
     except UserError as error:
-        return Report(report_on_unreadable(site_path, error), refused, None)
-    prover = _Prover(source, tuple(blocks), rlimit, store, jobs, detail=detail, second=second)
+        return Report(unreadable_site_report(site_path, error), refused, None)
+    prover = _LazyProver(source, tuple(blocks), rlimit, store, jobs, detail=detail, second=second)
     if store is None or detail is Detail.FULL:
         report, _ = _report(folders, refused, prover, Known(), progress)
         return report
@@ -107,7 +107,7 @@ def verify(
 def _report(
     folders: Sequence[Path],
     refused: tuple[SubjectReport, ...],
-    prover: _Prover,
+    prover: _LazyProver,
     known: Known,
     progress: Progress,
 ) -> tuple[Report, Known]:
@@ -123,25 +123,25 @@ def _report(
     found = {
         folder: known.modules[folder] if folder in known.modules else proved[folder] for folder in folders
     }
-    given = {folder: one.presence for folder, one in found.items() if one.presence is not None}
-    around = modules_around(given, prover.presence_in)
-    modules = [report_on(folder, one, site, around) for folder, one in found.items()]
+    given = {folder: one.summary for folder, one in found.items() if one.summary is not None}
+    around = dependency_candidates(given, prover.summarize_module)
+    modules = [module_report(folder, one, site, around) for folder, one in found.items()]
     agreement = prover.agreement(progress)
     prover.close()
-    configuration = report_on_configuration(list(given.values()), site)
+    configuration = configuration_report(list(given.values()), site)
     report = Report(site_report, (*refused, *modules), prover.site_model, configuration, agreement)
     return report, Known((site, site_report) if known.site is None else None, proved)
 
 
-class _Prover:
+class _LazyProver:
     """Proves what is not known.  Importing what that takes costs 0.2 s, which other runs need not pay."""
 
     def __init__(
         self,
         source: Source,
-        blocks: tuple[Block, ...],
+        blocks: tuple[OperatorOverride, ...],
         rlimit: int,
-        store: Store | None,
+        store: AnswerStore | None,
         jobs: int,
         *,
         detail: Detail,
@@ -164,62 +164,62 @@ class _Prover:
     @cached_property
     def _site(self) -> Site:
         """The site, which was found to be readable before."""
-        from aeros.spec.elaborate.load import site_of
+        from aeros.spec.elaborate.load import elaborate_source
 
-        site = site_of(self._source, Diagnostics())
+        site = elaborate_source(self._source, Diagnostics())
         if site is None:
             raise InternalError(f"`{self._source.path}` was kept as proved and cannot be read")
-        return site.with_blocks(self._blocks)
+        return site.with_overrides(self._blocks)
 
     @property
     def site_model(self) -> Site | None:
         """The site for the report; None for a brief one."""
         return self._site if self._in_full else None
 
-    def site(self) -> tuple[SitePresence | None, SubjectReport]:
+    def site(self) -> tuple[SiteSummary | None, SubjectReport]:
         """Prove the site; return it as others see it, None where it cannot be read, and the report on it."""
         from aeros.spec.verification.examine import examine_site
 
         site, report = examine_site(self._source, self._oracle, self._blocks)
         if not self._in_full:
-            report = replace(report, settled=(), findings=())
+            report = replace(report, static_claims=(), findings=())
         if site is None:
             return None, report
         self._site = site
-        return presence_of_site(site), report
+        return summarize_site(site), report
 
-    def modules(self, folders: Sequence[Path], progress: Progress) -> dict[Path, Examined]:
+    def modules(self, folders: Sequence[Path], progress: Progress) -> dict[Path, ModuleFindings]:
         """Prove each module by itself."""
-        examined: dict[Path, Examined] = {}
+        examined: dict[Path, ModuleFindings] = {}
         found = self._examined(folders) if folders else iter(())
         for done, folder in enumerate(folders, 1):
             progress(f"{done} of {len(folders)}: {folder}")
             examined[folder] = next(found)
         return examined
 
-    def _examined(self, folders: Sequence[Path]) -> Iterator[Examined]:
+    def _examined(self, folders: Sequence[Path]) -> Iterator[ModuleFindings]:
         from aeros.spec.verification.examine import examine_module, examine_modules_in_processes
 
-        if not self._in_full and self._jobs > 1 and len(folders) >= MANY:
+        if not self._in_full and self._jobs > 1 and len(folders) >= MIN_MODULES_FOR_POOL:
             return examine_modules_in_processes(folders, self._source, self._blocks, self._rlimit, self._jobs)
         found = (examine_module(folder, self._site, self._oracle) for folder in folders)
-        return found if self._in_full else (replace(one, full=None) for one in found)
+        return found if self._in_full else (replace(one, findings=None) for one in found)
 
-    def presence_in(self, folder: Path) -> Presence | None:
+    def summarize_module(self, folder: Path) -> ModuleSummary | None:
         """Return what others have to know of the module in `folder`; None where it cannot be read."""
-        from aeros.spec.verification.examine import presence_in
+        from aeros.spec.verification.examine import summarize_folder
 
-        return presence_in(folder, self._site)
+        return summarize_folder(folder, self._site)
 
-    def agreement(self, progress: Progress) -> Agreement | None:
+    def agreement(self, progress: Progress) -> SecondSolverReport | None:
         """Put every question to the second solver, where there is one."""
         if self._second is None:
             return None
-        from aeros.spec.verification.second_solver import agreement_on
+        from aeros.spec.verification.second_solver import cross_check_queries
 
-        return agreement_on(self._oracle.asked.values(), self._second, progress)
+        return cross_check_queries(self._oracle.asked.values(), self._second, progress)
 
     def close(self) -> None:
         """Put what the solver answered into the store."""
         if "_oracle" in self.__dict__:
-            self._oracle.keep()
+            self._oracle.save_answers()

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
-from aeros.spec.backends.solver_results import Scalar
+from aeros.spec.backends.solver_results import ScalarValue
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
-from aeros.spec.expr.semantics import Value, holds
+from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
-from aeros.spec.expr.units import Unit, in_unit, show_number, show_quantity
+from aeros.spec.expr.units import Unit, format_number, format_quantity, to_unit
 from aeros.spec.model.model import Declared
 
 
@@ -20,31 +20,31 @@ from aeros.spec.model.model import Declared
 class Witness:
     """A state, inputs and an action that settle a claim; values in SI by variable name."""
 
-    declared: tuple[Declared, ...]
+    variables: tuple[Declared, ...]
     values: Mapping[str, Value]
 
     def lines(self) -> list[str]:
         """Each value in the unit of its declaration, as in `speed = 0.5 m/s`."""
-        return [f"{one.name} = {show_value(self.values[one.name], one)}" for one in self.declared]
+        return [f"{one.name} = {format_value(self.values[one.name], one)}" for one in self.variables]
 
 
-def show_value(value: Value, declared: Declared) -> str:
+def format_value(value: Value, declared: Declared) -> str:
     """One value in the unit of its declaration."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return value
     if isinstance(value, Fraction):
-        return show_quantity(value, declared.unit)
-    shown = ", ".join(_show_part(part, declared.unit) for part in value)
+        return format_quantity(value, declared.unit)
+    shown = ", ".join(_format_part(part, declared.unit) for part in value)
     return f"[{shown}]" if declared.unit.text == "1" else f"[{shown}] {declared.unit.text}"
 
 
-def _show_part(part: Fraction | bool, unit: Unit) -> str:
-    return str(part).lower() if isinstance(part, bool) else show_number(in_unit(part, unit))
+def _format_part(part: Fraction | bool, unit: Unit) -> str:
+    return str(part).lower() if isinstance(part, bool) else format_number(to_unit(part, unit))
 
 
-class Replay:
+class TermEvaluator:
     """Whether terms hold at values, each found once: most questions about a skill repeat its conditions."""
 
     def __init__(self) -> None:
@@ -57,15 +57,15 @@ class Replay:
         parts = [part for value in read for part in (value if isinstance(value, tuple) else (value,))]
         key = (id(term), *map(id, parts))
         if key not in self._known:
-            self._known[key] = (term, values, holds(term, values))
+            self._known[key] = (term, values, is_true(term, values))
         return self._known[key][2]
 
 
-def witness_of(
-    model: Mapping[str, Scalar],
+def witness_from_model(
+    model: Mapping[str, ScalarValue],
     declared: tuple[Declared, ...],
     wanted: tuple[t.Term, ...],
-    replay: Replay,
+    replay: TermEvaluator,
     *,
     shown: bool,
 ) -> Witness | None:
@@ -77,36 +77,36 @@ def witness_of(
     shown: whether a person will read it, so that rounded numbers are worth looking for.
     """
     values = _values(model, declared)
-    if not shown and _replays(values, declared, wanted, replay):
+    if not shown and _is_witness(values, declared, wanted, replay):
         return Witness(declared, values)
     scalars = dict(model)
     for one in declared:
         for part in scalar_variables(one.variable):
             if isinstance(part.type, RealType):
-                scalars[part.name] = _shortest(part.name, scalars, one, declared, wanted, replay)
+                scalars[part.name] = _simplify_value(part.name, scalars, one, declared, wanted, replay)
     values = _values(scalars, declared)
-    return Witness(declared, values) if _replays(values, declared, wanted, replay) else None
+    return Witness(declared, values) if _is_witness(values, declared, wanted, replay) else None
 
 
-def _shortest(
+def _simplify_value(
     name: str,
-    scalars: Mapping[str, Scalar],
-    one: Declared,
+    scalars: Mapping[str, ScalarValue],
+    variable: Declared,
     declared: tuple[Declared, ...],
     wanted: tuple[t.Term, ...],
-    replay: Replay,
+    replay: TermEvaluator,
 ) -> Fraction:
     """The value with the fewest decimals, in the unit of its declaration, that still is a witness."""
     value = cast("Fraction", scalars[name])
-    scaled = value / one.unit.factor
+    scaled = value / variable.unit.factor
     for digits in range(7):
-        candidate = round(scaled, digits) * one.unit.factor
-        if _replays(_values({**scalars, name: candidate}, declared), declared, wanted, replay):
+        candidate = round(scaled, digits) * variable.unit.factor
+        if _is_witness(_values({**scalars, name: candidate}, declared), declared, wanted, replay):
             return candidate
     return value
 
 
-def _values(scalars: Mapping[str, Scalar], declared: tuple[Declared, ...]) -> dict[str, Value]:
+def _values(scalars: Mapping[str, ScalarValue], declared: tuple[Declared, ...]) -> dict[str, Value]:
     values: dict[str, Value] = {}
     for one in declared:
         parts = [scalars[part.name] for part in scalar_variables(one.variable)]
@@ -115,17 +115,20 @@ def _values(scalars: Mapping[str, Scalar], declared: tuple[Declared, ...]) -> di
     return values
 
 
-def _replays(
-    values: Mapping[str, Value], declared: tuple[Declared, ...], wanted: tuple[t.Term, ...], replay: Replay
+def _is_witness(
+    values: Mapping[str, Value],
+    declared: tuple[Declared, ...],
+    wanted: tuple[t.Term, ...],
+    replay: TermEvaluator,
 ) -> bool:
     return all(_in_range(values[one.name], one) for one in declared) and all(
         replay.holds(term, values) for term in wanted
     )
 
 
-def _in_range(value: Value, one: Declared) -> bool:
-    if one.range is None:
+def _in_range(value: Value, variable: Declared) -> bool:
+    if variable.range is None:
         return True
-    low, high = one.range
+    low, high = variable.range
     parts = value if isinstance(value, tuple) else (value,)
     return all(low <= part <= high for part in cast("tuple[Fraction, ...]", parts))

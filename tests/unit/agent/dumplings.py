@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, TypeVar
 
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Scope
@@ -16,10 +16,10 @@ from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, Ve
 from aeros.spec.expr.units import LENGTH, NUMBER
 from aeros.spec.model.model import (
     Access,
-    Clause,
+    ActionCondition,
     Declared,
     Ecm,
-    Limits,
+    ModuleLimits,
     Outcome,
     PlanningRule,
     Risk,
@@ -30,7 +30,7 @@ from aeros.spec.model.model import (
 
 _Model = TypeVar("_Model")
 
-SPAN = Span(Source("built-by-hand", ""), 0, 0)
+SPAN = SourceSpan(Source("built-by-hand", ""), 0, 0)
 PREDICATES = (
     "dough_on_workspace",
     "filling_on_workspace",
@@ -60,12 +60,12 @@ def state(
     range_: tuple[Fraction, Fraction] | None = None,
     max_age: Fraction | None = Fraction(5),
 ) -> Declared:
-    return Declared(t.Variable(name, type_, t.Role.STATE), SPAN, range=range_, max_age=max_age)
+    return Declared(t.Variable(name, type_, t.VariableRole.STATE), SPAN, range=range_, max_age=max_age)
 
 
 def given_input(name: str, default: Fraction | None, range_: tuple[Fraction, Fraction]) -> Declared:
-    variable = t.Variable(f"inputs.{name}", RealType(NUMBER), t.Role.INPUT)
-    return Declared(variable, SPAN, range=range_, default=default)
+    variable = t.Variable(f"inputs.{name}", RealType(NUMBER), t.VariableRole.INPUT)
+    return Declared(variable, SPAN, range=range_, default_value=default)
 
 
 _UNIT = (Fraction(0), Fraction(1))
@@ -102,8 +102,10 @@ def skill(
     return build(
         Skill,
         id=name,
-        precondition=None if precondition is None else Clause(term(precondition), precondition, SPAN),
-        hold=None if hold is None else Clause(term(hold), hold, SPAN),
+        precondition=None
+        if precondition is None
+        else ActionCondition(term(precondition), precondition, SPAN),
+        hold=None if hold is None else ActionCondition(term(hold), hold, SPAN),
         outcomes={one.id: one for one in outcomes},
         inputs=inputs or {},
         timeout=Fraction(60),
@@ -123,7 +125,7 @@ def module(name: str, skills: tuple[Skill, ...], *tasks: Task) -> Ecm:
 
 
 def site(retries: int = 3, replans: int = 10, *, stops_at_undeclared: bool = False) -> Site:
-    limits = Limits(Fraction(60), retries, replans)
+    limits = ModuleLimits(Fraction(60), retries, replans)
     return build(Site, id="kitchen", state=STATE, limits=limits, stops_at_undeclared=stops_at_undeclared)
 
 

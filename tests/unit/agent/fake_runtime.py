@@ -7,11 +7,11 @@ from math import inf
 from typing import Any
 
 from aeros.runtime.ports import (
-    Ended,
-    Head,
+    AuditEvent,
+    EndedStep,
+    LogHead,
     Reading,
     Readings,
-    Said,
     StepHandle,
     StepRequest,
     StepResult,
@@ -54,7 +54,7 @@ class FakeRuntime:
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
-        self.said: list[Said] = []
+        self.said: list[AuditEvent] = []
         self.clock = 100.0
         self.certificates: dict[str, Certificate] = {}
         self._site = at or site()
@@ -86,15 +86,15 @@ class FakeRuntime:
         self.under_way[StepHandle(self.started)] = request
         return StepHandle(self.started)
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         for handle in self.cancelled:
             if self.under_way.pop(handle, None) is not None:
-                return Ended(handle, StepResult(StepStatus.CANCELLED, self.cancelled[handle]))
+                return EndedStep(handle, StepResult(StepStatus.CANCELLED, self.cancelled[handle]))
         if not self.under_way or self.clock + 1.0 > until:
             self.clock = max(self.clock, until)
             return None
         handle = min(self.under_way, key=lambda one: self.last.count(self.under_way[one].skill))
-        return Ended(handle, self.submit(self.under_way.pop(handle)))
+        return EndedStep(handle, self.submit(self.under_way.pop(handle)))
 
     def cancel(self, step: StepHandle, reason: str) -> None:
         self.cancelled[step] = reason
@@ -122,10 +122,10 @@ class FakeRuntime:
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         self.notes.append((event, dict(details)))
 
-    def head(self) -> Head:
-        return Head(len(self.said), str(len(self.said)))
+    def log_head(self) -> LogHead:
+        return LogHead(len(self.said), str(len(self.said)))
 
-    def said_since(self, head: Head) -> Sequence[Said] | None:
+    def events_since(self, head: LogHead) -> Sequence[AuditEvent] | None:
         return self.said[head.records :] if head.records <= len(self.said) else None
 
     def kinds(self) -> list[str]:

@@ -14,18 +14,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.agent import MEMORY, awake, awake_once
-from aeros.agent.errors import RefusedError
-from aeros.agent.execution.journal import Event
-from aeros.agent.execution.report import Role, RunReport
-from aeros.agent.memory.queries import Wanted, recollection
+from aeros.agent.agent import MEMORY_FILE, open_temporary_agent, start_agent
+from aeros.agent.errors import AgentError
+from aeros.agent.execution.journal import AgentEvent
+from aeros.agent.execution.report import RunReport, StepRole
+from aeros.agent.memory.queries import EpisodeFilter, open_memory_reader
 from aeros.agent.planning.base import Planner, RulePlanner
-from aeros.agent.planning.routing import Routed, RoutingError
-from aeros.agent.planning.task_graph import Step, TaskGraph
-from aeros.agent.task_loop import PATIENCE, PAUSE
-from aeros.agent.world.world import World
+from aeros.agent.planning.routing import RoutedTask, RoutingError
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.task_loop import MAX_WAIT_S, RETRY_INTERVAL_S
+from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
-from aeros.spec.expr.shortfall import Shortfall
+from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.model import Ecm
 from aeros.spec.obligations.claim_id import ClaimForm
@@ -35,7 +35,7 @@ from tests.unit.agent.fake_runtime import FakeRuntime
 
 
 def run(folder: Path, runtime: Runtime, planner: Planner | None = None) -> RunReport:
-    with awake(folder, "chef", runtime, planner) as agent:
+    with start_agent(folder, "chef", runtime, planner) as agent:
         return agent.run("Make dumplings!")
 
 
@@ -48,7 +48,7 @@ class Fixed:
         self.proposal = proposal
         self.asked = 0
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         self.asked += 1
         if isinstance(self.proposal, Exception):
             raise self.proposal
@@ -90,7 +90,14 @@ def test_a_failed_step_is_recovered_and_tried_again(tmp_path: Path) -> None:
     assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
     assert counts(report) == (6, 1, 1, 0)
     roles = [step.role for step in report.steps]
-    assert roles == [Role.STEP, Role.STEP, Role.STEP, Role.RECOVERY, Role.RETRY, Role.STEP]
+    assert roles == [
+        StepRole.STEP,
+        StepRole.STEP,
+        StepRole.STEP,
+        StepRole.RECOVERY,
+        StepRole.RETRY,
+        StepRole.STEP,
+    ]
 
 
 def test_retries_exhausted_mean_one_counted_replan(tmp_path: Path) -> None:
@@ -131,11 +138,11 @@ def test_a_goal_that_came_true_while_planning_needs_no_step(tmp_path: Path) -> N
     runtime = FakeRuntime()
 
     class Slow(Fixed):
-        def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
             runtime.state["dumpling_cooked"] = True
             return super().plan(routed, world, modules)
 
-    report = run(tmp_path, runtime, Slow(TaskGraph((Step("dumpling", "prepare"),))))
+    report = run(tmp_path, runtime, Slow(TaskGraph((PlanStep("dumpling", "prepare"),))))
     assert report.reached
     assert runtime.submitted == []
 
@@ -230,7 +237,7 @@ def test_a_broken_assumption_names_the_certificate_and_what_of_it_rests_on_outco
     assert details["certificate"] == certificate.digest
     assert details["version"] == "1.2.3"
     assert details["obligations"] == ["closed-loop/make_dumplings/progress"]
-    with recollection(tmp_path / MEMORY) as memory:
+    with open_memory_reader(tmp_path / MEMORY_FILE) as memory:
         (kept,) = memory.broken_assumptions()
     assert (kept["skill"], kept["certificate"]) == ("dumpling.wrap", certificate.digest)
     assert kept["declared"] == ["wrapped", "misaligned"]
@@ -240,20 +247,20 @@ def test_planners_are_told_why_the_plan_before_failed_and_memory_keeps_it_as_dat
     class Listening(RulePlanner):
         heard: ClassVar[list[list[tuple[str, str]]]] = []
 
-        def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
             self.heard.append([(one.kind, one.rule) for one in world.failures])
             return super().plan(routed, world, modules)
 
-    part = Shortfall("human_distance", 0.41, "at least", 0.5, "m")
+    part = UnmetBound("human_distance", 0.41, "at least", 0.5, "m")
     cause = Cause("rule", "separation", "human_distance >= 500 mm", "ISO 13855", "site.yaml:3", (part,))
     runtime = FakeRuntime(
         endings={"boil": [StepResult(StepStatus.STOPPED, "monitor:separation", causes=(cause,))]}
     )
-    with awake(tmp_path, "chef", runtime, Listening()) as agent:
+    with start_agent(tmp_path, "chef", runtime, Listening()) as agent:
         assert agent.run("Make dumplings!").reached
     assert Listening.heard == [[], [("rule", "separation")]]
-    with recollection(tmp_path / MEMORY) as memory:
-        (failed,) = memory.search(Wanted(failed=True), 9)
+    with open_memory_reader(tmp_path / MEMORY_FILE) as memory:
+        (failed,) = memory.search(EpisodeFilter(failed=True), 9)
     assert failed["causes"][0]["shortfalls"][0]["value"] == 0.41
     assert failed["causes"][0]["at"] == "site.yaml:3"
 
@@ -262,7 +269,7 @@ def test_a_broken_hold_condition_is_a_failed_try_that_is_repeated(tmp_path: Path
     holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="dumpling_wrapped")
     boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil", retry=2))
     runtime = FakeRuntime(
-        {"dumpling": module("dumpling", (holding,), boil)}, endings={"boil": [StepStatus.UNHELD]}
+        {"dumpling": module("dumpling", (holding,), boil)}, endings={"boil": [StepStatus.HOLD_LOST]}
     )
     runtime.state["dumpling_wrapped"] = True
     report = run(tmp_path, runtime)
@@ -293,7 +300,7 @@ def test_a_request_denied_twice_ends_the_run(tmp_path: Path) -> None:
     assert "denied a second time" in report.reason
 
 
-PERSON_NEARBY = StepResult(StepStatus.DENIED, "somebody is near", denied=1, may_pass=True)
+PERSON_NEARBY = StepResult(StepStatus.DENIED, "somebody is near", denied=1, is_transient=True)
 
 
 def test_a_denial_that_may_pass_is_waited_for_and_is_no_replan(tmp_path: Path) -> None:
@@ -303,11 +310,11 @@ def test_a_denial_that_may_pass_is_waited_for_and_is_no_replan(tmp_path: Path) -
     assert report.replans == 0
     assert runtime.submitted.count("boil") == 21
     assert runtime.kinds().count("waiting") == 20
-    assert runtime.clock == 100.0 + len(runtime.submitted) + 20 * PAUSE
+    assert runtime.clock == 100.0 + len(runtime.submitted) + 20 * RETRY_INTERVAL_S
 
 
 def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise(tmp_path: Path) -> None:
-    most = int(PATIENCE / PAUSE)
+    most = int(MAX_WAIT_S / RETRY_INTERVAL_S)
     runtime = FakeRuntime(
         endings={"boil": [*[PERSON_NEARBY] * most, StepStatus.STOPPED, *[PERSON_NEARBY] * 99]}
     )
@@ -335,7 +342,7 @@ def test_replans_are_not_used_up_while_a_sensor_is_silent(tmp_path: Path) -> Non
 
 def test_waiting_ends_with_the_time_for_the_task(tmp_path: Path) -> None:
     runtime = FakeRuntime(endings={"prepare": [PERSON_NEARBY] * 99})
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         report = agent.run("Make dumplings!", timeout=7.5)
     assert runtime.clock == 107.5
     assert report.reason is not None
@@ -423,7 +430,7 @@ def test_a_step_under_way_when_the_last_agent_was_killed_is_told(tmp_path: Path)
     with closing(sqlite3.connect(tmp_path / "memory.sqlite3")) as database, database:
         database.execute("UPDATE episodes SET status = NULL WHERE skill = 'wrap'")
     runtime = FakeRuntime()
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         assert agent.identity.sessions == 2
     assert runtime.notes == [("step-interrupted", {"skill": "dumpling.wrap"})]
 
@@ -449,7 +456,7 @@ def test_a_module_deactivated_amid_the_run_ends_it_with_the_reason(tmp_path: Pat
         (TaskGraph(()), "the plan is empty"),
         ("prepare, then wrap", "returned a str"),
         (ValueError("no idea"), "the planner failed: ValueError: no idea"),
-        (TaskGraph((Step("dumpling", "explode"),)), "has no skill `explode`"),
+        (TaskGraph((PlanStep("dumpling", "explode"),)), "has no skill `explode`"),
     ],
 )
 def test_a_rejected_plan_runs_no_step_and_its_repetition_ends_the_run(
@@ -466,8 +473,8 @@ def test_a_rejected_plan_runs_no_step_and_its_repetition_ends_the_run(
 
 def test_everything_is_noted_remembered_and_observed(tmp_path: Path) -> None:
     runtime = FakeRuntime(endings={"wrap": ["misaligned"] * 3})
-    seen: list[Event] = []
-    with awake(tmp_path, "chef", runtime, on_event=seen.append) as agent:
+    seen: list[AgentEvent] = []
+    with start_agent(tmp_path, "chef", runtime, on_event=seen.append) as agent:
         report = agent.run("dumplings")
     assert [event.kind for event in seen] == runtime.kinds()
     assert runtime.kinds()[:3] == ["routed", "lifecycle", "plan"]
@@ -491,9 +498,9 @@ def test_an_agent_awake_once_remembers_until_then_and_leaves_nothing(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
-        seen: list[Event] = []
+        seen: list[AgentEvent] = []
         runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
-        with awake_once("chef", runtime, on_event=seen.append) as agent:
+        with open_temporary_agent("chef", runtime, on_event=seen.append) as agent:
             assert agent.run("dumplings").reached
         failures = [
             event.details["failures"]
@@ -507,12 +514,12 @@ def test_an_agent_awake_once_remembers_until_then_and_leaves_nothing(
 def test_the_request_carries_the_default_inputs(tmp_path: Path) -> None:
     runtime = FakeRuntime()
     run(tmp_path, runtime)
-    assert runtime.requests[-1].inputs == {"force": DUMPLING.skills["boil"].inputs["force"].default}
+    assert runtime.requests[-1].inputs == {"force": DUMPLING.skills["boil"].inputs["force"].default_value}
 
 
 def test_an_unroutable_instruction_is_noted_and_raised(tmp_path: Path) -> None:
     runtime = FakeRuntime()
-    with awake(tmp_path, "chef", runtime) as agent, pytest.raises(RoutingError):
+    with start_agent(tmp_path, "chef", runtime) as agent, pytest.raises(RoutingError):
         agent.run("fly to the moon")
     assert runtime.kinds() == ["not-routed"]
 
@@ -544,7 +551,7 @@ def test_an_audit_that_cannot_be_written_ends_the_run_before_motion(tmp_path: Pa
 
 def test_a_damaged_memory_is_a_reason_and_no_agent(tmp_path: Path) -> None:
     (tmp_path / "memory.sqlite3").write_bytes(b"not a database at all" * 100)
-    with pytest.raises(RefusedError, match="damaged"):
+    with pytest.raises(AgentError, match="damaged"):
         run(tmp_path, FakeRuntime())
 
 

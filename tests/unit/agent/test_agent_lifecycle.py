@@ -7,13 +7,13 @@ from pathlib import Path
 import networkx as nx
 import pytest
 
-from aeros.agent.agent import awake
-from aeros.agent.errors import RefusedError
-from aeros.agent.recovery.lifecycle import TRANSITIONS, Change, Lifecycle, Phase
+from aeros.agent.agent import start_agent
+from aeros.agent.errors import AgentError
+from aeros.agent.recovery.lifecycle import TRANSITIONS, Lifecycle, LifecycleEvent, Phase
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.agent.fake_runtime import FakeRuntime
 
-Told = list[tuple[Phase, Change, Phase]]
+Told = list[tuple[Phase, LifecycleEvent, Phase]]
 
 
 def lifecycle(folder: Path) -> tuple[Lifecycle, Told]:
@@ -29,26 +29,28 @@ def test_each_phase_is_reached_and_leads_back_to_running() -> None:
 
 
 def test_whatever_was_under_way_a_crash_is_known_of_and_nothing_else_is_one() -> None:
-    crashes = {before for (before, change) in TRANSITIONS if change is Change.CRASH}
+    crashes = {before for (before, change) in TRANSITIONS if change is LifecycleEvent.CRASH}
     assert crashes == {Phase.RUNNING, Phase.PAUSED, Phase.RECOVERED}
     assert all(
-        after is Phase.RECOVERED for (_, change), after in TRANSITIONS.items() if change is Change.CRASH
+        after is Phase.RECOVERED
+        for (_, change), after in TRANSITIONS.items()
+        if change is LifecycleEvent.CRASH
     )
 
 
 @pytest.mark.parametrize("phase", Phase)
-@pytest.mark.parametrize("change", Change)
+@pytest.mark.parametrize("change", LifecycleEvent)
 def test_what_the_table_does_not_hold_is_refused_and_neither_told_nor_kept(
-    tmp_path: Path, phase: Phase, change: Change
+    tmp_path: Path, phase: Phase, change: LifecycleEvent
 ) -> None:
     life, told = lifecycle(tmp_path)
     life.phase = phase
     if (phase, change) in TRANSITIONS:
-        life.change(change)
+        life.apply(change)
         assert told == [(phase, change, TRANSITIONS[phase, change])]
     else:
         with pytest.raises(InternalError):
-            life.change(change)
+            life.apply(change)
         assert (told, life.phase) == ([], phase)
         assert not (tmp_path / "phase.json").exists()
 
@@ -56,12 +58,12 @@ def test_what_the_table_does_not_hold_is_refused_and_neither_told_nor_kept(
 def test_a_session_that_ended_without_a_word_is_found_by_the_next(tmp_path: Path) -> None:
     life, told = lifecycle(tmp_path)
     assert life.phase is Phase.CREATED
-    life.change(Change.BEGIN)
+    life.apply(LifecycleEvent.BEGIN)
     again, told = lifecycle(tmp_path)
     assert again.phase is Phase.RECOVERED
-    assert told == [(Phase.RUNNING, Change.CRASH, Phase.RECOVERED)]
-    again.change(Change.BEGIN)
-    again.change(Change.END)
+    assert told == [(Phase.RUNNING, LifecycleEvent.CRASH, Phase.RECOVERED)]
+    again.apply(LifecycleEvent.BEGIN)
+    again.apply(LifecycleEvent.END)
     last, told = lifecycle(tmp_path)
     assert (last.phase, told) == (Phase.STOPPED, [])
 
@@ -75,26 +77,26 @@ def test_a_phase_that_cannot_be_read_counts_as_a_crash(tmp_path: Path, text: str
 
 def test_what_cannot_be_told_does_not_happen(tmp_path: Path) -> None:
     def unable(*_: object) -> None:
-        raise RefusedError("the record is full")
+        raise AgentError("the record is full")
 
     life = Lifecycle(tmp_path, unable)
-    with pytest.raises(RefusedError):
-        life.change(Change.BEGIN)
+    with pytest.raises(AgentError):
+        life.apply(LifecycleEvent.BEGIN)
     assert life.phase is Phase.CREATED
     assert lifecycle(tmp_path)[0].phase is Phase.CREATED
 
 
 def test_every_transition_of_an_agent_is_in_the_record(tmp_path: Path) -> None:
     runtime = FakeRuntime()
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         agent.run("dumplings")
     changes = [details["after"] for kind, details in runtime.notes if kind == "lifecycle"]
     assert changes == ["running", "stopped"]
     crashing = FakeRuntime(endings={"prepare": [MemoryError()]})
-    with pytest.raises(MemoryError), awake(tmp_path, "chef", crashing) as agent:
+    with pytest.raises(MemoryError), start_agent(tmp_path, "chef", crashing) as agent:
         agent.run("dumplings")
     after = FakeRuntime()
-    with awake(tmp_path, "chef", after):
+    with start_agent(tmp_path, "chef", after):
         pass
     (recovered,) = [details for kind, details in after.notes if kind == "lifecycle"]
     assert (recovered["before"], recovered["change"], recovered["after"]) == ("running", "crash", "recovered")

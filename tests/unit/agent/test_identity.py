@@ -13,8 +13,8 @@ from uuid import UUID
 
 import pytest
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import Identity, exclusive, sole_identity
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import Identity, acquire_identity, lock_folder
 
 HOLD = """
 import sys, time
@@ -40,13 +40,13 @@ def another_agent(folder: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def wake(folder: Path) -> Identity:
-    with sole_identity(folder, "chef") as identity:
+    with acquire_identity(folder, "chef") as identity:
         return identity
 
 
 def test_the_identity_persists_and_counts_its_sessions(tmp_path: Path) -> None:
     first = wake(tmp_path / "state")
-    with sole_identity(tmp_path / "state", "another name") as second:
+    with acquire_identity(tmp_path / "state", "another name") as second:
         assert (second.id, second.name, second.created) == (first.id, "chef", first.created)
     assert isinstance(first.id, UUID)
     assert (first.sessions, second.sessions) == (1, 2)
@@ -54,7 +54,7 @@ def test_the_identity_persists_and_counts_its_sessions(tmp_path: Path) -> None:
 
 def test_a_second_agent_in_another_process_is_refused_with_who_holds_it(tmp_path: Path) -> None:
     with another_agent(tmp_path) as other:
-        with pytest.raises(RefusedError, match=f"pid {other.pid} on .+, since 20") as refused:
+        with pytest.raises(AgentError, match=f"pid {other.pid} on .+, since 20") as refused:
             wake(tmp_path)
         assert "has an agent already" in refused.value.reason
     kept = json.loads((tmp_path / "identity.json").read_text())
@@ -62,7 +62,7 @@ def test_a_second_agent_in_another_process_is_refused_with_who_holds_it(tmp_path
 
 
 def test_a_second_agent_in_the_same_process_is_refused(tmp_path: Path) -> None:
-    with sole_identity(tmp_path, "chef"), pytest.raises(RefusedError, match=f"pid {os.getpid()} "):
+    with acquire_identity(tmp_path, "chef"), pytest.raises(AgentError, match=f"pid {os.getpid()} "):
         wake(tmp_path)
     assert wake(tmp_path).sessions == 2
 
@@ -76,7 +76,7 @@ def test_kill_9_releases_the_lock(tmp_path: Path) -> None:
 
 
 def test_a_failure_while_awake_releases_the_lock(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), sole_identity(tmp_path, "chef"):
+    with pytest.raises(KeyboardInterrupt), acquire_identity(tmp_path, "chef"):
         raise KeyboardInterrupt
     assert wake(tmp_path).sessions == 2
 
@@ -86,27 +86,27 @@ def test_a_failure_while_awake_releases_the_lock(tmp_path: Path) -> None:
 )
 def test_a_damaged_identity_is_refused_and_not_replaced(tmp_path: Path, text: str) -> None:
     (tmp_path / "identity.json").write_text(text)
-    with pytest.raises(RefusedError, match="damaged"):
+    with pytest.raises(AgentError, match="damaged"):
         wake(tmp_path)
     assert (tmp_path / "identity.json").read_text() == text
 
 
 def test_a_state_folder_that_is_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("")
-    with pytest.raises(RefusedError, match="cannot be used"):
+    with pytest.raises(AgentError, match="cannot be used"):
         wake(tmp_path / "state")
 
 
 def test_a_lock_that_is_a_symbolic_link_is_refused(tmp_path: Path) -> None:
     (tmp_path / "agent.lock").symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(RefusedError, match="cannot be used"):
+    with pytest.raises(AgentError, match="cannot be used"):
         wake(tmp_path)
 
 
 def test_a_holder_that_has_not_said_who_it_is_still_holds(tmp_path: Path) -> None:
-    with sole_identity(tmp_path, "chef"):
+    with acquire_identity(tmp_path, "chef"):
         (tmp_path / "agent.lock").write_text("")
-        with pytest.raises(RefusedError, match="has not said yet who it is"):
+        with pytest.raises(AgentError, match="has not said yet who it is"):
             wake(tmp_path)
 
 
@@ -158,15 +158,15 @@ def test_of_many_that_wake_at_once_one_does_and_each_other_is_told_which(tmp_pat
             agent.communicate()
     identity = wake(tmp_path)
     assert identity.sessions == 2
-    assert identity.abandoned is not None
-    assert who in identity.abandoned
-    assert wake(tmp_path).abandoned is None
+    assert identity.crashed_holder is not None
+    assert who in identity.crashed_holder
+    assert wake(tmp_path).crashed_holder is None
 
 
 def test_whoever_is_patient_waits_for_the_folder(tmp_path: Path) -> None:
     with another_agent(tmp_path) as other:
         ending = Timer(0.3, other.kill)
         ending.start()
-        with exclusive(tmp_path, patience=20.0) as abandoned:
+        with lock_folder(tmp_path, timeout_s=20.0) as abandoned:
             assert abandoned is not None
         ending.join()

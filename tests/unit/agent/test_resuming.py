@@ -16,15 +16,15 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.agent import awake
-from aeros.agent.errors import RefusedError
+from aeros.agent.agent import start_agent
+from aeros.agent.errors import AgentError
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner, RulePlanner
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Part, Step, TaskGraph
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph
 from aeros.agent.recovery.checkpoint import SCHEMA
-from aeros.agent.world.world import World
-from aeros.runtime.ports import Ended, Said, StepHandle, StepRequest, StepResult, StepStatus
+from aeros.agent.world.world import WorldModel
+from aeros.runtime.ports import AuditEvent, EndedStep, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.migrations.formats import CHECKPOINT
 from aeros.spec.migrations.rewriting import rewrite
 from aeros.spec.model.model import Ecm
@@ -63,7 +63,7 @@ class Mortal(FakeRuntime):
         self.say("step-began", request)
         return handle
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         self.live()
         return super().wait(until)
 
@@ -79,7 +79,7 @@ class Mortal(FakeRuntime):
         about = {"module": request.module, "skill": request.skill, "inputs": dict(request.inputs)}
         more["time"] = self.clock
         self.said.append(
-            Said(len(self.said), event, json.loads(json.dumps({**about, **more}, default=float)))
+            AuditEvent(len(self.said), event, json.loads(json.dumps({**about, **more}, default=float)))
         )
         self.live()
 
@@ -113,7 +113,7 @@ class Given:
     def __init__(self, *parts: Part) -> None:
         self.parts = parts
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         return TaskGraph(self.parts)
 
 
@@ -122,7 +122,7 @@ def survive(folder: Path, runtime: Mortal, planner: Planner) -> tuple[RunReport,
     deaths = 0
     while True:
         try:
-            with awake(folder, "chef", runtime, planner) as agent:
+            with start_agent(folder, "chef", runtime, planner) as agent:
                 return (agent.resume if deaths else agent.run)("dumplings"), deaths
         except Killed:
             deaths += 1
@@ -154,8 +154,8 @@ SALT = skill("salt", outcome("salted", {}), outcome("spilt", {}, failure=True))
 WITH_SALT = module("dumpling", (*DUMPLING.skills.values(), SALT), MAKE_DUMPLINGS)
 
 
-def do(name: str, **more: Any) -> Step:
-    return Step("dumpling", name, **more)
+def do(name: str, **more: Any) -> PlanStep:
+    return PlanStep("dumpling", name, **more)
 
 
 def test_by_rules_every_step_happens_once_wherever_the_agent_dies(tmp_path: Path) -> None:
@@ -206,7 +206,7 @@ def test_what_cannot_be_measured_is_not_done_after_a_second_death_either(tmp_pat
 
     def salted_and_dead(instant: int) -> bool:
         runtime = Mortal(instant, modules)
-        with suppress(Killed), awake(tmp_path / str(instant), "chef", runtime, plan) as agent:
+        with suppress(Killed), start_agent(tmp_path / str(instant), "chef", runtime, plan) as agent:
             agent.run("dumplings")
         return runtime.done == ["salt"] and runtime.said[-1].event == "step-began"
 
@@ -256,22 +256,22 @@ def test_what_helps_between_two_tries_is_not_run_again(tmp_path: Path) -> None:
 
 def test_an_operators_stop_can_be_resumed(tmp_path: Path) -> None:
     runtime = Mortal(inf, endings={"wrap": [StepStatus.HALTED]})
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         assert not agent.run("dumplings").reached
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         assert agent.resume("dumplings").reached
     assert runtime.done == ["prepare", "recover", "wrap", "wrap", "boil"]
 
 
 def test_a_stop_while_it_thinks_can_be_resumed(tmp_path: Path) -> None:
     class Thinking(RulePlanner):
-        def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+        def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
             time.sleep(1000.0)
             raise AssertionError
 
     runtime = Mortal(inf)
     runtime.stopped = True
-    with awake(tmp_path, "chef", runtime, Thinking(), within=30.0) as agent:
+    with start_agent(tmp_path, "chef", runtime, Thinking(), within=30.0) as agent:
         report = agent.run("dumplings")
     assert "the operator has stopped everything" in str(report.reason)
     runtime.stopped = False
@@ -285,10 +285,10 @@ def test_a_stop_of_one_of_two_that_are_under_way_can_be_resumed(tmp_path: Path) 
     modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), dough, filling), MAKE_DUMPLINGS)}
     plan = Given(Par((do("dough"), do("filling")), SPAN), do("recover"), do("wrap"), do("boil"))
     runtime = Mortal(inf, modules, endings={"dough": [StepStatus.HALTED]})
-    with awake(tmp_path, "chef", runtime, plan) as agent:
+    with start_agent(tmp_path, "chef", runtime, plan) as agent:
         report = agent.run("dumplings")
     assert [one.status for one in report.steps] == [StepStatus.HALTED, StepStatus.CANCELLED]
-    with awake(tmp_path, "chef", runtime, plan) as agent:
+    with start_agent(tmp_path, "chef", runtime, plan) as agent:
         assert agent.resume("dumplings").reached
 
 
@@ -297,7 +297,7 @@ def test_a_task_that_had_ended_is_told_as_it_ended_and_nothing_more_is_done(
     endings: Mapping[str, Any], tmp_path: Path
 ) -> None:
     runtime = Mortal(inf, endings=endings, at=site(replans=1))
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         report = agent.run("dumplings")
     assert report.reached == (not endings)
     done, notes = list(runtime.done), len(runtime.notes)
@@ -308,14 +308,14 @@ def test_a_task_that_had_ended_is_told_as_it_ended_and_nothing_more_is_done(
 
 def test_where_the_end_cannot_be_read_nothing_is_gone_on_with(tmp_path: Path) -> None:
     runtime = Mortal(inf)
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         agent.run("dumplings")
     path = tmp_path / "checkpoint.json"
     path.write_text(path.read_text().replace("recover", "rewover", 1))
-    with pytest.raises(RefusedError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it anew"):
         resume(tmp_path, runtime)
     path.unlink()
-    with pytest.raises(RefusedError, match="cannot be resumed: its checkpoint is gone; start it anew"):
+    with pytest.raises(AgentError, match="cannot be resumed: its checkpoint is gone; start it anew"):
         resume(tmp_path, runtime)
 
 
@@ -326,14 +326,14 @@ def test_where_the_end_cannot_be_read_nothing_is_gone_on_with(tmp_path: Path) ->
 def left(tmp_path: Path) -> tuple[Path, Mortal]:
     """A folder and a runtime that an agent died over, amid its third step."""
     runtime = Mortal(22)
-    with pytest.raises(Killed), awake(tmp_path, "chef", runtime) as agent:
+    with pytest.raises(Killed), start_agent(tmp_path, "chef", runtime) as agent:
         agent.run("dumplings")
     assert len(runtime.done) == 2
     return tmp_path, runtime
 
 
 def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> RunReport:
-    with awake(folder, "chef", runtime) as agent:
+    with start_agent(folder, "chef", runtime) as agent:
         return agent.resume(instruction)
 
 
@@ -366,7 +366,7 @@ def test_where_no_checkpoint_is_whole_nothing_is_resumed(left: tuple[Path, Morta
     folder, runtime = left
     for name in ("checkpoint.json", "checkpoint.previous.json"):
         (folder / name).write_text("{}")
-    with pytest.raises(RefusedError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it anew"):
         resume(folder, runtime)
     assert runtime.done == ["prepare", "recover"]
 
@@ -379,7 +379,7 @@ def test_a_checkpoint_of_an_older_version_is_gone_on_from_once_it_is_migrated(
         shutil.copy(path, folder)
     (folder / "checkpoint.previous.json").unlink()
     path = folder / "checkpoint.json"
-    with pytest.raises(RefusedError, match=rf"`2` is an older format.+run `aeros migrate {path}`"):
+    with pytest.raises(AgentError, match=rf"`2` is an older format.+run `aeros migrate {path}`"):
         resume(folder, runtime)
     path.write_text(rewrite(path, path.read_text(), CHECKPOINT).text)
     assert resume(folder, runtime).reached
@@ -389,41 +389,41 @@ def test_a_checkpoint_of_an_older_version_is_gone_on_from_once_it_is_migrated(
 def test_a_checkpoint_of_another_robot_is_refused(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
     (folder / "identity.json").unlink()
-    with pytest.raises(RefusedError, match="is another agent's"):
+    with pytest.raises(AgentError, match="is another agent's"):
         resume(folder, runtime)
 
 
 def test_a_checkpoint_of_another_record_is_refused(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
     runtime.said.clear()
-    with pytest.raises(RefusedError, match="does not hold the record"):
+    with pytest.raises(AgentError, match="does not hold the record"):
         resume(folder, runtime)
 
 
 def test_a_checkpoint_of_another_plant_is_refused(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
     runtime.clock = 0.0
-    with pytest.raises(RefusedError, match="it is another plant"):
+    with pytest.raises(AgentError, match="it is another plant"):
         resume(folder, runtime)
 
 
 def test_a_plant_from_before_the_last_record_is_another_one(tmp_path: Path) -> None:
     def ended(instant: int) -> Mortal | None:
         runtime = Mortal(instant)
-        with suppress(Killed), awake(tmp_path / str(instant), "chef", runtime) as agent:
+        with suppress(Killed), start_agent(tmp_path / str(instant), "chef", runtime) as agent:
             agent.run("dumplings")
         return runtime if runtime.said[-1:] and runtime.said[-1].event == "step-ended" else None
 
     # Its checkpoint is from before that step, which takes a second.
     instant, runtime = next((one, runtime) for one in count(1) if (runtime := ended(one)) is not None)
     runtime.clock -= 0.5
-    with pytest.raises(RefusedError, match=r"is at 100\.5 s, and was at 101 s: it is another plant"):
+    with pytest.raises(AgentError, match=r"is at 100\.5 s, and was at 101 s: it is another plant"):
         resume(tmp_path / str(instant), runtime)
 
 
 def test_a_checkpoint_of_another_task_is_refused(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
-    with pytest.raises(RefusedError, match="of another task: “dumplings”"):
+    with pytest.raises(AgentError, match="of another task: “dumplings”"):
         resume(folder, runtime, "Dumplings, please")
 
 
@@ -438,7 +438,7 @@ def test_a_plan_whose_skills_have_gone_is_not_gone_on_with(left: tuple[Path, Mor
     fold = skill("fold", *wrap.outcomes.values())
     cook = skill("cook", outcome("cooked", {"dumpling_cooked": True}), precondition="dumpling_wrapped")
     runtime.modules = {"dumpling": module("dumpling", (*rest, fold, cook), MAKE_DUMPLINGS)}
-    with awake(folder, "chef", runtime, Given(do("fold"), do("cook"))) as agent:
+    with start_agent(folder, "chef", runtime, Given(do("fold"), do("cook"))) as agent:
         report = agent.resume("dumplings")
     assert report.reached
     assert runtime.done == ["prepare", "recover", "fold", "cook"]

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from aeros.apps.run_follower import Following
-from aeros.cli.latest_run import latest_run, note_run
-from aeros.cli.run.top import view_of
+from aeros.apps.run_follower import RunFollower
+from aeros.cli.latest_run import latest_run, save_latest_run
+from aeros.cli.run.top import run_view
 from aeros.runtime.audit.log import verify_log
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.apps.report_page.left_runs import decision, run_symbolic
 
 
@@ -46,7 +46,7 @@ def writing(tmp_path: Path) -> Writing:
 
 
 def test_what_is_not_there_yet_is_waited_for(writing: Writing) -> None:
-    run = Following(writing.folder)
+    run = RunFollower(writing.folder)
     run.read()
     assert run.now == 0.0
     writing.record("decision", **decision(1.5))
@@ -57,7 +57,7 @@ def test_what_is_not_there_yet_is_waited_for(writing: Writing) -> None:
 
 
 def test_half_a_line_is_not_read(writing: Writing) -> None:
-    run = Following(writing.folder)
+    run = RunFollower(writing.folder)
     line = json.dumps({"time": 2.0, "state": {"human_distance": [1.0, 2.0]}})
     writing.write("measured.jsonl", line[:20])
     run.read()
@@ -68,20 +68,20 @@ def test_half_a_line_is_not_read(writing: Writing) -> None:
 
 
 def test_of_two_measurements_the_later_one_is_held(writing: Writing) -> None:
-    run = Following(writing.folder)
+    run = RunFollower(writing.folder)
     for time, at, value in ((2.0, 2.0, 1.0), (2.1, 1.9, 5.0)):
         writing.write("measured.jsonl", json.dumps({"time": time, "state": {"x": [value, at]}}) + "\n")
     run.read()
     assert run.world == {"x": (1.0, 2.0)}
-    assert view_of(run, None, is_there=True)["world"]["x"]["age"] == pytest.approx(0.1)
+    assert run_view(run, None, is_there=True)["world"]["x"]["age"] == pytest.approx(0.1)
 
 
 def test_the_plan_shows_where_it_is(writing: Writing) -> None:
-    run = Following(writing.folder)
+    run = RunFollower(writing.folder)
 
     def shown() -> list[str]:
         run.read()
-        return [part["how"] for part in view_of(run, None, is_there=True)["plan"]]
+        return [part["how"] for part in run_view(run, None, is_there=True)["plan"]]
 
     writing.tell(0.0, "plan", "a → b", steps=["m.a", "m.b (retry 2, on_failure c)", "m.c"])
     assert shown() == ["to come"] * 3
@@ -99,21 +99,21 @@ def test_the_plan_shows_where_it_is(writing: Writing) -> None:
 
 @pytest.mark.parametrize("end", ["run-ended", "run-had-ended"])
 def test_a_run_after_a_run_begins_anew(end: str, writing: Writing) -> None:
-    run = Following(writing.folder)
+    run = RunFollower(writing.folder)
     writing.record("note", event="routed", details={"instruction": "one", "task": "m.t"})
     writing.record("note", event=end, details={"reached": True})
     run.read()
     assert run.ended == {"reached": True}
-    assert not view_of(run, None, is_there=True)["is_running"]
+    assert not run_view(run, None, is_there=True)["is_running"]
     writing.record("note", event="routed", details={"instruction": "two", "task": "m.t"})
     run.read()
-    view = view_of(run, None, is_there=True)
+    view = run_view(run, None, is_there=True)
     assert (view["ended"], view["instruction"]) == (None, "two")
 
 
 @pytest.mark.parametrize("odd", [None, 1, "x", [], {}, [[1, 2, 3]], {"a": [1]}, 1e999])
 def test_lines_of_another_form_are_passed_over(odd: object, writing: Writing) -> None:
-    run = Following(writing.folder)
+    run = RunFollower(writing.folder)
     for name in ("audit.jsonl", "trace.jsonl", "measured.jsonl"):
         writing.write(name, json.dumps(odd) + "\n[[[\n\x00\n")
     for event in ("decision", "step-began", "step-ended", "note", "session-opened", "paused"):
@@ -121,7 +121,7 @@ def test_lines_of_another_form_are_passed_over(odd: object, writing: Writing) ->
     writing.record("decision", verdict="ALLOW", state={"x": odd}, usage=odd, reasons=odd)
     writing.tell(0.0, "plan", "x", steps=odd)
     run.read()
-    view = view_of(run, None, is_there=False)
+    view = run_view(run, None, is_there=False)
     json.dumps(view)
     # Of all these lines one decision has the form of one, and neither began or ended anything.
     assert run.counts["ALLOW"] == 1
@@ -129,7 +129,7 @@ def test_lines_of_another_form_are_passed_over(odd: object, writing: Writing) ->
 
 
 def test_memory_does_not_grow_with_the_run(writing: Writing) -> None:
-    run = Following(writing.folder)
+    run = RunFollower(writing.folder)
     for number in range(500):
         writing.record("decision", **decision(float(number)))
         writing.record("note", event="waiting", details={})
@@ -140,7 +140,7 @@ def test_memory_does_not_grow_with_the_run(writing: Writing) -> None:
 
 
 def test_what_is_under_way_is_held_against_its_bounds(tmp_path: Path) -> None:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     writing = Writing(tmp_path)
     writing.record(
@@ -151,20 +151,20 @@ def test_what_is_under_way_is_held_against_its_bounds(tmp_path: Path) -> None:
     state = {"human_distance": [3.0, 1.0]}
     writing.record("decision", **decision(1.0, asked=action, decided=action, state=state))
     writing.write("measured.jsonl", json.dumps({"time": 2.0, "state": {"human_distance": [0.8, 2.0]}}) + "\n")
-    run = Following(tmp_path)
+    run = RunFollower(tmp_path)
     run.read()
     assert run.site == site.digest
-    bounds = {one["rule"]: one for one in view_of(run, site, is_there=True)["bounds"]}
+    bounds = {one["rule"]: one for one in run_view(run, site, is_there=True)["bounds"]}
     assert bounds["arm-separation"]["measured"] == 0.8
     assert bounds["arm-separation"]["margin"] < 0
     writing.record("step-ended", module="arm", skill="reach", time=2.1, status="stopped", reason="")
     run.read()
-    assert run.nearest(site) == []
+    assert run.closest_bounds(site) == []
 
 
 def test_a_finished_run_is_seen_whole(tmp_path: Path) -> None:
     out = run_symbolic(tmp_path)
-    run = Following(out)
+    run = RunFollower(out)
     run.read()
     assert run.ended is not None
     assert run.ended["reached"] is True
@@ -174,7 +174,7 @@ def test_a_finished_run_is_seen_whole(tmp_path: Path) -> None:
 
 def test_the_latest_run_is_known_by_its_process(tmp_path: Path) -> None:
     assert latest_run(tmp_path) is None
-    note_run(tmp_path, tmp_path / "out")
+    save_latest_run(tmp_path, tmp_path / "out")
     assert latest_run(tmp_path) == (tmp_path / "out", True)
     said = json.loads((tmp_path / "latest-run.json").read_text())
     for process in (2**22 + os.getpid(), 10**30, -1, 0):
@@ -186,6 +186,6 @@ def test_the_latest_run_is_known_by_its_process(tmp_path: Path) -> None:
 
 
 def test_no_run_fails_for_want_of_a_place_to_say_where_it_is(tmp_path: Path) -> None:
-    note_run(tmp_path / "nowhere", tmp_path)
+    save_latest_run(tmp_path / "nowhere", tmp_path)
     assert latest_run(tmp_path / "nowhere") is None
     assert list(tmp_path.iterdir()) == []

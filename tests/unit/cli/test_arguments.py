@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 
 from aeros.cli.arguments import (
+    available_cpus,
     existing_path,
-    film_path,
     mcap_path,
     process_count,
-    processors,
     second_solver,
     solver_budget,
+    video_path,
     writable_path,
 )
 
@@ -51,7 +51,7 @@ def test_a_path_at_which_a_file_can_be(tmp_path: Path) -> None:
     ("parse", "taken", "expected"),
     [
         (mcap_path, ["run.mcap"], r"\*\.mcap"),
-        (film_path, ["run.webp", "run.gif", "a.b/run.mp4"], r"\*\.webp, \*\.gif, \*\.mp4"),
+        (video_path, ["run.webp", "run.gif", "a.b/run.mp4"], r"\*\.webp, \*\.gif, \*\.mp4"),
     ],
 )
 def test_a_suffix_says_the_format(parse: Callable[[str], Path], taken: list[str], expected: str) -> None:
@@ -63,7 +63,7 @@ def test_a_suffix_says_the_format(parse: Callable[[str], Path], taken: list[str]
 
 def test_processors_are_those_that_this_process_may_use(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 3, 5})
-    assert processors() == 3
+    assert available_cpus() == 3
     monkeypatch.delattr(os, "sched_getaffinity")
     for count, expected in ((7, 7), (None, 1)):
 
@@ -71,7 +71,7 @@ def test_processors_are_those_that_this_process_may_use(monkeypatch: pytest.Monk
             return count
 
         monkeypatch.setattr(os, "cpu_count", counted)
-        assert processors() == expected
+        assert available_cpus() == expected
 
 
 def test_a_second_solver_is_asked_for_by_name(monkeypatch: pytest.MonkeyPatch) -> None:

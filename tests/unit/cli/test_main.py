@@ -74,7 +74,7 @@ def test_our_own_bug_is_told_without_a_traceback_unless_asked_for(
     monkeypatch.delenv("AEROS_DEBUG", raising=False)
     if debug:
         monkeypatch.setenv("AEROS_DEBUG", "1")
-    assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.OUR_BUG
+    assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.INTERNAL_ERROR
     shown = capsys.readouterr().err
     assert "this is a bug in aeros, not in your files: RuntimeError: gears" in shown
     assert ("Traceback" in shown) is debug
@@ -129,7 +129,7 @@ def test_an_alphabet_that_lacks_a_letter_is_no_failure() -> None:
             env={**os.environ, "PYTHONIOENCODING": encoding},
             check=False,
         )
-        assert run.returncode == Exit.PROVED
+        assert run.returncode == Exit.SUCCESS
         assert run.stderr == b""
         assert run.stdout.decode(encoding)
 
@@ -144,7 +144,7 @@ def test_an_arrow_is_spelt_out_where_it_cannot_be_written(tmp_path: Path) -> Non
         check=False,
     )  # fmt: skip
     assert b"Traceback" not in run.stderr
-    assert run.returncode == Exit.PROVED, run.stderr
+    assert run.returncode == Exit.SUCCESS, run.stderr
     assert b"\\u2192" in run.stdout
 
 
@@ -164,4 +164,4 @@ def test_the_reader_of_a_run_may_go_away(tmp_path: Path) -> None:
 
 
 def test_each_conclusion_has_its_exit_code() -> None:
-    assert [exit_for(one) for one in Conclusion] == [Exit.PROVED, Exit.REJECTED, Exit.UNDECIDED]
+    assert [exit_for(one) for one in Conclusion] == [Exit.SUCCESS, Exit.REJECTED, Exit.UNDECIDED]

@@ -10,19 +10,19 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import sole_identity
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import acquire_identity
 from aeros.agent.recovery.lifecycle import Lifecycle
 from aeros.agent.recovery.quarantine import Quarantine
-from aeros.apps.watchdog.resumable_run import restore
+from aeros.apps.watchdog.resumable_run import load_run_options
 from aeros.cli.latest_run import latest_run
 from aeros.exit_codes import UsageError
-from aeros.experiments.trial_store import Store
+from aeros.experiments.trial_store import TrialStore
 from aeros.spec.diagnostics.errors import UserError
 
 
 def wake(state: Path) -> None:
-    with sole_identity(state, "chef"):
+    with acquire_identity(state, "chef"):
         pass
 
 
@@ -31,7 +31,7 @@ def tell(*_: object) -> None:
 
 
 def crash(state: Path) -> None:
-    Quarantine(state).crashed("why", 2.0, most=9, within=60.0)
+    Quarantine(state).record_crash("why", 2.0, most=9, within=60.0)
 
 
 def arguments(state: Path) -> argparse.Namespace:
@@ -48,8 +48,8 @@ IDENTITY = {"id": str(uuid4()), "name": "chef", "created": "2026", "sessions": 1
         ("phase.json", "aeros/phase/2", {"phase": "created"}, lambda state: Lifecycle(state, tell)),
         ("crashes.json", "aeros/crashes/3", {"crashes": []}, crash),
         ("latest-run.json", "aeros/latest-run/2", {"out": "out", "pid": 1}, latest_run),
-        ("run.json", "aeros/run/2", {"instruction": "it"}, lambda state: restore(arguments(state))),
-        ("trials.jsonl", "aeros/trial/2", {"condition": "", "seed": 1, "found": {}}, Store),
+        ("run.json", "aeros/run/2", {"instruction": "it"}, lambda state: load_run_options(arguments(state))),
+        ("trials.jsonl", "aeros/trial/2", {"condition": "", "seed": 1, "found": {}}, TrialStore),
     ],
 )
 def test_what_is_newer_is_refused_and_kept(
@@ -58,7 +58,7 @@ def test_what_is_newer_is_refused_and_kept(
     text = json.dumps({**content, "schema": schema}) + "\n"
     (tmp_path / name).write_text(text)
     with pytest.raises(
-        (RefusedError, UsageError, UserError), match=rf"{name}`.+`{schema}` was written by a newer"
+        (AgentError, UsageError, UserError), match=rf"{name}`.+`{schema}` was written by a newer"
     ):
         read(tmp_path)
     assert (tmp_path / name).read_text() == text
@@ -71,10 +71,10 @@ def test_a_newer_quarantine_is_one(tmp_path: Path) -> None:
 
 def test_crashes_of_version_1_count(tmp_path: Path) -> None:
     (tmp_path / "crashes.json").write_text('[[1.0, "why"]]')
-    assert "crashed 2 times" in str(Quarantine(tmp_path).crashed("why", 2.0, most=2, within=60.0))
+    assert "crashed 2 times" in str(Quarantine(tmp_path).record_crash("why", 2.0, most=2, within=60.0))
 
 
 def test_trials_without_a_schema_are_read(tmp_path: Path) -> None:
     (tmp_path / "trials.jsonl").write_text('{"condition":"a","found":{},"seed":1}\n')
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         assert store.trials == {("a", 1): {}}

@@ -9,14 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from aeros.experiments.architecture import Model
-from aeros.experiments.condition import Condition
-from aeros.experiments.failure_models import failing
-from aeros.experiments.inputs import Premises, Where, premises_of
-from aeros.experiments.trial_kinds import VARYING, Found
+from aeros.experiments.architecture import TrialModel
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.failure_models import module_with_failure_rate
+from aeros.experiments.inputs import InputPaths, TrialInputs, load_inputs
+from aeros.experiments.trial_kinds import NONDETERMINISTIC_FIELDS, Findings
 
 ROOT = Path(__file__).parents[3]
-WHERE = Where(str(ROOT / "ecms"))
+WHERE = InputPaths(str(ROOT / "ecms"))
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -28,8 +28,8 @@ FAILURES: Mapping[str, tuple[str, str, str]] = {
 }
 
 
-def premises() -> Premises:
-    return premises_of(WHERE)
+def premises() -> TrialInputs:
+    return load_inputs(WHERE)
 
 
 def settings(
@@ -52,20 +52,20 @@ def settings(
     }
 
 
-def condition(**changed: Any) -> Condition:
-    return Condition.of("task", "symbolic", settings(**changed))
+def condition(**changed: Any) -> TrialCondition:
+    return TrialCondition.create("task", "symbolic", settings(**changed))
 
 
-def model(**changed: Any) -> Model:
+def model(**changed: Any) -> TrialModel:
     given = settings(**changed)
     routed = premises().routed(given["task"])
-    ecm = failing(premises().configuration.modules[routed.module], given)
-    return Model(ecm, replace(routed.task, invariants=()), premises().configuration.site)
+    ecm = module_with_failure_rate(premises().configuration.modules[routed.module], given)
+    return TrialModel(ecm, replace(routed.task, invariants=()), premises().configuration.site)
 
 
-def told(found: Found, *but: str) -> dict[str, Any]:
+def told(found: Findings, *but: str) -> dict[str, Any]:
     """What was found, but for what may differ from one time to the next, and `but` these."""
-    return {name: value for name, value in found.items() if name not in (*VARYING, *but)}
+    return {name: value for name, value in found.items() if name not in (*NONDETERMINISTIC_FIELDS, *but)}
 
 
 def groups(svg: str, name: str) -> list[ET.Element]:
@@ -84,7 +84,7 @@ class Here(Executor):
     def __init__(self) -> None:
         self.submitted = 0
 
-    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
         self.submitted += 1
         future: Future[_R] = Future()
         try:

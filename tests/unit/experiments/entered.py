@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from random import Random
 
-from aeros.agent.planning.task_graph import Step
-from aeros.experiments.architecture import Means, Told
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.experiments.architecture import ArchitectureReport, TrialContext
 
 
 class Stubborn:
@@ -14,16 +14,16 @@ class Stubborn:
     def __init__(self, patience: int = 12) -> None:
         self._patience = patience
 
-    def pursue(self, means: Means) -> Told:
+    def pursue(self, means: TrialContext) -> ArchitectureReport:
         for made in range(self._patience):
-            if means.is_reached():
-                return Told(replans=made)
+            if means.is_goal_reached():
+                return ArchitectureReport(replans=made)
             needed = [step for step in means.plan() if means.world().evaluate(_unless(step)) is not True]
             means.run(needed[0])
-        return Told(replans=self._patience, reason="patience is over")
+        return ArchitectureReport(replans=self._patience, reason="patience is over")
 
 
-def _unless(step: Step):  # type: ignore[no-untyped-def]
+def _unless(step: PlanStep):  # type: ignore[no-untyped-def]
     assert step.unless is not None
     return step.unless
 
@@ -33,26 +33,26 @@ class Dicey:
 
     _random = Random(1)  # noqa: S311
 
-    def pursue(self, means: Means) -> Told:
+    def pursue(self, means: TrialContext) -> ArchitectureReport:
         for step in means.plan():
             for _ in range(self._random.randint(1, 4)):
                 means.run(step)
-        return Told()
+        return ArchitectureReport()
 
 
 class Endless:
     """Never gives up."""
 
-    def pursue(self, means: Means) -> Told:
-        while not means.is_reached():
-            means.run(Step(means.routed.module, "recover"))
-        return Told()
+    def pursue(self, means: TrialContext) -> ArchitectureReport:
+        while not means.is_goal_reached():
+            means.run(PlanStep(means.task.module, "recover"))
+        return ArchitectureReport()
 
 
 class Raising:
     """Has a fault."""
 
-    def pursue(self, means: Means) -> Told:
+    def pursue(self, means: TrialContext) -> ArchitectureReport:
         raise ZeroDivisionError("mine")
 
 

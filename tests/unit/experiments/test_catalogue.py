@@ -7,11 +7,11 @@ from math import comb, sqrt
 
 import pytest
 
-from aeros.experiments.architecture import SHIPPED, class_of, made
-from aeros.experiments.catalogue import Entry, catalogue, chosen, read_data
-from aeros.experiments.condition import Condition
-from aeros.experiments.trial_kinds import KINDS, digest_of, kind_of
-from aeros.sim.randomness import Chance
+from aeros.experiments.architecture import BUILT_IN, build_architecture, load_class
+from aeros.experiments.catalogue import EnteredArchitecture, catalogue, read_data, select_rows
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.trial_kinds import KINDS, condition_digest, kind_of
+from aeros.sim.randomness import RandomSource
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.experiments.common import premises
 
@@ -29,7 +29,7 @@ def test_every_condition_is_one_that_can_be_tried() -> None:
         if row.condition.kind == "task":
             settings = row.condition.settings
             assert settings["task"] in tasks
-            made(settings["architecture"], settings["options"])
+            build_architecture(settings["architecture"], settings["options"])
         assert row.condition.kind in KINDS
 
 
@@ -48,7 +48,7 @@ def test_every_value_of_the_paper_has_its_row_and_metric() -> None:
 
 def test_every_explanation_is_of_rows_that_there_are() -> None:
     means = {
-        "/".join([str(number), row.variant, "*", *([row.at] if row.at else [])]): one
+        "/".join([str(number), row.variant, "*", *([row.sweep_value] if row.sweep_value else [])]): one
         for number, one in EXPERIMENTS.items()
         for row in one.rows
     }
@@ -96,8 +96,8 @@ def test_the_first_hundred_seeds_draw_few_failures_of_the_press_and_others_as_ma
     def failed(seeds: range) -> int:
         count = 0
         for seed in seeds:
-            draws, chance = 0, Chance(seed)
-            while chance.on("fault/handle_dropped", draws).uniform(size=2)[1] < 0.7:
+            draws, chance = 0, RandomSource(seed)
+            while chance.generator("fault/handle_dropped", draws).uniform(size=2)[1] < 0.7:
                 draws += 1
             count += draws
         return count
@@ -118,8 +118,8 @@ def test_retry_and_recovery_without_another_plan_do_no_better_than_retries() -> 
     settings = ROWS["2/retry/make_dumplings/0.50"][1].condition.settings
     exact = []
     for options in ({"retries": 1, "recovery": recovery, "replans": 0} for recovery in (False, True)):
-        condition = Condition.of("task", "symbolic", {**settings, "options": options})
-        expected = kind_of("task").expected(condition, premises())
+        condition = TrialCondition.create("task", "symbolic", {**settings, "options": options})
+        expected = kind_of("task").expected_values(condition, premises())
         assert not isinstance(expected, str)
         exact.append(expected["success"])
     assert exact == [0.75, 0.75]
@@ -141,19 +141,19 @@ def test_identical_conditions_are_one() -> None:
     ],
 )
 def test_what_is_named_is_chosen_once(names: list[str], count: int) -> None:
-    assert sum(len(one.rows) for one in chosen(EXPERIMENTS, names)) == count
+    assert sum(len(one.rows) for one in select_rows(EXPERIMENTS, names)) == count
 
 
 @pytest.mark.parametrize("name", ["", "0", "4/flaat", "4/fla", "list"])
 def test_what_there_is_not_is_refused(name: str) -> None:
     with pytest.raises(MisuseError, match=f"there is no experiment `{name}`"):
-        chosen(EXPERIMENTS, [name])
+        select_rows(EXPERIMENTS, [name])
 
 
 def test_what_is_tried_on_one_plant_alone_is_named_with_it() -> None:
     assert 9 in catalogue("physics")
     with pytest.raises(MisuseError, match="it is tried with `--plant physics`"):
-        chosen(EXPERIMENTS, ["9/knife"])
+        select_rows(EXPERIMENTS, ["9/knife"])
 
 
 def test_what_is_across_is_of_every_row() -> None:
@@ -166,7 +166,7 @@ def test_what_is_across_is_of_every_row() -> None:
 
 
 def test_an_entered_architecture_takes_part_where_architectures_are_compared() -> None:
-    entry = Entry("tests.unit.experiments.entered:Stubborn")
+    entry = EnteredArchitecture("tests.unit.experiments.entered:Stubborn")
     entered = catalogue("symbolic", [entry])
     more = {n: len(entered[n].rows) - len(one.rows) for n, one in EXPERIMENTS.items()}
     assert {n: count for n, count in more.items() if count} == {4: 3, 8: 27, 13: 9}
@@ -175,9 +175,9 @@ def test_an_entered_architecture_takes_part_where_architectures_are_compared() -
     assert row.labels[0] == entry.architecture
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", BUILT_IN)
 def test_what_is_shipped_can_be_made(name: str) -> None:
-    assert callable(class_of(name)().pursue)
+    assert callable(load_class(name)().pursue)
 
 
 @pytest.mark.parametrize(
@@ -191,26 +191,29 @@ def test_what_is_shipped_can_be_made(name: str) -> None:
 )
 def test_what_is_no_architecture_is_refused(name: str, why: str) -> None:
     with pytest.raises(MisuseError, match=why):
-        class_of(name)
+        load_class(name)
 
 
 def test_options_that_it_does_not_take_are_refused() -> None:
     with pytest.raises(MisuseError, match="does not take the options"):
-        made("flat", {"tries": 3})
+        build_architecture("flat", {"tries": 3})
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_is_there(name: str) -> None:
-    assert callable(kind_of(name).opened)
+    assert callable(kind_of(name).open)
 
 
 def test_another_architecture_of_a_name_that_is_taken_is_refused() -> None:
-    for entries in ([Entry("here:Mine"), Entry("there:Mine")], [Entry("here:flat")]):
+    for entries in (
+        [EnteredArchitecture("here:Mine"), EnteredArchitecture("there:Mine")],
+        [EnteredArchitecture("here:flat")],
+    ):
         with pytest.raises(MisuseError, match=r"is called `(Mine|flat)`, too"):
             catalogue("symbolic", entries)
 
 
 def test_a_condition_is_known_by_the_code_of_its_kind() -> None:
-    task, swap = (Condition.of(kind, "symbolic", {}) for kind in ("task", "hot_swap"))
-    assert digest_of(task, "a") != task.digest("a")
-    assert len({digest_of(one, premises) for one in (task, swap) for premises in ("a", "b")}) == 4
+    task, swap = (TrialCondition.create(kind, "symbolic", {}) for kind in ("task", "hot_swap"))
+    assert condition_digest(task, "a") != task.digest("a")
+    assert len({condition_digest(one, premises) for one in (task, swap) for premises in ("a", "b")}) == 4

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from aeros.experiments.trial_runner import executor_at, run_trials
-from aeros.experiments.trial_store import Store
+from aeros.experiments.trial_store import TrialStore
 from aeros.spec.diagnostics.errors import UserError
 from tests.unit.experiments.common import WHERE, condition, told
 
@@ -32,7 +32,7 @@ def test_a_cluster_finds_what_this_process_finds(address: str, tmp_path: Path) -
     one = condition(task="fetch_object")
     found = []
     for name, at in (("there", address), ("here", None)):
-        with Store(tmp_path / name) as store, executor_at(at, 1) as (executor, workers):
+        with TrialStore(tmp_path / name) as store, executor_at(at, 1) as (executor, workers):
             assert workers == 1
             run_trials([one], range(3), WHERE, executor, workers, store, lambda _: None)
             found.append({key: told(value) for key, value in store.trials.items()})
@@ -42,8 +42,8 @@ def test_a_cluster_finds_what_this_process_finds(address: str, tmp_path: Path) -
 
 @pytest.mark.filterwarnings("default")
 def test_where_nobody_answers_that_is_said() -> None:
-    from aeros.experiments.cluster import cluster
+    from aeros.experiments.cluster import dask_executor
 
-    with pytest.raises(UserError) as refused, cluster("tcp://127.0.0.1:1", "1s"):
+    with pytest.raises(UserError) as refused, dask_executor("tcp://127.0.0.1:1", "1s"):
         pass
     assert "no scheduler answers at `tcp://127.0.0.1:1`" in refused.value.diagnostics[0].headline

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from aeros.experiments.architecture import made
-from aeros.experiments.exact_prediction import predicted
-from aeros.experiments.failure_models import bursts_of, with_channel
+from aeros.experiments.architecture import build_architecture
+from aeros.experiments.exact_prediction import predict
+from aeros.experiments.failure_models import add_channel_state, burst_outcomes
 from aeros.experiments.trials.task import KIND
 from aeros.spec.closed_loop.markov_chain import Prediction
-from aeros.spec.closed_loop.transition_system import NotExploredError
+from aeros.spec.closed_loop.transition_system import StateSpaceError
 from tests.unit.experiments.common import FAILURES, condition, model, premises, settings
 
 TASKS = sorted(FAILURES)
@@ -24,8 +24,8 @@ def exact(
 ) -> dict[str, Fraction]:
     given = settings(task, bursts=bursts)
     total = dict.fromkeys(Prediction.__dataclass_fields__, Fraction(0))
-    for share, one in with_channel(model(task=task), given):
-        found = predicted(lambda: made(name, options or {}), one)
+    for share, one in add_channel_state(model(task=task), given):
+        found = predict(lambda: build_architecture(name, options or {}), one)
         total = {field: value + share * getattr(found, field) for field, value in total.items()}
     return total
 
@@ -42,7 +42,7 @@ def test_so_many_attempts_fail_together_where_a_burst_lasts_as_long(task: str, n
 @pytest.mark.parametrize("name", ["behaviour_tree", "aeros"])
 def test_a_channel_without_memory_is_independence(task: str, name: str) -> None:
     without_memory = {"mean_length": str(1 / (1 - Fraction(FAILURES[task][2])))}
-    independent = predicted(lambda: made(name, {}), model(task=task))
+    independent = predict(lambda: build_architecture(name, {}), model(task=task))
     assert exact(name, task, without_memory) == {
         field: getattr(independent, field) for field in Prediction.__dataclass_fields__
     }
@@ -75,13 +75,13 @@ def test_without_recovery_so_many_plans_and_tries_are_so_many_attempts() -> None
 
 def test_a_skill_that_helps_where_others_fail_is_not_predicted() -> None:
     given = settings(bursts={"mean_length": "8"}, skill="recover")
-    with pytest.raises(NotExploredError, match="`recover` also helps"):
-        list(with_channel(model(), given))
+    with pytest.raises(StateSpaceError, match="`recover` also helps"):
+        list(add_channel_state(model(), given))
 
 
 def test_the_plant_of_a_condition_with_bursts_draws_by_its_channel() -> None:
-    assert bursts_of(model().ecm, settings()) == {}
-    (name, bursts), *none = bursts_of(model().ecm, settings(bursts={"mean_length": "8"})).items()
+    assert burst_outcomes(model().ecm, settings()) == {}
+    (name, bursts), *none = burst_outcomes(model().ecm, settings(bursts={"mean_length": "8"})).items()
     assert (name, none) == ("make_dumplings.wrap", [])
     assert {one.id: share for one, share in bursts.good if share} == {"wrapped": 1}
     assert {one.id: share for one, share in bursts.bad if share} == {"not_sealed": 1}
@@ -89,9 +89,9 @@ def test_the_plant_of_a_condition_with_bursts_draws_by_its_channel() -> None:
 
 def test_trials_agree_with_the_chain_that_has_the_channel_and_not_with_independence() -> None:
     changed = condition(architecture="behaviour_tree", bursts={"mean_length": "32"})
-    with KIND.opened(changed, premises()) as trial:
+    with KIND.open(changed, premises()) as trial:
         found = [trial(seed) for seed in range(150)]
-    expected = KIND.expected(changed, premises())
+    expected = KIND.expected_values(changed, premises())
     assert not isinstance(expected, str)
     assert expected["independent_success"] == pytest.approx(0.973)
     assert expected["success"] == pytest.approx(1 - 0.3 * (31 / 32) ** 2)

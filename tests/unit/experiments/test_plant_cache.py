@@ -11,19 +11,19 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.experiments.condition import Condition
-from aeros.experiments.plant_cache import FollowingRuntime, Live, Take, Takes
-from aeros.experiments.random_stream import LuckOfASeed
-from aeros.experiments.trial_kinds import ALIKE, digest_of
-from aeros.experiments.trial_plants import Opened
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.plant_cache import LivePlant, PlantTrace, PlantTraceCache, ReplayingRuntime
+from aeros.experiments.random_stream import SeedRandomStream
+from aeros.experiments.trial_kinds import EQUIVALENT_INTERVAL, condition_digest
+from aeros.experiments.trial_plants import OpenPlant
 from aeros.experiments.trial_runner import run_trials
-from aeros.experiments.trial_store import Store
+from aeros.experiments.trial_store import TrialStore
 from aeros.experiments.trials import task
-from aeros.experiments.trials.task import KIND, Tasks
+from aeros.experiments.trials.task import KIND, TaskTrials
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.ports import (
-    BEGINNING,
-    Ended,
+    EMPTY_LOG_HEAD,
+    EndedStep,
     Plant,
     Runtime,
     StepHandle,
@@ -58,11 +58,11 @@ class Scripted:
         self.started += 1
         return StepHandle(self.started)
 
-    def wait(self, until: float = inf) -> Ended:
+    def wait(self, until: float = inf) -> EndedStep:
         failed = DRAWS[self.waited] < self.rate
         self.waited += 1
         status = StepStatus.STOPPED if failed else StepStatus.FINISHED
-        return Ended(StepHandle(self.started), StepResult(status, "", allowed=self.waited))
+        return EndedStep(StepHandle(self.started), StepResult(status, "", allowed=self.waited))
 
     def cancel(self, step: StepHandle, reason: str) -> None:
         self.started += 100
@@ -78,24 +78,24 @@ def _count() -> None:
     Scripted.opened = 0
 
 
-def trial(takes: list[Take], rate: float, asked: str, slips: float = 0.0) -> tuple[Any, ...]:
+def trial(takes: list[PlantTrace], rate: float, asked: str, slips: float = 0.0) -> tuple[Any, ...]:
     """What comes of asking `asked`, a letter for each skill; a stop takes it back."""
 
     with following(takes, rate, slips) as runtime:
         answers = list(answers_of(runtime, asked))
-        return answers, runtime.now(), LuckOfASeed(0, rate).alike(runtime.state.chance)
+        return answers, runtime.now(), SeedRandomStream(0, rate).equivalent_interval(runtime.state.draws)
 
 
-def following(takes: list[Take], rate: float, slips: float = 0.0) -> FollowingRuntime:
+def following(takes: list[PlantTrace], rate: float, slips: float = 0.0) -> ReplayingRuntime:
     @contextmanager
-    def opened() -> Iterator[Live]:
+    def opened() -> Iterator[LivePlant]:
         plant = Scripted(rate, slips)
-        yield Live(cast(Runtime, plant), Opened(cast(Any, plant), {"waits": 0}, plant.alike))
+        yield LivePlant(cast(Runtime, plant), OpenPlant(cast(Any, plant), {"waits": 0}, plant.alike))
 
-    return FollowingRuntime(premises().configuration, takes, LuckOfASeed(0, rate), opened)
+    return ReplayingRuntime(premises().configuration, takes, SeedRandomStream(0, rate), opened)
 
 
-def answers_of(runtime: FollowingRuntime, asked: str) -> Iterator[bool]:
+def answers_of(runtime: ReplayingRuntime, asked: str) -> Iterator[bool]:
     for skill in asked:
         step = runtime.start(StepRequest("module", skill, {}))
         assert not isinstance(step, StepResult)
@@ -107,7 +107,7 @@ def answers_of(runtime: FollowingRuntime, asked: str) -> Iterator[bool]:
 
 
 def test_who_asks_the_same_follows_and_who_asks_something_else_goes_on_alone() -> None:
-    takes: list[Take] = []
+    takes: list[PlantTrace] = []
     assert trial(takes, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
     assert Scripted.opened == 1
     assert trial(takes, 0.3, "a") == ([True], 1.0, (0.0, 0.5))
@@ -123,7 +123,7 @@ def test_who_asks_the_same_follows_and_who_asks_something_else_goes_on_alone() -
 
 
 def test_another_rate_follows_as_long_as_it_would_have_drawn_the_same() -> None:
-    takes: list[Take] = []
+    takes: list[PlantTrace] = []
     trial(takes, 0.3, "ab")
     assert trial(takes, 0.1, "a") == ([True], 1.0, (0.0, 0.5))
     assert trial(takes, 0.45, "ab") == ([True, False], 2.0, (0.2, 0.5))
@@ -140,7 +140,7 @@ def test_another_rate_follows_as_long_as_it_would_have_drawn_the_same() -> None:
 
 
 def test_a_plant_that_does_not_repeat_itself_is_noticed() -> None:
-    takes: list[Take] = []
+    takes: list[PlantTrace] = []
     trial(takes, 0.3, "ab")
     with pytest.raises(InternalError, match="asked the same, a plant did something else"):
         trial(takes, 0.3, "abc", slips=0.125)
@@ -148,12 +148,12 @@ def test_a_plant_that_does_not_repeat_itself_is_noticed() -> None:
 
 
 def test_a_trial_has_no_record() -> None:
-    takes: list[Take] = []
+    takes: list[PlantTrace] = []
     trial(takes, 0.3, "a")
-    luck = LuckOfASeed(0, 0.3)
-    with FollowingRuntime(premises().configuration, takes, luck, lambda: pytest.fail("opened")) as runtime:
+    luck = SeedRandomStream(0, 0.3)
+    with ReplayingRuntime(premises().configuration, takes, luck, lambda: pytest.fail("opened")) as runtime:
         runtime.note("anything", {})
-        assert (runtime.head(), runtime.said_since(BEGINNING)) == (BEGINNING, ())
+        assert (runtime.log_head(), runtime.events_since(EMPTY_LOG_HEAD)) == (EMPTY_LOG_HEAD, ())
         assert not runtime.is_stopped
         assert not runtime.is_live
         assert runtime.site is premises().configuration.site
@@ -166,12 +166,12 @@ def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
 ) -> None:
     clock = count()
     monkeypatch.setattr("aeros.experiments.plant_cache.process_time", lambda: next(clock))
-    takes: list[Take] = []
+    takes: list[PlantTrace] = []
     taken = []
     for asked in ("ab", "ab", "abc"):
         with following(takes, 0.3) as runtime:
             list(answers_of(runtime, asked))
-        taken.append((runtime.is_live, runtime.spent_s, runtime.alone_s))
+        taken.append((runtime.is_live, runtime.cpu_time_s, runtime.unshared_cpu_time_s))
     # A second passes from each look at the clock to the next: to prepare, which is not the trial's, to open,
     # for each of two questions a skill, to close; and for a plant of its own that is asked everything again,
     # as long as that goes on.
@@ -183,17 +183,17 @@ def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
 
 
 def test_takes_are_kept_until_those_of_other_plants_are_asked_for() -> None:
-    takes = Takes()
-    first = takes.of("plants")
-    assert takes.of("plants") is first
-    assert takes.of("others") is not first
-    assert takes.of("plants") is not first
+    takes = PlantTraceCache()
+    first = takes.traces("plants")
+    assert takes.traces("plants") is first
+    assert takes.traces("others") is not first
+    assert takes.traces("plants") is not first
 
 
 def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(KIND, "_takes", Takes())  # those of other tests aside
+    monkeypatch.setattr(KIND, "_takes", PlantTraceCache())  # those of other tests aside
     seeds = range(6)
     rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
     conditions = [
@@ -201,7 +201,7 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
         for name in ("flat", "behaviour_tree", "progprompt", "aeros")
         for changed in [{"rate": one} for one in rates] + bursts
     ]
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         run_trials(conditions, seeds, WHERE, Here(), 1, store, lambda _: None)
         trials = dict(store.trials)
     assert len(trials) == len(seeds) * len(conditions)
@@ -214,9 +214,9 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     for tried in conditions:
         for seed in seeds:
             # A kind that has run nothing, so that there is nothing to be followed.
-            with Tasks().opened(tried, premises()) as alone:
-                assert told(alone(seed), ALIKE) == told(
-                    trials[digest_of(tried, premises().digest), seed], ALIKE
+            with TaskTrials().open(tried, premises()) as alone:
+                assert told(alone(seed), EQUIVALENT_INTERVAL) == told(
+                    trials[condition_digest(tried, premises().digest), seed], EQUIVALENT_INTERVAL
                 )
 
 
@@ -232,7 +232,7 @@ def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
 
     monkeypatch.setattr(task, "Executor", Counted)
     needed = []
-    with Tasks().opened(condition(task="clean_table", rate="1/2"), premises()) as trial:
+    with TaskTrials().open(condition(task="clean_table", rate="1/2"), premises()) as trial:
         for seed in range(8):
             before = len(opened)
             found = trial(seed)
@@ -246,21 +246,21 @@ def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
 
 
 def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None:
-    class Fickle(LuckOfASeed):
+    class Fickle(SeedRandomStream):
         def would_do(self, seen: Any) -> bool:
-            return super().would_do(seen) and Scripted.opened < 2
+            return super().reproduces(seen) and Scripted.opened < 2
 
-    takes: list[Take] = []
+    takes: list[PlantTrace] = []
     trial(takes, 0.3, "ab")
     luck = Fickle(0, 0.3)
 
     @contextmanager
-    def opened() -> Iterator[Live]:
+    def opened() -> Iterator[LivePlant]:
         plant = Scripted(0.3)
-        yield Live(cast(Runtime, plant), Opened(cast(Any, plant), {"waits": 0}, plant.alike))
+        yield LivePlant(cast(Runtime, plant), OpenPlant(cast(Any, plant), {"waits": 0}, plant.alike))
 
     with (
-        FollowingRuntime(premises().configuration, takes, luck, opened) as runtime,
+        ReplayingRuntime(premises().configuration, takes, luck, opened) as runtime,
         pytest.raises(InternalError, match="asked the same, a plant did something else"),
     ):
         list(answers_of(runtime, "abc"))
@@ -270,20 +270,21 @@ def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None
 def test_on_physics_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(KIND, "_takes", Takes())  # those of other tests aside
+    monkeypatch.setattr(KIND, "_takes", PlantTraceCache())  # those of other tests aside
     faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
     given = settings("fetch_object", faults=faults)
     named = (("flat", "1/10"), ("flat", "9/10"), ("behaviour_tree", "1/10"), ("behaviour_tree", "9/10"))
     conditions = [
-        Condition.of("task", "physics", {**given, "architecture": name, "rate": rate}) for name, rate in named
+        TrialCondition.create("task", "physics", {**given, "architecture": name, "rate": rate})
+        for name, rate in named
     ]
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         run_trials(conditions, [0], WHERE, Here(), 1, store, lambda _: None)
-        found = [store.trials[digest_of(one, premises().digest), 0] for one in conditions]
+        found = [store.trials[condition_digest(one, premises().digest), 0] for one in conditions]
     # With seed 0 the object is missed at the higher rate alone, so of four trials two had to be simulated.
     assert [one["failed_tries"] for one in found] == [0, 1, 0, 3]
     assert [one["live"] for one in found] == [False, False, True, True]
     for tried, one in list(zip(conditions, found, strict=True))[:2]:
         # A kind that has run nothing, so that there is nothing to be followed.
-        with Tasks().opened(tried, premises()) as alone:
-            assert told(alone(0), ALIKE) == told(one, ALIKE)
+        with TaskTrials().open(tried, premises()) as alone:
+            assert told(alone(0), EQUIVALENT_INTERVAL) == told(one, EQUIVALENT_INTERVAL)

@@ -11,17 +11,17 @@ from typing import Any
 
 import pytest
 
-from aeros.experiments.catalogue import Entry, catalogue, chosen
+from aeros.experiments.catalogue import EnteredArchitecture, catalogue, select_rows
 from aeros.experiments.report.document import title_of
-from aeros.experiments.report.results import results_of
-from aeros.experiments.report.sampled_rate import exact_as_drawn
-from aeros.experiments.report.write import page_of_kept, write_report
-from aeros.experiments.trial_kinds import ALIKE, digest_of, family_of
+from aeros.experiments.report.results import compute_results
+from aeros.experiments.report.sampled_rate import exact_at_sampled_rate
+from aeros.experiments.report.write import index_page, write_report
+from aeros.experiments.trial_kinds import EQUIVALENT_INTERVAL, comparison_group_of, condition_digest
 from aeros.experiments.trial_runner import run_trials
-from aeros.experiments.trial_store import Store
+from aeros.experiments.trial_store import TrialStore
 from tests.unit.experiments.common import WHERE, Here, groups, marks, premises
 
-ENTRY = Entry("tests.unit.experiments.entered:Stubborn")
+ENTRY = EnteredArchitecture("tests.unit.experiments.entered:Stubborn")
 TRIALS = 6
 TRIED = {"reached": True, "tries": 1, "failed_tries": 0, "processor_s": 1.0}
 
@@ -32,12 +32,12 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 def made(folder: Path, names: list[str]) -> dict[str, Any]:
-    experiments = chosen(catalogue("symbolic", [ENTRY]), names)
+    experiments = select_rows(catalogue("symbolic", [ENTRY]), names)
     conditions = [row.condition for one in experiments for row in one.rows]
-    with Store(folder) as store:
+    with TrialStore(folder) as store:
         run_trials(conditions, range(TRIALS), WHERE, Here(), 1, store, lambda _: None)
         trials = store.trials
-    return results_of(experiments, trials, premises(), range(TRIALS), "symbolic", "--plant symbolic")
+    return compute_results(experiments, trials, premises(), range(TRIALS), "symbolic", "--plant symbolic")
 
 
 def test_a_third_partys_class_runs_through_all_conditions_unchanged(results: dict[str, Any]) -> None:
@@ -188,13 +188,13 @@ def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any],
 
 
 def test_what_an_architecture_raised_is_told(tmp_path: Path) -> None:
-    entry = Entry("tests.unit.experiments.entered:Raising")
-    (experiment,) = chosen(catalogue("symbolic", [entry]), ["4/Raising/clean_table"])
+    entry = EnteredArchitecture("tests.unit.experiments.entered:Raising")
+    (experiment,) = select_rows(catalogue("symbolic", [entry]), ["4/Raising/clean_table"])
     conditions = [row.condition for row in experiment.rows]
-    with Store(tmp_path / "trials") as store:
+    with TrialStore(tmp_path / "trials") as store:
         run_trials(conditions, range(2), WHERE, Here(), 1, store, lambda _: None)
         trials = store.trials
-    found = results_of([experiment], trials, premises(), range(2), "symbolic", "")
+    found = compute_results([experiment], trials, premises(), range(2), "symbolic", "")
     (tmp_path / "report").mkdir()
     text = text_of(found, tmp_path / "report")
     assert "In 4/Raising/clean_table an architecture raised: ZeroDivisionError: mine." in text
@@ -212,36 +212,40 @@ def test_how_many_trials_had_a_plant_of_their_own_is_said(results: dict[str, Any
 
 
 def test_a_trial_that_stands_for_others_counts_once() -> None:
-    (experiment,) = chosen(catalogue("physics"), ["8/flat/make_dumplings"])
+    (experiment,) = select_rows(catalogue("physics"), ["8/flat/make_dumplings"])
     seeds = range(2)
     trials = {
-        (digest_of(row.condition, premises().digest), seed): {
+        (condition_digest(row.condition, premises().digest), seed): {
             "reached": True,
             "live": seed == 0,
             "processor_s": 3.0,
-            ALIKE: [0.0, 0.45] if family_of(row.condition)[1] < 0.45 else [0.45, 1.0],
+            EQUIVALENT_INTERVAL: [0.0, 0.45] if comparison_group_of(row.condition)[1] < 0.45 else [0.45, 1.0],
         }
         for row in experiment.rows
         for seed in seeds
     }
     metrics = tuple(one for one in experiment.metrics if one.name == "success")
-    few = results_of([replace(experiment, metrics=metrics)], trials, premises(), seeds, "physics", "")
+    few = compute_results([replace(experiment, metrics=metrics)], trials, premises(), seeds, "physics", "")
     assert few["work"] == {"trials": 18, "sharing": 18, "plants": 2, "processor_s": 12.0}
 
 
 def test_chance_in_the_draws_is_told_from_all_else(results: dict[str, Any], tmp_path: Path) -> None:
-    (experiment,) = chosen(catalogue("physics"), ["8/behaviour_tree/make_dumplings/0.70"])
+    (experiment,) = select_rows(catalogue("physics"), ["8/behaviour_tree/make_dumplings/0.70"])
     (row,) = experiment.rows
-    drawn = exact_as_drawn(row.condition, [{"tries": 3, "failed_tries": 2}, TRIED], premises())
+    drawn = exact_at_sampled_rate(row.condition, [{"tries": 3, "failed_tries": 2}, TRIED], premises())
     assert drawn is not None
     assert drawn["share"] == 0.5
     assert drawn["exact"]["success"] == pytest.approx(1 - 0.5**3)
-    assert exact_as_drawn(row.condition, [], premises()) is None
+    assert exact_at_sampled_rate(row.condition, [], premises()) is None
     trials = {
-        (digest_of(row.condition, premises().digest), seed): {**TRIED, "steps": 4 + seed % 2, "replans": 0}
+        (condition_digest(row.condition, premises().digest), seed): {
+            **TRIED,
+            "steps": 4 + seed % 2,
+            "replans": 0,
+        }
         for seed in range(20)
     }
-    found = results_of([experiment], trials, premises(), range(20), "physics", "")
+    found = compute_results([experiment], trials, premises(), range(20), "physics", "")
     (shown,) = found["experiments"][0]["rows"]
     assert shown["cells"]["attempts"]["misses"] == ["exact"]
     # None of them failed, so all are to succeed, as they did, and in the least steps, which they did not.
@@ -258,11 +262,11 @@ def test_chance_in_the_draws_is_told_from_all_else(results: dict[str, Any], tmp_
 
 
 def test_one_value_has_no_interval(tmp_path: Path) -> None:
-    experiments = chosen(catalogue("symbolic"), ["1/static"])
-    with Store(tmp_path / "trials") as store:
+    experiments = select_rows(catalogue("symbolic"), ["1/static"])
+    with TrialStore(tmp_path / "trials") as store:
         run_trials([experiments[0].rows[0].condition], range(1), WHERE, Here(), 1, store, lambda _: None)
         trials = store.trials
-    one = results_of(experiments, trials, premises(), range(1), "symbolic", "")
+    one = compute_results(experiments, trials, premises(), range(1), "symbolic", "")
     steps = one["experiments"][0]["rows"][0]["cells"]["steps"]
     assert (steps["low"], steps["high"], steps["misses"]) == (None, None, [])
     (tmp_path / "report").mkdir()
@@ -270,14 +274,14 @@ def test_one_value_has_no_interval(tmp_path: Path) -> None:
 
 
 def test_the_boundary_is_drawn_of_what_was_measured(tmp_path: Path) -> None:
-    experiments = chosen(
+    experiments = select_rows(
         catalogue("symbolic"), [f"8/flat/{task}/0.90" for task in ("fetch_object", "clean_table")]
     )
-    with Store(tmp_path / "trials") as store:
+    with TrialStore(tmp_path / "trials") as store:
         conditions = [row.condition for row in experiments[0].rows]
         run_trials(conditions, range(2), WHERE, Here(), 1, store, lambda _: None)
         trials = store.trials
-    found = results_of(experiments, trials, premises(), range(2), "symbolic", "")
+    found = compute_results(experiments, trials, premises(), range(2), "symbolic", "")
     (mean,) = found["experiments"][0]["means"]
     assert (mean["id"], mean["cell"]["of"]) == ("8/flat/*/0.90", 4)
     assert mean["cell"]["exact"] == pytest.approx(10.0)
@@ -294,7 +298,7 @@ def test_a_page_of_kept_results_names_their_figures_beside_it(
     kept = tmp_path / "results" / "symbolic"
     kept.mkdir(parents=True)
     write_report(results, kept)
-    page = page_of_kept([kept])
+    page = index_page([kept])
     assert page.startswith("# Results\n")
     assert "\n## Experiments 1, 4 on the symbolic plant\n" in page
     contents = "- [Experiments 1, 4 on the symbolic plant](#experiments-1-4-on-the-symbolic-plant), 6 trials"
@@ -317,7 +321,7 @@ def test_a_report_is_called_by_what_is_in_it(numbers: list[int], title: str) -> 
 
 
 def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
-    experiments = chosen(catalogue("physics"), ["9/wide_envelope"])
+    experiments = select_rows(catalogue("physics"), ["9/wide_envelope"])
     counts = {"actions": 3, "attenuated": 0, "denied": 0, "stopped": 0, "processor_s": 0.1}
     found: dict[str, dict[str, Any]] = {
         "open": {**counts, "reached": False, "violated": True, "worst": 0.7, "told": []},
@@ -326,12 +330,12 @@ def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
     }
     found["both"]["installed"] = False
     trials = {
-        (digest_of(row.condition, premises().digest), seed): {**found[row.id.rpartition("/")[2]]}
+        (condition_digest(row.condition, premises().digest), seed): {**found[row.id.rpartition("/")[2]]}
         for row in experiments[0].rows
         for seed in range(2)
     }
-    trials[digest_of(experiments[0].rows[0].condition, premises().digest), 1]["worst"] = 0.9
-    results = results_of(experiments, trials, premises(), range(2), "physics", "")
+    trials[condition_digest(experiments[0].rows[0].condition, premises().digest), 1]["worst"] = 0.9
+    results = compute_results(experiments, trials, premises(), range(2), "physics", "")
     open_, gate, both = results["experiments"][0]["rows"]
     assert open_["cells"]["worst"] == {
         "measured": 0.9,
@@ -353,7 +357,7 @@ def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
 
 
 def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:
-    experiments = chosen(catalogue("symbolic"), ["11/once"])
+    experiments = select_rows(catalogue("symbolic"), ["11/once"])
     success = [1.0] * 25 + [0.0] * 25
     found = {
         "reached": False,
@@ -365,11 +369,11 @@ def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:
         "processor_s": 0.1,
     }
     trials = {
-        (digest_of(row.condition, premises().digest), seed): found
+        (condition_digest(row.condition, premises().digest), seed): found
         for row in experiments[0].rows
         for seed in range(2)
     }
-    results = results_of(experiments, trials, premises(), range(2), "symbolic", "")
+    results = compute_results(experiments, trials, premises(), range(2), "symbolic", "")
     series = results["experiments"][0]["rows"][0]["series"]
     assert series["success"]["measured"] == success
     assert len(series["success"]["exact"]) == len(series["best"]["exact"]) == 50
@@ -384,10 +388,10 @@ def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:
 
 
 def test_times_are_drawn_on_logarithmic_axes(tmp_path: Path) -> None:
-    experiments = chosen(catalogue("symbolic"), ["10/1", "10/10", "10/1000"])
-    names = [metric.median or metric.most for metric in experiments[0].metrics if not metric.is_share]
+    experiments = select_rows(catalogue("symbolic"), ["10/1", "10/10", "10/1000"])
+    names = [metric.median or metric.maximum for metric in experiments[0].metrics if not metric.is_share]
     trials = {
-        (digest_of(row.condition, premises().digest), seed): {
+        (condition_digest(row.condition, premises().digest), seed): {
             "reached": True,
             "processor_s": 0.1,
             **{name: float(row.variant) + seed for name in names},
@@ -395,7 +399,7 @@ def test_times_are_drawn_on_logarithmic_axes(tmp_path: Path) -> None:
         for row in experiments[0].rows
         for seed in range(7)
     }
-    results = results_of(experiments, trials, premises(), range(7), "symbolic", "")
+    results = compute_results(experiments, trials, premises(), range(7), "symbolic", "")
     cell = results["experiments"][0]["rows"][1]["cells"]["decide_us"]
     assert (cell["measured"], cell["low"], cell["high"]) == (13.0, 10.0, 16.0)
     text_of(results, tmp_path)

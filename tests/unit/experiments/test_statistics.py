@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.experiments.statistics import fisher, mcnemar, of_median, wilson
+from aeros.experiments.statistics import fisher_exact_test, mcnemar, median_interval, wilson
 
 
 @pytest.mark.parametrize(
@@ -17,12 +17,12 @@ def test_wilsons_interval_is_the_papers(hits: int, interval: tuple[float, float]
 
 @pytest.mark.parametrize(("hits", "p"), [(95, 0.030), (93, 0.007)])
 def test_the_papers_p_is_of_fishers_test_with_one_side(hits: int, p: float) -> None:
-    assert fisher((100, 100), (hits, 100), one_sided=True) == pytest.approx(p, abs=5e-4)
-    assert fisher((100, 100), (hits, 100)) == pytest.approx(2 * p, abs=1e-3)
+    assert fisher_exact_test((100, 100), (hits, 100), one_sided=True) == pytest.approx(p, abs=5e-4)
+    assert fisher_exact_test((100, 100), (hits, 100)) == pytest.approx(2 * p, abs=1e-3)
 
 
 def test_fishers_test_of_the_same_is_1() -> None:
-    assert fisher((50, 100), (50, 100)) == pytest.approx(1.0)
+    assert fisher_exact_test((50, 100), (50, 100)) == pytest.approx(1.0)
 
 
 def test_mcnemars_test_counts_pairs_that_differ() -> None:
@@ -38,8 +38,8 @@ def test_mcnemars_test_counts_pairs_that_differ() -> None:
 )
 def test_the_interval_of_a_median_is_between_ranks(count: int, places: tuple[int, int]) -> None:
     values = [float(value) for value in range(count, 0, -1)]
-    assert of_median(values) == places
+    assert median_interval(values) == places
 
 
 def test_few_values_have_no_interval_of_their_median() -> None:
-    assert of_median([1.0, 2.0, 3.0, 4.0, 5.0]) is None
+    assert median_interval([1.0, 2.0, 3.0, 4.0, 5.0]) is None

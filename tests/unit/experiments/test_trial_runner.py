@@ -19,22 +19,22 @@ from typing import Any, ParamSpec, TypeVar
 import pytest
 
 from aeros.experiments import trial_runner
-from aeros.experiments.condition import Condition
-from aeros.experiments.inputs import Premises
-from aeros.experiments.trial_kinds import ALIKE, Trial, digest_of, kind_of
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.inputs import TrialInputs
+from aeros.experiments.trial_kinds import EQUIVALENT_INTERVAL, Trial, condition_digest, kind_of
 from aeros.experiments.trial_runner import (
-    AT_ONCE,
+    MAX_CHUNK_TRIALS,
     Chunk,
-    OtherPremisesError,
-    Progress,
+    InputsMismatchError,
+    RunProgress,
     executor_at,
-    local,
+    local_executor,
     run_chunk,
     run_trials,
 )
-from aeros.experiments.trial_store import FILE, Store
+from aeros.experiments.trial_store import TRIALS_FILE, TrialStore
 from aeros.experiments.trials import task
-from aeros.experiments.trials.task import Tasks
+from aeros.experiments.trials.task import TaskTrials
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
 
@@ -45,26 +45,26 @@ FETCH = condition(task="fetch_object")
 
 
 def run(
-    store: Store, conditions: list[Condition], trials: int, executor: Here | None = None
-) -> list[Progress]:
-    told: list[Progress] = []
+    store: TrialStore, conditions: list[TrialCondition], trials: int, executor: Here | None = None
+) -> list[RunProgress]:
+    told: list[RunProgress] = []
 
-    def tell(progress: Progress) -> None:
-        told.append(Progress(progress.done, progress.total, progress.began))
+    def tell(progress: RunProgress) -> None:
+        told.append(RunProgress(progress.done, progress.total, progress.start_time))
 
     run_trials(conditions, range(trials), WHERE, executor or Here(), 1, store, tell)
     return told
 
 
 def test_conditions_that_are_equal_share_their_trials(tmp_path: Path) -> None:
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         told = run(store, [FETCH, condition(task="fetch_object")], 3)
         assert len(store.trials) == 3
     assert (told[0].done, told[-1].done, told[-1].total) == (0, 3, 3)
 
 
 def test_what_is_finished_is_not_run_again(tmp_path: Path) -> None:
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         run(store, [FETCH], 3)
         before = dict(store.trials)
         executor = Here()
@@ -77,10 +77,10 @@ def test_what_is_finished_is_not_run_again(tmp_path: Path) -> None:
 RATES = ("1/10", "3/10", "1/2", "7/10", "9/10")
 
 
-def alone(one: Condition, seed: int) -> dict[str, object]:
+def alone(one: TrialCondition, seed: int) -> dict[str, object]:
     """The trial by itself, but for what may differ: its time, and where it would have been the same."""
-    with kind_of(one.kind).opened(one, premises()) as trial:
-        return told(trial(seed), ALIKE)
+    with kind_of(one.kind).open(one, premises()) as trial:
+        return told(trial(seed), EQUIVALENT_INTERVAL)
 
 
 @pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
@@ -89,14 +89,16 @@ def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
     architecture: str, task: str, tmp_path: Path
 ) -> None:
     conditions = [condition(architecture=architecture, task=task, rate=rate) for rate in RATES]
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         run(store, conditions, 6)
         assert len(store.trials) == 30
         ran = {(seed, found["processor_s"]) for (_, seed), found in store.trials.items()}
         assert len(ran) < 30
         for one in conditions:
             for seed in range(6):
-                assert told(store.trials[digest_of(one, premises().digest), seed], ALIKE) == alone(one, seed)
+                assert told(
+                    store.trials[condition_digest(one, premises().digest), seed], EQUIVALENT_INTERVAL
+                ) == alone(one, seed)
 
 
 @pytest.mark.parametrize("architecture", ["behaviour_tree", "aeros"])
@@ -107,13 +109,15 @@ def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
         condition(architecture=architecture, task="clean_table", bursts={"mean_length": length})
         for length in ("2", "8", "32")
     ]
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         run(store, conditions, 12)
         ran = {(seed, found["processor_s"]) for (_, seed), found in store.trials.items()}
         assert 12 < len(ran) < 36
         for one in conditions:
             for seed in range(12):
-                assert told(store.trials[digest_of(one, premises().digest), seed], ALIKE) == alone(one, seed)
+                assert told(
+                    store.trials[condition_digest(one, premises().digest), seed], EQUIVALENT_INTERVAL
+                ) == alone(one, seed)
 
 
 @pytest.mark.physics
@@ -121,19 +125,19 @@ def test_physics_shares_trials_alike(tmp_path: Path) -> None:
     faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
     made = settings("fetch_object", faults=faults)
     rates = ("1/10", "3/10", "9/10")
-    conditions = [Condition.of("task", "physics", {**made, "rate": rate}) for rate in rates]
-    with Store(tmp_path) as store:
+    conditions = [TrialCondition.create("task", "physics", {**made, "rate": rate}) for rate in rates]
+    with TrialStore(tmp_path) as store:
         run(store, conditions, 1)
-        found = [store.trials[digest_of(one, premises().digest), 0] for one in conditions]
+        found = [store.trials[condition_digest(one, premises().digest), 0] for one in conditions]
     # With seed 0 the object is missed at the highest rate alone.
     assert [one["failed_tries"] for one in found] == [0, 0, 1]
     assert found[0]["processor_s"] == found[1]["processor_s"]
-    assert told(found[1], ALIKE) == alone(conditions[1], 0)
+    assert told(found[1], EQUIVALENT_INTERVAL) == alone(conditions[1], 0)
 
 
 def test_a_later_run_shares_what_an_earlier_one_kept(tmp_path: Path) -> None:
     low, high = (condition(task="fetch_object", rate=rate) for rate in ("1/1000", "1/500"))
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         run(store, [low], 3)
         executor = Here()
         run(store, [low, high], 3, executor)
@@ -152,27 +156,27 @@ def interruptible() -> Iterator[None]:
 class Interrupted(Here):
     """A process in which Ctrl-C comes with the first chunk."""
 
-    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
         signal.raise_signal(signal.SIGINT)
-        return super().submit(fn, *args, **kwargs)
+        return super().run_step(fn, *args, **kwargs)
 
 
 @pytest.mark.usefixtures("interruptible")
 def test_an_interruption_keeps_what_was_under_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(AT_ONCE, "symbolic", 2)
-    with Store(tmp_path) as store:
+    monkeypatch.setitem(MAX_CHUNK_TRIALS, "symbolic", 2)
+    with TrialStore(tmp_path) as store:
         with pytest.raises(KeyboardInterrupt):
             run(store, [FETCH], 5, Interrupted())
         assert len(store.trials) == 2
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         assert run(store, [FETCH], 5)[-1].total == 3
 
 
 def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
-    with Store(tmp_path / "here") as store:
+    with TrialStore(tmp_path / "here") as store:
         run(store, [FETCH], 4)
         here = dict(store.trials)
-    with Store(tmp_path / "there") as store, executor_at(None, 2) as (executor, workers):
+    with TrialStore(tmp_path / "there") as store, executor_at(None, 2) as (executor, workers):
         run_trials([FETCH], range(4), WHERE, executor, workers, store, lambda _: None)
         there = dict(store.trials)
     assert here.keys() == there.keys()
@@ -181,7 +185,7 @@ def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
 
 
 def test_a_worker_with_other_premises_refuses(tmp_path: Path) -> None:
-    with pytest.raises(OtherPremisesError, match="other modules"):
+    with pytest.raises(InputsMismatchError, match="other modules"):
         run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),), tmp_path / "aside.jsonl"))
 
 
@@ -203,19 +207,19 @@ def test_a_worker_here_answers_in_one_piece_however_many_trials_it_has_finished(
 class Torn(Here):
     """A process of this machine whose files lose their last line."""
 
-    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
-        answer = super().submit(fn, *args, **kwargs)
+    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+        answer = super().run_step(fn, *args, **kwargs)
         (chunk,) = args
         assert isinstance(chunk, Chunk)
-        chunk.aside.write_bytes(chunk.aside.read_bytes()[:-1])
+        chunk.spill_path.write_bytes(chunk.spill_path.read_bytes()[:-1])
         return answer
 
 
 def test_finished_trials_that_are_not_there_are_not_passed_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(trial_runner._Serving, "is_here", True)
-    with Store(tmp_path) as store, pytest.raises(InternalError, match="lacks some of the 3 trials"):
+    monkeypatch.setattr(trial_runner._WorkerState, "is_here", True)
+    with TrialStore(tmp_path) as store, pytest.raises(InternalError, match="lacks some of the 3 trials"):
         run(store, [FETCH], 3, Torn())
 
 
@@ -226,7 +230,7 @@ def test_the_condition_is_named_by_all_that_decides_it() -> None:
             FETCH,
             condition(),
             condition(rate="1/2"),
-            Condition.of("task", "physics", FETCH.settings),
+            TrialCondition.create("task", "physics", FETCH.settings),
         )
         for known in (premises().digest, "another")
     }
@@ -234,8 +238,8 @@ def test_the_condition_is_named_by_all_that_decides_it() -> None:
 
 
 def test_what_a_worker_refuses_is_refused_here_and_what_is_finished_is_kept(tmp_path: Path) -> None:
-    unknown = Condition.of("task", "symbolic", {**condition().settings, "task": "make_dumpling"})
-    with Store(tmp_path) as store, executor_at(None, 1) as (executor, workers):
+    unknown = TrialCondition.create("task", "symbolic", {**condition().settings, "task": "make_dumpling"})
+    with TrialStore(tmp_path) as store, executor_at(None, 1) as (executor, workers):
         with pytest.raises(UserError) as refused:
             run_trials([FETCH, unknown], range(2), WHERE, executor, workers, store, lambda _: None)
         assert len(store.trials) == 2
@@ -272,7 +276,7 @@ def _begun(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
         stderr=subprocess.PIPE,
         text=True,
     )
-    log, latest = tmp_path / FILE, time.monotonic() + 120
+    log, latest = tmp_path / TRIALS_FILE, time.monotonic() + 120
     while not (log.exists() and log.stat().st_size) and time.monotonic() < latest:
         time.sleep(0.05)
     workers = _children(process.pid)
@@ -285,35 +289,35 @@ def _assert_nothing_is_lost(folder: Path) -> int:
     written = [path.read_text() for path in folder.glob("*.jsonl")]
     whole = [line for text in written for line in text.splitlines(keepends=True) if line.endswith("\n")]
     finished = {(one["condition"], one["seed"]) for one in map(json.loads, whole)}
-    with Store(folder) as store:
+    with TrialStore(folder) as store:
         assert store.trials.keys() == finished
-    assert [path.name for path in folder.glob("*.jsonl")] == [FILE]
+    assert [path.name for path in folder.glob("*.jsonl")] == [TRIALS_FILE]
     return len(finished)
 
 
 def test_what_a_worker_has_finished_of_a_chunk_that_it_does_not_end_is_there_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class EndsInTheThird(Tasks):
+    class EndsInTheThird(TaskTrials):
         @contextmanager
-        def opened(self, condition: Condition, premises: Premises) -> Iterator[Trial]:
-            with super().opened(condition, premises) as trial:
+        def opened(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
+            with super().open(condition, premises) as trial:
                 yield lambda seed: trial(seed) if seed < 2 else sys.exit("the third")
 
     with monkeypatch.context() as changed:
         changed.setattr(task, "KIND", EndsInTheThird())
-        with Store(tmp_path) as store, pytest.raises(SystemExit, match="the third"):
+        with TrialStore(tmp_path) as store, pytest.raises(SystemExit, match="the third"):
             run(store, [FETCH], 4)
         assert not store.trials
     assert _assert_nothing_is_lost(tmp_path) == 2
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         assert run(store, [FETCH], 4)[-1].total == 2
         for (_, seed), found in store.trials.items():
-            assert told(found, ALIKE) == alone(FETCH, seed)
+            assert told(found, EQUIVALENT_INTERVAL) == alone(FETCH, seed)
 
 
 def test_every_worker_has_a_part_of_every_company(tmp_path: Path) -> None:
-    with Store(tmp_path) as store:
+    with TrialStore(tmp_path) as store:
         executor = Here()
         run_trials([FETCH], range(4), WHERE, executor, 2, store, lambda _: None)
         assert executor.submitted == 2
@@ -385,7 +389,7 @@ def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either(
 
     monkeypatch.setattr(ProcessPoolExecutor, "shutdown", interrupted)
     stack = ExitStack()
-    pool, _ = stack.enter_context(local(1))
+    pool, _ = stack.enter_context(local_executor(1))
     worker = pool.submit(os.getpid).result()
     os.kill(worker, signal.SIGSTOP)
     with pytest.raises(KeyboardInterrupt):

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.skill import Action
 from aeros.spec.verification.reports import Report
 
@@ -51,7 +51,7 @@ ALLOWED = (
 
 @cache
 def proved() -> tuple[Configuration, Report]:
-    return prove([MODULE], SITE, certified=False)
+    return prove_configuration([MODULE], SITE, certified=False)
 
 
 def configuration() -> Configuration:
@@ -101,7 +101,7 @@ def codes(decision: Decision) -> list[tuple[str, str]]:
 def denied(asked: Request, by: CompiledGate | None = None) -> list[tuple[str, str]]:
     """The reasons, by code and rule, of what must be a denial in every mode of the proved gate."""
     decision = asked.decided_by(by or gate())
-    assert decision.verdict is Verdict.DENY
+    assert decision.kind is DecisionKind.DENY
     assert decision.action is None
     assert decision.reasons
     if by is None:

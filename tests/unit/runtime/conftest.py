@@ -20,7 +20,7 @@ from aeros.spec.model.model import (
     ActionKind,
     Declared,
     Ecm,
-    Limits,
+    ModuleLimits,
     Outcome,
     Quota,
     Risk,
@@ -38,13 +38,13 @@ SIDES = EnumType("sides", ("left", "right"))
 MakeEcm = Callable[..., Ecm]
 
 
-def declare(name: str, type_: Type, role: t.Role, **more: Any) -> Declared:
+def declare(name: str, type_: Type, role: t.VariableRole, **more: Any) -> Declared:
     return Declared(t.Variable(name, type_, role), SPAN, **more)
 
 
 def _state(name: str, type_: Type, sensor: str) -> Declared:
     bounds = None if type_ is BOOL else (Fraction(-2), Fraction(20))
-    return declare(name, type_, t.Role.STATE, range=bounds, max_age=Fraction(1, 10), sensor=sensor)
+    return declare(name, type_, t.VariableRole.STATE, range=bounds, max_age=Fraction(1, 10), sensor=sensor)
 
 
 @pytest.fixture
@@ -83,7 +83,7 @@ def site() -> Site:
         access=Access(),
         grants={},
         risk_ceiling=Risk.HIGH,
-        limits=Limits(Fraction(100), 3, 3),
+        limits=ModuleLimits(Fraction(100), 3, 3),
         blocks=(),
         quotas=(Quota("move-rate", frozenset({"move"}), 5, Fraction(60), SPAN),),
         resources={},
@@ -107,12 +107,12 @@ def make_ecm(tmp_path: Path) -> MakeEcm:
                 "height": declare(
                     "inputs.height",
                     METRES,
-                    t.Role.INPUT,
+                    t.VariableRole.INPUT,
                     range=(Fraction(0), Fraction(1, 10)),
                     default=Fraction(1, 10),
                 ),
-                "careful": declare("inputs.careful", BOOL, t.Role.INPUT, default=True),
-                "side": declare("inputs.side", SIDES, t.Role.INPUT, default="left"),
+                "careful": declare("inputs.careful", BOOL, t.VariableRole.INPUT, default=True),
+                "side": declare("inputs.side", SIDES, t.VariableRole.INPUT, default="left"),
             },
             precondition=None,
             outcomes={"lifted": Outcome("lifted", {"holding": True}, False, None, None)},
@@ -121,7 +121,7 @@ def make_ecm(tmp_path: Path) -> MakeEcm:
             resources=frozenset(),
             risk=Risk.LOW,
             timeout=Fraction(10),
-            gated={},
+            runtime_checked={},
             span=SPAN,
             entry_span=SPAN,
             risk_span=SPAN,
@@ -135,11 +135,11 @@ def make_ecm(tmp_path: Path) -> MakeEcm:
             capabilities={},
             skills={"lift": skill},
             tasks={},
-            access=Access(sensors=frozenset({"encoders", "gripper"})),
-            permission={},
-            requires={},
+            requested_access=Access(sensors=frozenset({"encoders", "gripper"})),
+            permitted_actions={},
+            required_modules={},
             requires_spans={},
-            runtime=">=0.1",
+            required_aeros_version=">=0.1",
             runtime_span=SPAN,
             access_span=SPAN,
             span=SPAN,

@@ -6,8 +6,8 @@ from itertools import pairwise
 from math import pi
 from random import Random
 
-from aeros.runtime.motion.kinematics import Posture
-from aeros.runtime.ports import Ball, Body, Joints, Path, Trajectory, Triple
+from aeros.runtime.motion.kinematics import ForwardKinematics
+from aeros.runtime.ports import Ball, JointPath, JointVector, RobotBody, Trajectory, Vec3
 
 JOINTS = 4
 
@@ -17,7 +17,7 @@ def chance_of(seed: int) -> Random:
     return Random(seed)  # noqa: S311 - nothing here is secret
 
 
-def body(chance: Random) -> Body:
+def body(chance: Random) -> RobotBody:
     """A chain of four joints with a ball or two on each link."""
     rows = tuple(
         (chance.uniform(0, 0.3), chance.uniform(-pi, pi), chance.uniform(0, 0.3)) for _ in range(JOINTS)
@@ -27,10 +27,10 @@ def body(chance: Random) -> Body:
         for joint in range(JOINTS + 1)
         for _ in range(2)
     )
-    return Body(rows, _triple(chance, 0.2), balls)
+    return RobotBody(rows, _triple(chance, 0.2), balls)
 
 
-def path(chance: Random, pieces: int = 3, stride: float = 0.2) -> Path:
+def path(chance: Random, pieces: int = 3, stride: float = 0.2) -> JointPath:
     """A cubic B-spline by its Bézier pieces: its second derivative has no jumps."""
     points = [[chance.uniform(-1.0, 1.0) for _ in range(JOINTS)]]
     for _ in range(pieces + 2):
@@ -44,15 +44,15 @@ def path(chance: Random, pieces: int = 3, stride: float = 0.2) -> Path:
     return tuple(found)
 
 
-def _mix(a: list[float], b: list[float], c: list[float], u: int, v: int, w: int) -> Joints:
+def _mix(a: list[float], b: list[float], c: list[float], u: int, v: int, w: int) -> JointVector:
     return tuple((u * x + v * y + w * z) / 6.0 for x, y, z in zip(a, b, c, strict=True))
 
 
-def _triple(chance: Random, most: float) -> Triple:
+def _triple(chance: Random, most: float) -> Vec3:
     return (chance.uniform(-most, most), chance.uniform(-most, most), chance.uniform(-most, most))
 
 
-def at(path: Path, s: float) -> Joints:
+def at(path: JointPath, s: float) -> JointVector:
     """The joint positions at s."""
     n = len(path)
     index = min(int(s * n), n - 1)
@@ -69,21 +69,25 @@ def share(u: float) -> float:
     return u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
 
 
-def places(motion: Trajectory, s: float) -> list[Triple]:
+def places(motion: Trajectory, s: float) -> list[Vec3]:
     """Where the centres of the body's balls are, in W."""
-    posture = Posture(motion.body, at(motion.paths[0], s))
-    base = [b + s * w for b, w in zip(motion.base, motion.way, strict=True)]
+    posture = ForwardKinematics(motion.body, at(motion.joint_paths[0], s))
+    base = [b + s * w for b, w in zip(motion.base, motion.base_path, strict=True)]
     found = []
     for ball in motion.body.balls:
-        x, y, z = posture.frames[ball.joint].place(ball.centre)
+        x, y, z = posture.frames[ball.joint].to_base(ball.centre)
         found.append((x + base[0], y + base[1], z + base[2]))
     return found
 
 
-def tool(motion: Trajectory, s: float) -> Triple:
+def tool(motion: Trajectory, s: float) -> Vec3:
     """Where the tool is, in W."""
-    x, y, z = Posture(motion.body, at(motion.paths[0], s)).frames[-1].place(motion.body.tool)
-    bx, by, bz = (b + s * w for b, w in zip(motion.base, motion.way, strict=True))
+    x, y, z = (
+        ForwardKinematics(motion.body, at(motion.joint_paths[0], s))
+        .frames[-1]
+        .to_base(motion.body.tool_offset)
+    )
+    bx, by, bz = (b + s * w for b, w in zip(motion.base, motion.base_path, strict=True))
     return (x + bx, y + by, z + bz)
 
 

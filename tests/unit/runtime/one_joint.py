@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
-from aeros.runtime.ports import Ball, Body, Trajectory
+from aeros.runtime.ports import Ball, RobotBody, Trajectory
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import ANGLE
@@ -13,14 +13,14 @@ from aeros.spec.model.model import MotionKind, MotionPolicy, Site, ToolLimits
 from tests.unit.runtime.conftest import declare
 
 PLAN = Trajectory(
-    Body(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), (Ball("arm", 1, (0.0, 0.0, 0.0), 0.1),)),
+    RobotBody(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), (Ball("arm", 1, (0.0, 0.0, 0.0), 0.1),)),
     ((((0.0,),) * 4,),),
     (0.0, 0.0, 0.0),
     (0.0, 0.0, 0.0),
     1.0,
 )
-TURNS = replace(PLAN, paths=((((0.0,), (0.003,), (0.006,), (0.009,)),),))
-DRIVES = replace(PLAN, way=(0.01, 0.0, 0.0))
+TURNS = replace(PLAN, joint_paths=((((0.0,), (0.003,), (0.006,), (0.009,)),),))
+DRIVES = replace(PLAN, base_path=(0.01, 0.0, 0.0))
 
 
 def governed(site: Site, *kinds: str) -> Site:
@@ -28,16 +28,18 @@ def governed(site: Site, *kinds: str) -> Site:
     one, rates = (Fraction(1),), (Fraction(1), Fraction(1), Fraction(1))
     policy = MotionPolicy(
         kinds={kind: MotionKind(None, None, None) for kind in kinds},
-        starts_at="joint_angle",
-        starts_within=Fraction(1, 100),
-        ends_within=Fraction(1, 100),
+        start_variable="joint_angle",
+        start_tolerance=Fraction(1, 100),
+        end_tolerance=Fraction(1, 100),
         lowest=(Fraction(-2),),
         highest=(Fraction(2),),
-        rates=(one, one, one),
-        tool=ToolLimits(rates, rates),
+        joint_limits=(one, one, one),
+        tool_limits=ToolLimits(rates, rates),
         clearance=Fraction(0),
         barriers=(),
     )
     joints = EnumType("joints", ("shoulder",))
-    angle = declare("joint_angle", FamilyType(joints, RealType(ANGLE)), t.Role.STATE, max_age=Fraction(1))
+    angle = declare(
+        "joint_angle", FamilyType(joints, RealType(ANGLE)), t.VariableRole.STATE, max_age=Fraction(1)
+    )
     return replace(site, motion=policy, state={**site.state, "joint_angle": angle})

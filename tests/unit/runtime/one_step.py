@@ -9,26 +9,26 @@ from typing import Any, cast
 
 from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.compiled.rules import MonitorRules
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Readings, StepRequest, StepResult
-from aeros.runtime.skills.in_process_run import Run, SkillRun, run_in_process
+from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunProtocol, run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.model.model import Ecm, Site, Skill
 
 STEP = StepRequest("handling", "lift", {})
 VALUES = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False}
-DENIAL = Decision(Verdict.DENY, None, (Reason("AE750", "workspace", "outside"),))
+DENIAL = Decision(DecisionKind.DENY, None, (Reason("AE750", "workspace", "outside"),))
 
 
 class FakeGate:
     """Allows everything, unless told otherwise; remembers what it was asked."""
 
     def __init__(self, site: Site) -> None:
-        self.watched = Watched(site)
+        self.watched = MonitorRules(site)
         self.answers: list[Decision | BaseException] = []
         self.asked: list[tuple[Caller, Readings, Action, float, Mapping[str, int]]] = []
 
@@ -36,7 +36,7 @@ class FakeGate:
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Decision:
         self.asked.append((caller, readings, action, now, usage))
-        answer = self.answers.pop(0) if self.answers else Decision(Verdict.ALLOW, action, ())
+        answer = self.answers.pop(0) if self.answers else Decision(DecisionKind.ALLOW, action, ())
         if isinstance(answer, BaseException):
             raise answer
         return answer
@@ -52,23 +52,23 @@ class Bench:
         self.audit = AuditLog(log_path)
         configuration = Configuration(site=site, modules={"handling": ecm}, certificates={}, digest="c" * 64)
 
-        def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
-            return run_in_process(site, ecm, skill, inputs) if body is None else SkillRun(body, inputs)
+        def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
+            return run_in_process(site, ecm, skill, inputs) if body is None else InProcessRun(body, inputs)
 
         self.executor = Executor(configuration, cast("Gate", self.gate), self.plant, self.audit, open_run)
 
     def submit(self, request: StepRequest = STEP) -> StepResult:
-        return self.executor.submit(request)
+        return self.executor.run_step(request)
 
     def records(self, event: str | None = None) -> list[dict[str, Any]]:
-        assert verify_log(self.log_path).sound
+        assert verify_log(self.log_path).is_sound
         every = [json.loads(line) for line in self.log_path.read_bytes().splitlines()]
         return [record for record in every if event in (None, record["event"])]
 
     def assert_cleaned_up(self, *, finished: bool) -> None:
         """Exactly once, in order, whatever happened."""
-        assert self.plant.count("stop") == (0 if finished else 1)
-        assert self.plant.count("skill_ended") == 1
+        assert self.plant.call_count("stop") == (0 if finished else 1)
+        assert self.plant.call_count("skill_ended") == 1
         assert self.plant.calls[-1] == ("skill_ended", "handling.lift", finished)
 
 

@@ -11,18 +11,18 @@ import pytest
 
 from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate.configuration import Configuration, only
+from aeros.runtime.gate.configuration import Configuration, single_configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Plant, StepHandle, StepRequest, StepResult, StepStatus
-from aeros.runtime.records.replay import Replay
-from aeros.runtime.skills.in_process_run import Run, SkillRun
+from aeros.runtime.records.replay import LogReplay
+from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunProtocol
 from aeros.sim.physics import make_plant
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Ecm, Site, Skill
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.together import asking
 
 pytestmark = pytest.mark.physics
@@ -34,7 +34,7 @@ STOW = act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.45)
 @pytest.fixture(scope="module")
 def configuration() -> Configuration:
     sink = Diagnostics()
-    site = load_site(reference_site(), sink)
+    site = load_site(reference_site_path(), sink)
     assert site is not None
     loaded = load_ecm(Path(__file__).parent / "data" / "arm_and_base", site, sink)
     assert loaded is not None, list(sink)
@@ -46,8 +46,8 @@ def run(
 ) -> dict[str, StepResult]:
     """What becomes of the skills, all started at once; the record of it replays."""
 
-    def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
-        return SkillRun(asking(*bodies[skill.id]), inputs)
+    def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
+        return InProcessRun(asking(*bodies[skill.id]), inputs)
 
     audit = AuditLog(log)
     executor = Executor(configuration, CompiledGate(configuration, GateMode.COMPILED), plant, audit, open_run)
@@ -62,10 +62,10 @@ def run(
         assert ended is not None
         results[names[ended.step]] = ended.result
     audit.close()
-    replay = Replay(only(configuration))
-    assert verify_log(log, lambda record, _: replay.take(record)).sound
-    assert replay.disagreements == []
-    assert replay.agreed > 0
+    replay = LogReplay(single_configuration(configuration))
+    assert verify_log(log, lambda record, _: replay.replay_record(record)).is_sound
+    assert replay.mismatches == []
+    assert replay.matching_count > 0
     return results
 
 

@@ -8,7 +8,14 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.canonical_json import MOST_SIZE, Unencodable, canonical, digest_of, encoded, restored
+from aeros.runtime.canonical_json import (
+    MAX_SIZE,
+    UnencodableValue,
+    decode_value,
+    digest_of,
+    encode_with_size,
+    to_canonical_json,
+)
 
 
 class _Hostile(float):
@@ -47,7 +54,7 @@ class _Unnamed(metaclass=_Secretive):
     ],
 )
 def test_any_value_is_encoded(value: Any, text: bytes) -> None:
-    assert canonical(value) == text
+    assert to_canonical_json(value) == text
 
 
 @pytest.mark.parametrize(
@@ -58,39 +65,40 @@ def test_any_value_is_encoded(value: Any, text: bytes) -> None:
     ],
 )  # fmt: skip
 def test_what_was_encoded_can_be_read_back(value: Any) -> None:
-    assert repr(restored(json.loads(canonical(value)))) == repr(value)
+    assert repr(decode_value(json.loads(to_canonical_json(value)))) == repr(value)
 
 
 def test_what_could_not_be_encoded_is_read_back_as_that() -> None:
-    assert restored(json.loads(canonical([1j, (nan,)])))[0] == Unencodable("complex")
+    assert decode_value(json.loads(to_canonical_json([1j, (nan,)])))[0] == UnencodableValue("complex")
 
 
 def test_values_that_refuse_to_be_told_are_named() -> None:
     assert (
-        canonical([_Hostile(1.0), _Unnamed()]) == b'[{"unencodable":"_Hostile"},{"unencodable":"_Unnamed"}]'
+        to_canonical_json([_Hostile(1.0), _Unnamed()])
+        == b'[{"unencodable":"_Hostile"},{"unencodable":"_Unnamed"}]'
     )
 
 
 def test_a_list_that_contains_itself_ends() -> None:
     endless: list[Any] = []
     endless.extend([endless] * 50)
-    assert b"too large" in canonical(endless)
+    assert b"too large" in to_canonical_json(endless)
 
 
 def test_nothing_endless_is_encoded() -> None:
-    long = "x" * (MOST_SIZE + 1)
-    assert canonical(long) == canonical({long: 1}) == b'{"unencodable":"too large"}'
+    long = "x" * (MAX_SIZE + 1)
+    assert to_canonical_json(long) == to_canonical_json({long: 1}) == b'{"unencodable":"too large"}'
 
 
 def test_what_comes_first_survives_what_is_too_large() -> None:
-    assert b'"verdict":"DENY"' in canonical({"verdict": "DENY", "asked": ["x" * 1000] * MOST_SIZE})
+    assert b'"verdict":"DENY"' in to_canonical_json({"verdict": "DENY", "asked": ["x" * 1000] * MAX_SIZE})
 
 
 def test_doubles_read_back_as_they_were() -> None:
     chance = Random(2)  # noqa: S311 - a test, the same every time
     for _ in range(2000):
         value = chance.uniform(-1, 1) * 10.0 ** chance.randint(-300, 300)
-        assert json.loads(canonical(value)) == value
+        assert json.loads(to_canonical_json(value)) == value
 
 
 def test_equal_values_have_equal_digests_and_others_do_not() -> None:
@@ -101,21 +109,21 @@ def test_equal_values_have_equal_digests_and_others_do_not() -> None:
 def test_what_was_encoded_before_is_put_into_a_record_as_it_is() -> None:
     state = {"b": (1.0, nan), "a": [{"float": "nan"}, 1j]}
     record = {"event": "decision", "details": {"verdict": "ALLOW", "state": state, "asked": {"x": 1.0}}}
-    known = {"verdict": "ALLOW", "state": encoded(state), "asked": {"x": 1.0}}
-    assert canonical({**record, "details": known}, ["state"]) == canonical(record)
-    assert encoded(state).digest == digest_of(state)
+    known = {"verdict": "ALLOW", "state": encode_with_size(state), "asked": {"x": 1.0}}
+    assert to_canonical_json({**record, "details": known}, ["state"]) == to_canonical_json(record)
+    assert encode_with_size(state).digest == digest_of(state)
 
 
 def test_an_encoding_that_a_stranger_supplies_is_no_text() -> None:
-    forged = encoded("x")
+    forged = encode_with_size("x")
     for details in ({"asked": {"state": forged}}, {"state": [forged]}, {"asked": forged}):
-        assert b'{"unencodable":"Encoded"}' in canonical({"details": details}, ["state"])
-    assert canonical({"state": forged}, ["state"]) == b'{"state":{"unencodable":"Encoded"}}'
+        assert b'{"unencodable":"Encoded"}' in to_canonical_json({"details": details}, ["state"])
+    assert to_canonical_json({"state": forged}, ["state"]) == b'{"state":{"unencodable":"Encoded"}}'
 
 
 def test_an_encoding_takes_as_much_room_as_its_value() -> None:
-    half = "x" * (MOST_SIZE // 2)
-    later = {"asked": half, "state": encoded([half])}
-    assert canonical({"details": later}, ["state"]).endswith(b'"state":{"unencodable":"too large"}}}')
-    first = {"state": encoded([half]), "asked": half}
-    assert b'"asked":{"unencodable":"too large"}' in canonical({"details": first}, ["state"])
+    half = "x" * (MAX_SIZE // 2)
+    later = {"asked": half, "state": encode_with_size([half])}
+    assert to_canonical_json({"details": later}, ["state"]).endswith(b'"state":{"unencodable":"too large"}}}')
+    first = {"state": encode_with_size([half]), "asked": half}
+    assert b'"asked":{"unencodable":"too large"}' in to_canonical_json({"details": first}, ["state"])

@@ -11,12 +11,12 @@ import pytest
 
 from aeros.runtime.audit.check import Record
 from aeros.runtime.audit.log import verify_log
-from aeros.runtime.gate.configuration import only
-from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.configuration import single_configuration
+from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.gate.joint_rules import Begun
+from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.ports import Reading, StepRequest, StepStatus
-from aeros.runtime.records.replay import Replay
+from aeros.runtime.records.replay import LogReplay
 from aeros.skill import act
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.runtime.together import MakeCart, asking, configuration, move, roll
@@ -28,16 +28,16 @@ def replayed(
     log: Path,
     mode: GateMode = GateMode.COMPILED,
     change: Callable[[Record], Record | None] = lambda record: record,
-) -> Replay:
+) -> LogReplay:
     """The decisions of a log decided again, each as `change` makes it."""
-    replay = Replay(only(configuration()), mode)
+    replay = LogReplay(single_configuration(configuration()), mode)
 
     def take(record: Record, own: str) -> None:
         changed = change(record)
         if changed is not None:
-            replay.take(changed)
+            replay.replay_record(changed)
 
-    assert verify_log(log, take).sound
+    assert verify_log(log, take).is_sound
     return replay
 
 
@@ -67,7 +67,7 @@ def test_what_each_may_do_alone_is_decided_of_both_together(
     one = cart(mode=mode, reach=asking(move(speed)), drive=asking(roll(speed)))
     one.plant.values |= {name: value for name, value in values.items() if name in one.plant.values}
     one.plant.values = {name: value for name, value in one.plant.values.items() if value is not None}
-    alone = one.executor.submit(StepRequest("cart", second, {}))
+    alone = one.executor.run_step(StepRequest("cart", second, {}))
     # A reading that is no value is denied whoever asks.
     assert (alone.status is FINISHED) == (values.get("charge") is not nan)
     if values.get("charge") is nan:
@@ -84,7 +84,7 @@ def test_what_each_may_do_alone_is_decided_of_both_together(
     one.assert_nothing_is_held()
     for again in GateMode:
         replay = replayed(one.log, again)
-        assert (replay.disagreements, replay.agreed) == ([], 3)
+        assert (replay.mismatches, replay.matching_count) == ([], 3)
 
 
 def test_a_replay_notices_a_decision_that_was_not_of_both(cart: MakeCart) -> None:
@@ -93,8 +93,8 @@ def test_a_replay_notices_a_decision_that_was_not_of_both(cart: MakeCart) -> Non
     one.start("drive")
     one.ends(2)
     replay = replayed(one.log, change=lambda record: {**record, "details": _alone(record["details"])})
-    (found,) = replay.disagreements
-    assert (found.recorded["verdict"], (found.again or {})["verdict"]) == ("DENY", "ALLOW")
+    (found,) = replay.mismatches
+    assert (found.recorded["verdict"], (found.replayed or {})["verdict"]) == ("DENY", "ALLOW")
 
 
 def test_a_replay_says_what_it_lacks(cart: MakeCart) -> None:
@@ -108,8 +108,8 @@ def test_a_replay_says_what_it_lacks(cart: MakeCart) -> None:
             record if record["event"] != "decision" or "beside" in record["details"] else None
         ),
     )
-    (found,) = replay.disagreements
-    assert "which is none of an action that began" in found.why
+    (found,) = replay.mismatches
+    assert "which is none of an action that began" in found.reason
 
 
 def test_a_gate_whose_ways_disagree_about_both_halts_everything(
@@ -122,7 +122,7 @@ def test_a_gate_whose_ways_disagree_about_both_halts_everything(
     assert shadow is not None
 
     def denying(*_: Any) -> Decision:
-        return Decision(Verdict.DENY, None, ())
+        return Decision(DecisionKind.DENY, None, ())
 
     monkeypatch.setattr(shadow, "decide_beside", denying)
     one.start("reach")
@@ -134,10 +134,10 @@ def test_a_gate_whose_ways_disagree_about_both_halts_everything(
 
 def test_two_actions_on_one_actuator_are_denied_whoever_holds_it(cart: MakeCart) -> None:
     readings = {"stop_pressed": Reading(False, 1.0)}
-    lift = Begun(act("lift", height=1.0), readings, 1.0, 7)
+    lift = ActiveAction(act("lift", height=1.0), readings, 1.0, 7)
     for mode in GateMode:
         gate = CompiledGate(configuration(), mode)
-        decided = gate.decide_beside(Decision(Verdict.ALLOW, move(), ()), readings, 1.0, [lift])
+        decided = gate.decide_jointly(Decision(DecisionKind.ALLOW, move(), ()), readings, 1.0, [lift])
         assert [(reason.code, reason.rule) for reason in decided.reasons] == [("AE752", "arm")]
-        denied = Decision(Verdict.DENY, None, ())
-        assert gate.decide_beside(denied, readings, 1.0, [lift]) == denied
+        denied = Decision(DecisionKind.DENY, None, ())
+        assert gate.decide_jointly(denied, readings, 1.0, [lift]) == denied

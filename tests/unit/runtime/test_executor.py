@@ -12,12 +12,12 @@ import pytest
 
 from aeros.runtime.audit.log import AuditError, verify_log
 from aeros.runtime.execution import step_control as module
-from aeros.runtime.gate.decision import Decision, Reason, Verdict
-from aeros.runtime.ports import Completion, Runtime, StepRequest, StepResult, StepStatus
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.ports import MotionCompletion, Runtime, StepRequest, StepResult, StepStatus
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.expr.shortfall import Shortfall
-from aeros.spec.model.cause import Cause, told
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.model import Site
 from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
 
@@ -49,7 +49,7 @@ def test_code_that_was_changed_is_refused(make_bench: MakeBench, tmp_path: Path)
 def test_what_was_reduced_is_what_is_executed(make_bench: MakeBench) -> None:
     bench = make_bench(twice)
     slower = act("move", speed=0.05)
-    bench.gate.answers = [Decision(Verdict.ATTENUATE, slower, (Reason("AE750", "speed", "too fast"),))]
+    bench.gate.answers = [Decision(DecisionKind.ATTENUATE, slower, (Reason("AE750", "speed", "too fast"),))]
     assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=1, attenuated=1)
     assert bench.plant.executed[0] == slower
     first = bench.records("decision")[0]["details"]
@@ -59,7 +59,7 @@ def test_what_was_reduced_is_what_is_executed(make_bench: MakeBench) -> None:
 def test_a_denied_action_halts_the_skill_and_nothing_moves(make_bench: MakeBench) -> None:
     ends: list[str] = []
     bench = make_bench(watched(ends))
-    bench.gate.answers = [Decision(Verdict.ALLOW, act("move", speed=0.1), ()), DENIAL]
+    bench.gate.answers = [Decision(DecisionKind.ALLOW, act("move", speed=0.1), ()), DENIAL]
     expected = StepResult(StepStatus.DENIED, "AE750 workspace: outside", allowed=1, denied=1)
     result = bench.submit()
     assert replace(result, causes=()) == expected
@@ -73,12 +73,12 @@ def test_a_denied_action_halts_the_skill_and_nothing_moves(make_bench: MakeBench
 @pytest.mark.parametrize(
     ("completion", "status", "reason"),
     [
-        (Completion(False, "unreachable: too far"), StepStatus.STOPPED, "unreachable: too far"),
-        (Completion(False), StepStatus.STOPPED, "the plant gave no reason"),
+        (MotionCompletion(False, "unreachable: too far"), StepStatus.STOPPED, "unreachable: too far"),
+        (MotionCompletion(False), StepStatus.STOPPED, "the plant gave no reason"),
     ],
 )
 def test_a_motion_that_does_not_complete_halts_the_skill(
-    make_bench: MakeBench, completion: Completion, status: StepStatus, reason: str
+    make_bench: MakeBench, completion: MotionCompletion, status: StepStatus, reason: str
 ) -> None:
     ends: list[str] = []
     bench = make_bench(watched(ends))
@@ -95,12 +95,12 @@ def test_the_monitor_stops_a_motion(make_bench: MakeBench) -> None:
     assert replace(result, causes=()) == StepResult(
         StepStatus.STOPPED, "monitor:separation: human_distance is 0.5 m (at least 1 m)", allowed=1
     )
-    part = Shortfall("human_distance", 0.5, "at least", 1.0, "m")
+    part = UnmetBound("human_distance", 0.5, "at least", 1.0, "m")
     assert result.causes == (
-        Cause("rule", "separation", "human_distance >= 1 m", at="site.yaml:1", shortfalls=(part,)),
+        Cause("rule", "separation", "human_distance >= 1 m", location="site.yaml:1", shortfalls=(part,)),
     )
     (ended,) = bench.records("step-ended")
-    assert ended["details"]["causes"] == json.loads(json.dumps(told(result.causes)))
+    assert ended["details"]["causes"] == json.loads(json.dumps(causes_to_json(result.causes)))
     bench.assert_cleaned_up(finished=False)
 
 
@@ -294,7 +294,7 @@ def test_a_skill_sees_what_its_module_may_sense_while_it_is_fresh(make_bench: Ma
     def looking(observed: Observation, inputs: Inputs) -> SkillBody:
         seen.append(observed)
         for stale in (0.0625, 0.11, -0.01):
-            bench.plant.stale = stale
+            bench.plant.reading_age = stale
             seen.append((yield act("move")))
 
     bench = make_bench(looking)
@@ -326,7 +326,7 @@ def test_a_clock_that_goes_back_denies(make_bench: MakeBench) -> None:
 
 def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> None:
     bench = make_bench(_yields(act("move", speed=nan, more=[object()], huge="x" * 2_000_000)))
-    bench.gate.answers = [Decision(Verdict.ALLOW, act("move"), ()), DENIAL]
+    bench.gate.answers = [Decision(DecisionKind.ALLOW, act("move"), ()), DENIAL]
     assert bench.submit().status is StepStatus.DENIED
     details = bench.records("decision")[-1]["details"]
     assert details["verdict"] == "DENY"

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from aeros.runtime.audit.log import AuditError, AuditLog, verify_log
-from aeros.runtime.gate.decision import Decision, Verdict
-from aeros.runtime.ports import Motion
+from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.ports import MotionHandle
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
@@ -25,7 +25,7 @@ def test_a_decision_is_durable_before_its_motion(
     seen: list[int] = []
     begin = bench.plant.begin
 
-    def checked(*arguments: Any) -> Motion:
+    def checked(*arguments: Any) -> MotionHandle:
         seen.append(len(bench.records("decision")))
         return begin(*arguments)
 
@@ -90,7 +90,7 @@ def test_on_a_full_disk_or_a_failing_sync_nothing_moves(
     bench.audit.close()
     monkeypatch.undo()
     AuditLog(bench.log_path).close()
-    assert verify_log(bench.log_path).sound
+    assert verify_log(bench.log_path).is_sound
 
 
 def test_a_step_whose_beginning_cannot_be_recorded_does_not_begin(
@@ -117,7 +117,7 @@ def test_a_gate_that_contradicts_itself_stops_everything(make_bench: MakeBench) 
 
 def test_an_allowance_without_an_action_is_an_internal_error(make_bench: MakeBench) -> None:
     bench = make_bench(twice)
-    bench.gate.answers = [Decision(Verdict.ALLOW, None, ())]
+    bench.gate.answers = [Decision(DecisionKind.ALLOW, None, ())]
     with pytest.raises(InternalError):
         bench.submit()
     assert bench.plant.executed == []
@@ -128,7 +128,7 @@ def test_an_allowance_without_an_action_is_an_internal_error(make_bench: MakeBen
 def test_a_plant_that_raises_is_stopped_and_told(make_bench: MakeBench, method: str) -> None:
     ends: list[str] = []
     bench = make_bench(watched(ends))
-    bench.gate.answers = [Decision(Verdict.ALLOW, act("move"), ()), DENIAL]
+    bench.gate.answers = [Decision(DecisionKind.ALLOW, act("move"), ()), DENIAL]
     bench.plant.failing[method] = OSError("link lost")
     with pytest.raises(OSError, match="link lost"):
         bench.submit()

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.runtime.canonical_json import digest_of
-from aeros.runtime.ports import Completion, Motionless, StepResult, StepStatus, Trajectory
+from aeros.runtime.ports import MotionCompletion, NoMotion, StepResult, StepStatus, Trajectory
 from aeros.runtime.records.records import motion_from_json
 from aeros.spec.model.model import Site
 from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
@@ -61,7 +61,7 @@ def test_what_the_plant_cannot_do_is_not_begun_and_says_why(
     site: Site, make_ecm: Any, tmp_path: Path
 ) -> None:
     bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
-    bench.plant.planned = Completion(False, "unreachable: too far")
+    bench.plant.planned = MotionCompletion(False, "unreachable: too far")
     assert bench.submit() == StepResult(StepStatus.STOPPED, "unreachable: too far", allowed=1)
     assert bench.plant.executed == []
     bench.audit.close()
@@ -79,15 +79,15 @@ def _beside_what_turns(tmp_path: Path, **bodies: Asking) -> Cart:
 @pytest.mark.parametrize(
     ("second", "reason"),
     [
-        (Motionless("it turns wheels that carry nothing"), None),
+        (NoMotion("it turns wheels that carry nothing"), None),
         (PLAN, None),
         (DRIVES, None),
         (TURNS, "AE764 roll: it and a motion under way would move the same part of the robot"),
-        (replace(DRIVES, way=(0.02, 0.0, 0.0)), "AE762 tool-jerk"),
+        (replace(DRIVES, base_path=(0.02, 0.0, 0.0)), "AE762 tool-jerk"),
     ],
 )
 def test_a_second_motion_of_the_robot_is_decided_together_with_the_first(
-    tmp_path: Path, second: Trajectory | Motionless, reason: str | None
+    tmp_path: Path, second: Trajectory | NoMotion, reason: str | None
 ) -> None:
     one = _beside_what_turns(tmp_path, reach=asking(move()), drive=asking(roll()))
     reach, drive = one.start("reach"), one.start("drive")

@@ -1,4 +1,4 @@
-"""What `prove` makes a configuration of: exactly the files that were proved, whenever that was."""
+"""What `prove_configuration` makes a configuration of: exactly the files that were proved, whenever that was."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import pytest
 
 from aeros.experiments.trials.synthetic import write_modules
 from aeros.runtime import proving
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import Block
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.model.model import OperatorOverride
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
 from tests.unit.spec.examining import note_examined
 
@@ -39,7 +39,7 @@ def test_what_changes_while_it_is_proved_is_refused(
     changed: Callable[[Path, Path], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (module,) = write_modules(tmp_path / "modules", 1)
-    site = Path(shutil.copy(reference_site(), tmp_path / "site.yaml"))
+    site = Path(shutil.copy(reference_site_path(), tmp_path / "site.yaml"))
 
     def edited_then(*args: Any, **options: Any) -> Any:
         report = verify(*args, **options)
@@ -48,7 +48,7 @@ def test_what_changes_while_it_is_proved_is_refused(
 
     monkeypatch.setattr(proving, "verify", edited_then)
     with pytest.raises(UserError) as refused:
-        prove([module], site, certified=False)
+        prove_configuration([module], site, certified=False)
     (diagnostic,) = refused.value.diagnostics
     assert diagnostic.code == "AE961"
     assert "changed while it was being proved" in diagnostic.headline
@@ -56,15 +56,15 @@ def test_what_changes_while_it_is_proved_is_refused(
 
 def test_what_was_proved_before_gives_the_same_configuration(examined: list[str], tmp_path: Path) -> None:
     modules = write_modules(tmp_path / "modules", 2)
-    blocks = [Block("no_welder", "it is being repaired", "welder", None, None)]
-    cold, _ = prove(modules, reference_site(), certified=False, blocks=blocks)
+    blocks = [OperatorOverride("no_welder", "it is being repaired", "welder", None, None)]
+    cold, _ = prove_configuration(modules, reference_site_path(), certified=False, blocks=blocks)
     assert examined == ["module_0000", "module_0001"]
-    warm, _ = prove(modules, reference_site(), certified=False, blocks=blocks)
+    warm, _ = prove_configuration(modules, reference_site_path(), certified=False, blocks=blocks)
     assert examined == ["module_0000", "module_0001"]
     assert warm.digest == cold.digest
     assert warm.certificates == cold.certificates
     assert warm.site.blocks == cold.site.blocks
-    bare, _ = prove(modules, reference_site(), certified=False)
+    bare, _ = prove_configuration(modules, reference_site_path(), certified=False)
     assert bare.digest != cold.digest
 
 

@@ -11,10 +11,10 @@ import pytest
 
 from aeros.runtime.audit.log import AuditError, AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate.configuration import Configuration, only
+from aeros.runtime.gate.configuration import Configuration, single_configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.ports import BEGINNING, Head, StepRequest, StepResult, StepStatus
-from aeros.runtime.records.replay import Replay
+from aeros.runtime.ports import EMPTY_LOG_HEAD, LogHead, StepRequest, StepResult, StepStatus
+from aeros.runtime.records.replay import LogReplay
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.spec.model.model import Site
 from tests.unit.runtime.monitor.test_history import CODE, STEP, Bench
@@ -40,12 +40,12 @@ class Crashing:
 
     def lift_at(self, time: float, distance: float = 20.0) -> StepResult:
         self.plant.time, self.plant.values["human_distance"] = time, distance
-        return self.executor.submit(StepRequest("handling", "lift", {}))
+        return self.executor.run_step(StepRequest("handling", "lift", {}))
 
-    def replayed(self) -> Replay:
-        replay = Replay(only(self.configuration))
+    def replayed(self) -> LogReplay:
+        replay = LogReplay(single_configuration(self.configuration))
         for line in self.path.read_bytes().splitlines():
-            replay.take(json.loads(line))
+            replay.replay_record(json.loads(line))
         return replay
 
 
@@ -64,7 +64,7 @@ def counting(bench: Bench, site: Site, tmp_path: Path) -> Crashing:
     (quota,) = site.quotas
     counted = replace(
         site,
-        quotas=(replace(quota, kinds=frozenset({"move"}), at_most=2),),
+        quotas=(replace(quota, kinds=frozenset({"move"}), max_count=2),),
         access=bench.configuration.site.access,
     )
     return Crashing(tmp_path, bench, replace(bench.configuration, site=counted))
@@ -78,7 +78,7 @@ def test_what_was_counted_before_a_crash_counts_after_it(counting: Crashing) -> 
     denied = counting.lift_at(2 * STEP)
     assert denied.status is StepStatus.DENIED
     assert counting.configuration.site.quotas[0].id in denied.reason
-    assert (counting.replayed().disagreements, counting.replayed().agreed) == ([], 3)
+    assert (counting.replayed().mismatches, counting.replayed().matching_count) == ([], 3)
 
 
 def test_what_was_seen_before_a_crash_was_seen_and_what_came_between_is_not_known(
@@ -90,7 +90,7 @@ def test_what_was_seen_before_a_crash_was_seen_and_what_came_between_is_not_know
     # Nobody is near any more, but somebody was, less than 5 s ago.
     assert remembering.lift_at(2 * STEP).reason.startswith(("AE750 memory", "AE703"))
     assert remembering.lift_at(3 * STEP).status is StepStatus.DENIED
-    assert remembering.replayed().disagreements == []
+    assert remembering.replayed().mismatches == []
 
 
 def test_that_nobody_looked_meanwhile_denies_until_it_cannot_matter(remembering: Crashing) -> None:
@@ -100,20 +100,20 @@ def test_that_nobody_looked_meanwhile_denies_until_it_cannot_matter(remembering:
     # Looked at often enough to see whoever comes, for as long as the rule reaches back.
     statuses = [remembering.lift_at(tick * STEP).status for tick in range(2, 84)]
     assert statuses.index(StepStatus.FINISHED) > 75
-    assert remembering.replayed().disagreements == []
+    assert remembering.replayed().mismatches == []
 
 
 def test_the_record_goes_on_in_one_chain(remembering: Crashing) -> None:
     remembering.lift_at(0.0)
-    before = remembering.executor.head()
+    before = remembering.executor.log_head()
     remembering.crash()
-    assert verify_log(remembering.path).sound
-    events = [one.event for one in remembering.executor.said_since(BEGINNING) or ()]
+    assert verify_log(remembering.path).is_sound
+    events = [one.event for one in remembering.executor.events_since(EMPTY_LOG_HEAD) or ()]
     assert (events[0], events[-1]) == ("session-opened", "session-resumed")
-    (resumed,) = remembering.executor.said_since(before) or ()
+    (resumed,) = remembering.executor.events_since(before) or ()
     assert (resumed.sequence, resumed.event) == (before.records, "session-resumed")
-    assert remembering.executor.said_since(Head(before.records, "0" * 64)) is None
-    assert remembering.executor.said_since(Head(before.records + 5, before.hash)) is None
+    assert remembering.executor.events_since(LogHead(before.records, "0" * 64)) is None
+    assert remembering.executor.events_since(LogHead(before.records + 5, before.hash)) is None
 
 
 def test_under_another_site_nothing_is_gone_on_with(remembering: Crashing) -> None:

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.execution.governor import Command
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.ports import Ended, StepRequest, StepResult, StepStatus
+from aeros.runtime.ports import EndedStep, StepRequest, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.runtime.together import Asking, MakeCart, asking, configuration, move, roll
@@ -24,7 +24,7 @@ class Operator:
 
     def __init__(self) -> None:
         self.generation = 0
-        self.command = Command.RUN
+        self.command = OperatorCommand.RUN
         self.revoked: set[str] = set()
         self.in_force = configuration()
         self.held = 0
@@ -32,10 +32,10 @@ class Operator:
     def configuration(self) -> tuple[int, Configuration]:
         return self.generation, self.in_force
 
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
+    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
         return nullcontext(generation == self.generation)
 
-    def objection(self, module: str, skill: str, kind: str) -> str | None:
+    def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
         return "the test says so" if skill in self.revoked else None
 
 
@@ -46,11 +46,11 @@ def test_two_skills_act_in_turn_as_their_motions_end(cart: MakeCart) -> None:
     one = cart(reach=asking(move(), move(), move()), drive=asking(roll(), roll()))
     one.plant.durations = [1.0, 1.75, 1.0, 1.75, 1.0]
     reach, drive = one.start("reach"), one.start("drive")
-    assert one.executor.wait() == Ended(reach, StepResult(FINISHED, "", allowed=3))
+    assert one.executor.wait() == EndedStep(reach, StepResult(FINISHED, "", allowed=3))
     assert one.plant.time == 3.0
-    assert one.executor.wait() == Ended(drive, StepResult(FINISHED, "", allowed=2))
+    assert one.executor.wait() == EndedStep(drive, StepResult(FINISHED, "", allowed=2))
     assert one.begun() == ["move", "roll", "move", "roll", "move"]
-    assert one.plant.count("stop") == 0
+    assert one.plant.call_count("stop") == 0
     assert one.calls("skill_ended") == [("cart.reach", True), ("cart.drive", True)]
 
 
@@ -68,7 +68,7 @@ def test_who_needs_what_another_holds_waits_its_turn(cart: MakeCart) -> None:
     one = cart(reach=asking(move()), drive=asking(roll()))
     first, second, third = one.start("reach"), one.start("reach"), one.start("drive")
     assert [one.executor.wait(), one.executor.wait(), one.executor.wait()] == [
-        Ended(step, StepResult(FINISHED, "", allowed=1)) for step in (first, second, third)
+        EndedStep(step, StepResult(FINISHED, "", allowed=1)) for step in (first, second, third)
     ]
     # The third would have had all it needs at once, and one thing that the second waited for.
     assert one.calls("skill_began") == ["cart.reach", "cart.reach", "cart.drive"]
@@ -90,7 +90,7 @@ def test_what_is_waited_for_may_not_come_in_time(cart: MakeCart) -> None:
     assert one.executor.wait(3.0) is None
     assert one.plant.time == 3.0
     assert one.executor.wait(3.0) is None
-    assert one.executor.wait(5.0) == Ended(reach, StepResult(FINISHED, "", allowed=1))
+    assert one.executor.wait(5.0) == EndedStep(reach, StepResult(FINISHED, "", allowed=1))
 
 
 def test_waiting_for_nothing_is_a_mistake(cart: MakeCart) -> None:
@@ -107,8 +107,8 @@ def test_waiting_for_a_time_lets_it_come_where_nothing_was_started(cart: MakeCar
 def test_one_step_can_be_waited_for_while_another_goes_on(cart: MakeCart) -> None:
     one = cart(reach=asking(move()), drive=asking(roll(), roll()))
     drive = one.start("drive")
-    assert one.executor.submit(StepRequest("cart", "reach", {})).status is FINISHED
-    assert one.executor.wait() == Ended(drive, StepResult(FINISHED, "", allowed=2))
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).status is FINISHED
+    assert one.executor.wait() == EndedStep(drive, StepResult(FINISHED, "", allowed=2))
 
 
 # What happens while both are under way.
@@ -135,7 +135,7 @@ def test_what_both_obeyed_and_break_at_a_tick_is_a_protective_stop_of_both(cart:
     assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]
     one.assert_nothing_is_held()
     one.plant.during = [{"charge": 0.1}]
-    assert one.executor.submit(StepRequest("cart", "reach", {})).status is FINISHED
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).status is FINISHED
 
 
 @pytest.mark.parametrize("measured", [{"charge": nan}, {"charge": "full"}, {"unheard_of": 1.0}])
@@ -155,11 +155,11 @@ def test_a_step_that_is_cancelled_comes_to_rest_and_the_other_goes_on(cart: Make
     assert one.executor.wait(0.05) is None
     one.executor.cancel(reach, "not wanted")
     one.executor.cancel(reach, "not wanted at all")
-    assert one.executor.wait() == Ended(reach, StepResult(StepStatus.CANCELLED, "not wanted", allowed=1))
+    assert one.executor.wait() == EndedStep(reach, StepResult(StepStatus.CANCELLED, "not wanted", allowed=1))
     assert ends == ["reach"]
     assert one.calls("halt") == [1]
-    assert one.plant.count("stop") == 0
-    assert one.executor.wait() == Ended(drive, StepResult(FINISHED, "", allowed=2))
+    assert one.plant.call_count("stop") == 0
+    assert one.executor.wait() == EndedStep(drive, StepResult(FINISHED, "", allowed=2))
     one.executor.cancel(reach, "it has ended")
     one.assert_nothing_is_held()
 
@@ -193,15 +193,15 @@ def test_a_denied_step_leaves_what_the_other_moves_alone(cart: MakeCart) -> None
     reach, drive = one.start("reach"), one.start("drive")
     results = one.ends(2)
     assert (results[reach].status, results[drive].status) == (StepStatus.DENIED, FINISHED)
-    assert one.plant.count("stop") == 0
-    assert one.plant.count("halt") == 0
+    assert one.plant.call_count("stop") == 0
+    assert one.plant.call_count("halt") == 0
 
 
 def test_a_protective_stop_that_a_skill_asks_for_ends_what_the_others_move(cart: MakeCart) -> None:
     one = cart(reach=asking(move()), drive=asking(roll()), look=asking(act("stop")))
     reach, drive = one.start("reach"), one.start("drive")
     assert one.executor.wait(0.05) is None
-    assert one.executor.submit(StepRequest("cart", "look", {})).status is FINISHED
+    assert one.executor.run_step(StepRequest("cart", "look", {})).status is FINISHED
     results = one.ends(2)
     assert "beside" not in one.records("decision")[-1]
     for step in (reach, drive):
@@ -244,10 +244,10 @@ def test_while_the_operator_pauses_what_moves_ends_and_nothing_begins(cart: Make
     one.start("reach")
     one.start("drive")
     assert one.executor.wait(0.5) is None
-    operator.command = Command.PAUSE
+    operator.command = OperatorCommand.PAUSE
     assert one.executor.wait(3.0) is None
     assert one.begun() == ["move", "roll"]
-    operator.command = Command.RUN
+    operator.command = OperatorCommand.RUN
     assert {result.status for result in one.ends(2).values()} == {FINISHED}
     assert [len(one.records(event)) for event in ("paused", "resumed")] == [1, 1]
 
@@ -258,7 +258,7 @@ def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:
     one.start("reach")
     one.start("drive")
     assert one.executor.wait(0.05) is None
-    operator.command = Command.STOP
+    operator.command = OperatorCommand.STOP
     assert one.executor.is_stopped
     ended = one.ends(2).values()
     assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "the operator stops it")}
@@ -315,7 +315,7 @@ def test_what_a_skill_gives_is_what_it_declares(
         return returned
 
     one = cart(look=giving)
-    result = one.executor.submit(StepRequest("cart", "look", {}))
+    result = one.executor.run_step(StepRequest("cart", "look", {}))
     assert result.status is status
     if status is FINISHED:
         assert result.outputs == said
@@ -344,7 +344,7 @@ def test_where_something_breaks_every_step_is_cleaned_up_once(
     with pytest.raises(type(failure)):
         one.executor.wait()
     assert sorted(ends) == ["drive", "reach"]
-    assert one.plant.count("stop") == 1
+    assert one.plant.call_count("stop") == 1
     assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]
     assert len(one.records("step-broken")) == 3
     one.assert_nothing_is_held()
@@ -361,12 +361,12 @@ def test_steps_that_are_left_behind_are_cleaned_up(cart: MakeCart) -> None:
         one.start("drive")
         assert one.executor.wait(0.05) is None
     assert len(ends) == 2
-    assert one.plant.count("stop") == 1
+    assert one.plant.call_count("stop") == 1
     one.assert_nothing_is_held()
 
 
 def test_a_resource_that_the_site_does_not_have_is_refused(cart: MakeCart) -> None:
     one = cart(reach=asking(move()))
-    one.executor._resources.under({"arm": 1, "camera": 0, "actuator arm": 1})
+    one.executor._resources.set_capacities({"arm": 1, "camera": 0, "actuator arm": 1})
     refused = one.executor.start(StepRequest("cart", "reach", {}))
     assert refused == StepResult(StepStatus.REFUSED, "this site has no `camera`")

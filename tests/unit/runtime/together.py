@@ -11,11 +11,11 @@ from typing import Any
 from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.execution.governor import Governor
-from aeros.runtime.execution.step import needs_of
+from aeros.runtime.execution.step import required_resources
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepHandle, StepRequest, StepResult
-from aeros.runtime.skills.in_process_run import Run, SkillRun
+from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunProtocol
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -80,8 +80,8 @@ class Cart:
             under, CompiledGate(under, mode), self.plant, self.audit, self._open, governor
         )
 
-    def _open(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> Run:
-        return SkillRun(self.bodies[skill.id], inputs)
+    def _open(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
+        return InProcessRun(self.bodies[skill.id], inputs)
 
     def start(self, skill: str) -> StepHandle:
         started = self.executor.start(StepRequest("cart", skill, {}))
@@ -104,7 +104,7 @@ class Cart:
         return [call[1:] if len(call) > 2 else call[1] for call in self.plant.calls if call[0] in methods]
 
     def records(self, event: str) -> list[dict[str, Any]]:
-        assert verify_log(self.log).sound
+        assert verify_log(self.log).is_sound
         every = [json.loads(line) for line in self.log.read_bytes().splitlines()]
         return [
             {**record["details"], "sequence": record["sequence"]}
@@ -114,8 +114,8 @@ class Cart:
 
     def assert_nothing_is_held(self) -> None:
         skills = configuration().modules["cart"].skills.values()
-        names = {name for skill in skills for name in needs_of(skill)}
-        assert {name: self.executor._resources.held(name) for name in names} == dict.fromkeys(names, 0)
+        names = {name for skill in skills for name in required_resources(skill)}
+        assert {name: self.executor._resources.held_count(name) for name in names} == dict.fromkeys(names, 0)
 
 
 MakeCart = Callable[..., Cart]

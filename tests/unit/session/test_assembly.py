@@ -9,16 +9,16 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.execution.journal import Event, Observer
+from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.runtime.audit.log import verify_log
-from aeros.runtime.bus.message_publisher import Chain
-from aeros.runtime.execution.governor import Fixed
+from aeros.runtime.bus.message_publisher import RobotChain
+from aeros.runtime.execution.governor import FixedGovernor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant, Readings
-from aeros.runtime.proving import prove
+from aeros.runtime.proving import prove_configuration
 from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.plant_factory import open_plant
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 
 
@@ -28,16 +28,16 @@ class Ear:
     def __init__(self) -> None:
         self.ticks = self.observations = 0
 
-    def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
+    def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
         self.ticks += 1
 
-    def observed(self, readings: Readings, chain: Chain) -> None:
+    def on_observed(self, readings: Readings, chain: RobotChain) -> None:
         self.observations += 1
 
 
 @pytest.fixture(scope="module")
 def configuration() -> Configuration:
-    return prove([ROOT / "ecms" / "clean_table"], reference_site(), certified=True)[0]
+    return prove_configuration([ROOT / "ecms" / "clean_table"], reference_site_path(), certified=True)[0]
 
 
 def test_every_listener_hears_the_same_and_all_is_closed_in_order(
@@ -45,11 +45,11 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
 ) -> None:
     task = configuration.modules["clean_table"].tasks["clean_table"]
     steps: list[str] = []
-    events: list[Event] = []
+    events: list[AgentEvent] = []
 
     @contextmanager
     def opened(observe: Observer) -> Iterator[Plant]:
-        observe(Event("fault", "", {}, 0.0))
+        observe(AgentEvent("fault", "", {}, 0.0))
         with open_plant("symbolic", configuration, task, 0) as plant:
             yield plant
         steps.append(f"plant closed, {verify_log(tmp_path / 'audit.jsonl').records > 0}")
@@ -65,7 +65,7 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
         listeners=ears,
     )
     with open_recorded_plant(setup) as recorded:
-        with open_agent(setup, recorded, Fixed(configuration)) as (executor, agent):
+        with open_agent(setup, recorded, FixedGovernor(configuration)) as (executor, agent):
             assert agent.run("clean the table").reached
             assert executor.site == configuration.site
         steps.append("agent closed")
@@ -76,5 +76,5 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
     assert len((tmp_path / "trace.jsonl").read_text().splitlines()) == len(events)
     assert (tmp_path / "measured.jsonl").stat().st_size > 0
     report = verify_log(tmp_path / "audit.jsonl")
-    assert report.sound
+    assert report.is_sound
     assert '"event":"isolation"' in (tmp_path / "audit.jsonl").read_text()

@@ -6,17 +6,17 @@ import signal
 
 import pytest
 
-from aeros.runtime.execution.governor import Command, Fixed
+from aeros.runtime.execution.governor import FixedGovernor, OperatorCommand
 from aeros.session.run_governor import RunGovernor
 from tests.unit.runtime.bench import configuration
 
 
 def test_the_first_interrupt_asks_for_a_stop_and_the_second_raises(capfd: pytest.CaptureFixture[str]) -> None:
     former = signal.getsignal(signal.SIGINT)
-    with RunGovernor(Fixed(configuration())) as governor:
-        assert (governor.command, governor.is_interrupted) == (Command.RUN, False)
+    with RunGovernor(FixedGovernor(configuration())) as governor:
+        assert (governor.command, governor.is_interrupted) == (OperatorCommand.RUN, False)
         signal.raise_signal(signal.SIGINT)
-        assert (governor.command, governor.is_interrupted) == (Command.STOP, True)
+        assert (governor.command, governor.is_interrupted) == (OperatorCommand.STOP, True)
         assert capfd.readouterr().err == "stopping; Ctrl-C again ends at once\n"
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
@@ -25,10 +25,10 @@ def test_the_first_interrupt_asks_for_a_stop_and_the_second_raises(capfd: pytest
 
 def test_otherwise_it_is_the_governor_that_it_was_given() -> None:
     given = configuration()
-    with RunGovernor(Fixed(given)) as governor:
+    with RunGovernor(FixedGovernor(given)) as governor:
         assert governor.configuration() == (governor.generation, given)
-        assert governor.objection("any", "skill", "at_all") is None
-        with governor.acting(governor.generation) as in_force:
+        assert governor.revocation_reason("any", "skill", "at_all") is None
+        with governor.hold_generation(governor.generation) as in_force:
             assert in_force
-        with governor.acting(governor.generation + 1) as in_force:
+        with governor.hold_generation(governor.generation + 1) as in_force:
             assert not in_force

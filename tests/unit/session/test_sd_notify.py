@@ -9,19 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.execution.governor import Command, Fixed
+from aeros.runtime.execution.governor import FixedGovernor, OperatorCommand
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import ALIVE, READY, Notifier
 from tests.unit.runtime import bench
 
 
-class Steered(Fixed):
+class Steered(FixedGovernor):
     """A governor that asks for what it is told to."""
 
-    asked = Command.RUN
+    asked = OperatorCommand.RUN
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         return self.asked
 
 
@@ -50,7 +50,7 @@ def test_each_look_is_a_heartbeat_and_no_more_than_a_supervisor_needs(
     monkeypatch.setattr("aeros.session.sd_notify.time.monotonic", lambda: now)
     for _ in range(35):
         now += 0.01
-        assert attending.command is Command.RUN
+        assert attending.command is OperatorCommand.RUN
     supervisor.setblocking(False)
     beats = 0
     while True:
@@ -85,7 +85,7 @@ def test_once_the_supervisor_is_gone_a_stop_is_asked_for(
     supervisor.close()
     time.sleep(notifier.every)
     commands = [attending.command for _ in range(2)]
-    assert (commands, notifier.is_alone) == ([Command.STOP, Command.STOP], True)
+    assert (commands, notifier.is_alone) == ([OperatorCommand.STOP, OperatorCommand.STOP], True)
 
 
 def test_a_supervisor_that_does_not_listen_is_not_waited_for(notifier: Notifier) -> None:
@@ -99,16 +99,16 @@ def test_a_supervisor_that_does_not_listen_is_not_waited_for(notifier: Notifier)
 def test_without_a_supervisor_nothing_is_said_and_nothing_stops() -> None:
     with Notifier({}) as notifier:
         attending = RunGovernor(governor(), notifier)
-        assert attending.command is Command.RUN
+        assert attending.command is OperatorCommand.RUN
         assert not notifier.is_alone
 
 
 def test_a_change_of_what_is_asked_for_is_told_once(notifier: Notifier) -> None:
-    heard: list[Command] = []
+    heard: list[OperatorCommand] = []
     asking = governor()
     attending = RunGovernor(asking, notifier)
     attending.on_command = heard.append
-    for command in (Command.RUN, Command.PAUSE, Command.PAUSE, Command.RUN):
+    for command in (OperatorCommand.RUN, OperatorCommand.PAUSE, OperatorCommand.PAUSE, OperatorCommand.RUN):
         asking.asked = command
         assert attending.command is command
-    assert heard == [Command.PAUSE, Command.RUN]
+    assert heard == [OperatorCommand.PAUSE, OperatorCommand.RUN]

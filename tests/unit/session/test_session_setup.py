@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.execution.governor import Command
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.session.plant_factory import PlantSetupError
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.setup import build_signing, create_output_folder, open_governor, select_task
@@ -37,7 +37,7 @@ def test_the_governor_of_named_modules_obeys_the_operator(tmp_path: Path) -> Non
     with governor:
         assert list(configuration.modules) == ["clean_table"]
         assert [one.name for one in proof.modules] == ["clean_table"]
-        assert governor.command is Command.RUN
+        assert governor.command is OperatorCommand.RUN
         assert str(select_task("please clean the table", configuration, governor, tmp_path)) == (
             "clean_table.clean_table"
         )

@@ -4,11 +4,11 @@ import io
 import json
 from pathlib import Path
 
-from aeros.agent.execution.journal import Event
+from aeros.agent.execution.journal import AgentEvent
 from aeros.session.trace import TraceWriter
 
-_SAID = Event("plan", "two steps", {"steps": 2}, 1.5)
-_SILENT = Event("lifecycle", "", {"after": "running"}, 2.0)
+_SAID = AgentEvent("plan", "two steps", {"steps": 2}, 1.5)
+_SILENT = AgentEvent("lifecycle", "", {"after": "running"}, 2.0)
 
 
 class Broken(io.StringIO):

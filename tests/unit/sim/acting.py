@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import inf
 from typing import Any
 
-from aeros.runtime.ports import Completion, Monitor, Plan, Plant
+from aeros.runtime.ports import Monitor, MotionCompletion, PlannedMotion, Plant
 from aeros.skill import Action
 
 
@@ -23,15 +23,15 @@ def recording(log: list[Mapping[str, Any]]) -> Monitor:
 
 
 def execute(
-    plant: Plant, action: Action, monitor: Monitor, deadline: float, decided: Plan | None = None
-) -> Completion:
+    plant: Plant, action: Action, monitor: Monitor, deadline: float, decided: PlannedMotion | None = None
+) -> MotionCompletion:
     """Do `action` alone; where `deadline` comes first, it is halted."""
     motion = plant.begin(action, decided)
-    if isinstance(motion, Completion):
+    if isinstance(motion, MotionCompletion):
         return motion
     ended = plant.advance(monitor, deadline)
     if ended:
         return ended[motion]
     plant.halt(motion)
-    assert plant.advance(monitor, inf) == {motion: Completion(False, "halted")}
-    return Completion(False, "deadline")
+    assert plant.advance(monitor, inf) == {motion: MotionCompletion(False, "halted")}
+    return MotionCompletion(False, "deadline")

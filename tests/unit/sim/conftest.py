@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from aeros.runtime.ports import Completion, Plant
+from aeros.runtime.ports import MotionCompletion, Plant
 from tests.unit.sim.acting import allow, execute
 
 if TYPE_CHECKING:
     from aeros.sim.physics import PhysicsPlant
 
-Skills = Callable[[Plant, str], list[Completion]]
+Skills = Callable[[Plant, str], list[MotionCompletion]]
 
 
 def _observed(plant: Plant) -> dict[str, Any]:
@@ -51,9 +51,9 @@ def dumpling_skills() -> ModuleType:
 def run_dumpling_skill(dumpling_skills: ModuleType) -> Skills:
     """Runs one skill to its end, or to the first action that does not complete."""
 
-    def run(plant: Plant, skill: str) -> list[Completion]:
+    def run(plant: Plant, skill: str) -> list[MotionCompletion]:
         body = getattr(dumpling_skills, skill)(_observed(plant), {})
-        ended: list[Completion] = []
+        ended: list[MotionCompletion] = []
         action = next(body, None)
         while action is not None:
             ended.append(execute(plant, action, allow, plant.now() + 60.0))

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeros.sim.clock import TICK
-from aeros.sim.robot.body import CAPSULES, PANDA
-from aeros.sim.sensors import Truth
+from aeros.sim.robot.body import CAPSULES, PANDA_BODY
+from aeros.sim.sensors import GroundTruth
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.terms import Literal
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 Vector = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ TRACKING = 1.01
 @cache
 def of_the_site(name: str) -> float:
     """A constant of the reference site, SI."""
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     constant = site.constants[name]
     assert isinstance(constant, Literal)
@@ -43,9 +43,9 @@ class Referee:
     """Is told the truth of every tick; `breaches` says what was wrong."""
 
     def __init__(self) -> None:
-        self._told: list[Truth] = []
+        self._told: list[GroundTruth] = []
 
-    def __call__(self, truth: Truth) -> None:
+    def __call__(self, truth: GroundTruth) -> None:
         self._told.append(truth)
 
     def of(self, name: str) -> Vector:
@@ -121,7 +121,7 @@ def points_of(q: Vector) -> Vector:
     """Both ends of every link's capsule in the base's frame, (n, points, 3), for q (n, 7)."""
     n = len(q)
     rotations, origins = [np.broadcast_to(np.eye(3), (n, 3, 3))], [np.zeros((n, 3))]
-    for joint, (a, alpha, offset) in enumerate(PANDA.rows):
+    for joint, (a, alpha, offset) in enumerate(PANDA_BODY.dh_rows):
         ca, sa = np.cos(alpha), np.sin(alpha)
         c, s = np.cos(q[:, joint]), np.sin(q[:, joint])
         zero, one = np.zeros(n), np.ones(n)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.ports import Completion
+from aeros.runtime.ports import MotionCompletion
 from aeros.sim.bullet.scene_file import read_bodies
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant, make_plant
@@ -35,18 +35,18 @@ SCENE = "fetch"
 """Of the fixture `plant`."""
 
 
-def held_back(plant: PhysicsPlant) -> dict[Any, Completion]:
+def held_back(plant: PhysicsPlant) -> dict[Any, MotionCompletion]:
     plant._robot.q_command = plant._robot.q_command + 0.1
     return dict(plant.advance(allow, inf))
 
 
-def halted(plant: PhysicsPlant) -> dict[Any, Completion]:
+def halted(plant: PhysicsPlant) -> dict[Any, MotionCompletion]:
     (drive,) = plant._under_way
     plant.halt(drive)
     return dict(plant.advance(allow, inf))
 
 
-def forbidden(plant: PhysicsPlant) -> dict[Any, Completion]:
+def forbidden(plant: PhysicsPlant) -> dict[Any, MotionCompletion]:
     return dict(plant.advance(lambda now, _: "near", inf))
 
 
@@ -55,9 +55,9 @@ def forbidden(plant: PhysicsPlant) -> dict[Any, Completion]:
     [(held_back, "blocked: the arm"), (halted, "halted"), (forbidden, "monitor:near")],
 )
 def test_a_drive_that_is_stopped_brakes_within_the_limit_on_the_way_that_it_was_on(
-    plant: PhysicsPlant, stopped: Callable[[PhysicsPlant], dict[Any, Completion]], why: str
+    plant: PhysicsPlant, stopped: Callable[[PhysicsPlant], dict[Any, MotionCompletion]], why: str
 ) -> None:
-    assert not isinstance(plant.begin(DIAGONAL), Completion)
+    assert not isinstance(plant.begin(DIAGONAL), MotionCompletion)
     assert plant.advance(allow, 0.8) == {}
     before = plant._robot.base_speed_command
     assert np.linalg.norm(before) > 0.4
@@ -81,7 +81,7 @@ def test_a_wall_stops_the_carriage_which_then_stops_pushing_and_drives_away(tmp_
     plant = make_plant("fetch", 0, bodies=read_bodies(str(tmp_path / "wall.yaml")))
     try:
         drive = plant.begin(act("move_base", x=-0.4, y=0.0, speed=0.48))
-        assert not isinstance(drive, Completion)
+        assert not isinstance(drive, MotionCompletion)
         log: list[Mapping[str, Any]] = []
         completion = plant.advance(recording(log), inf)[drive]
         assert str(completion.reason).startswith("blocked: the carriage is held back at (-0.20")
@@ -89,8 +89,8 @@ def test_a_wall_stops_the_carriage_which_then_stops_pushing_and_drives_away(tmp_
         assert max(one["contact_force"] for one in log) > 300.0
         assert plant.observe()["contact_force"].value < 65.0
         back = plant.begin(act("move_base", x=0.0, y=0.0, speed=0.3))
-        assert not isinstance(back, Completion)
-        assert plant.advance(allow, inf) == {back: Completion(True)}
+        assert not isinstance(back, MotionCompletion)
+        assert plant.advance(allow, inf) == {back: MotionCompletion(True)}
         assert plant.observe()["contact_force"].value == 0.0
     finally:
         plant.close()

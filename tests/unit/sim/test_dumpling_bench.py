@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import Completion
+from aeros.runtime.ports import MotionCompletion
 from aeros.sim.physics import PhysicsPlant, make_plant
 from tests.unit.sim.ground_truth import is_done
 
 pytestmark = pytest.mark.physics
 
-Run = Callable[[PhysicsPlant, str], list[Completion]]
+Run = Callable[[PhysicsPlant, str], list[MotionCompletion]]
 
 
 def predicates(plant: PhysicsPlant) -> dict[str, Any]:

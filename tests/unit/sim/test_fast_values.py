@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.ports import Completion, Plant
+from aeros.runtime.ports import MotionCompletion, Plant
 from aeros.sim.clock import TICK
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
 from aeros.skill import Action
@@ -34,7 +34,7 @@ BOTH = pytest.mark.parametrize("make", [kinematic, pytest.param(physics, marks=p
 def followed(plant: Plant, *actions: Action) -> dict[str, np.ndarray[Any, Any]]:
     """What the monitor saw of actions at the same time, tick by tick."""
     for action in actions:
-        assert not isinstance(plant.begin(action), Completion)
+        assert not isinstance(plant.begin(action), MotionCompletion)
     # By time: where one of them ends, the same tick is looked at again.
     log: dict[float, Mapping[str, Any]] = {}
 
@@ -76,11 +76,11 @@ def test_the_force_of_contact_is_what_the_wrist_feels() -> None:
     *before, slide = PRESSING
     for action in before:
         assert execute(plant, action, allow, inf).completed
-    tare = plant._robot.wrist_load()  # type: ignore[attr-defined]
+    tare = plant._robot.wrist_vertical_force()  # type: ignore[attr-defined]
     forces: list[tuple[float, float]] = []
 
     def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        forces.append((values["contact_force"], plant._robot.wrist_load() - tare))  # type: ignore[attr-defined]
+        forces.append((values["contact_force"], plant._robot.wrist_vertical_force() - tare))  # type: ignore[attr-defined]
         return None
 
     assert execute(plant, slide, monitor, inf).completed

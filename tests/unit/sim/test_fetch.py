@@ -9,13 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.sim.bullet.world import Image, World
-from aeros.sim.detected_object import Push, Sight
+from aeros.sim.bullet.world import Image, PhysicsWorld
+from aeros.sim.detected_object import DetectedObject, Push
 from aeros.sim.geometry import UPRIGHT, Camera
-from aeros.sim.layouts.fetch import AHEAD, CAN, FRESH, Seen, seen_by, station_for
-from aeros.sim.perception.detection import find_red
+from aeros.sim.layouts.fetch import (
+    CAN_SIZE,
+    MAX_DETECTION_AGE,
+    STATION_TO_STAND,
+    LastDetection,
+    camera_measurements,
+    station_for,
+)
+from aeros.sim.perception.detection import detect_red_cylinder
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.scenes.fetch import Fetch
+from aeros.sim.scenes.fetch import FetchScene
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.ground_truth import is_done
@@ -55,7 +62,7 @@ def test_rules_finish_a_delivery_that_was_interrupted_on_the_way(run_skill: RunS
     for _, skill in RULES[:3]:
         assert run_skill(plant, "fetch_object", skill) is None
     assert run_skill(plant, "fetch_object", "deliver", actions=3) is None
-    execute(plant, act("wait", duration=FRESH), allow, 1e9)
+    execute(plant, act("wait", duration=MAX_DETECTION_AGE), allow, 1e9)
     done = []
     for predicate, skill in RULES:
         if not observed(plant)[predicate]:
@@ -72,14 +79,14 @@ def test_nothing_is_known_of_the_object_before_a_look() -> None:
 
 
 def test_the_mast_camera_tells_where_the_can_is_and_its_word_grows_old(run_skill: RunSkill) -> None:
-    scene = Fetch()
+    scene = FetchScene()
     plant = PhysicsPlant(scene, 5)
     assert run_skill(plant, "fetch_object", "navigate") is None
     assert run_skill(plant, "fetch_object", "detect") is None
     after = observed(plant)
     station = after["station_position"]
     assert dist(after["object_position"][:2], (station[0] + 0.58, station[1])) < 0.15
-    execute(plant, act("wait", duration=FRESH), allow, 1e9)
+    execute(plant, act("wait", duration=MAX_DETECTION_AGE), allow, 1e9)
     assert not observed(plant)["object_detected"]
 
 
@@ -115,41 +122,41 @@ RED, BLUE = (0.80, 0.10, 0.08, 1.0), (0.15, 0.30, 0.75, 1.0)
 def test_a_red_can_is_found_within_5_mm_however_it_lies_and_a_blue_box_is_not(
     place: tuple[float, float], axis: float | None
 ) -> None:
-    radius, height = CAN
-    world = World()
+    radius, height = CAN_SIZE
+    world = PhysicsWorld()
     x, y = place
     world.add_box((0.04, 0.04, 0.05), (x, y - 0.15, 0.025), colour=BLUE)
-    assert find_red(world.render(CAMERA), CAMERA, CAN) is None
+    assert detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE) is None
     middle = (x, y, height / 2 if axis is None else radius)
     half = ((axis or 0.0) / 2, pi / 4)
     lying = (-sin(half[0]) * sin(half[1]), cos(half[0]) * sin(half[1]), sin(half[0]) * cos(half[1]),
              cos(half[0]) * cos(half[1]))  # fmt: skip
     world.add_cylinder(radius, height, middle, UPRIGHT if axis is None else lying, colour=RED)
-    found = find_red(world.render(CAMERA), CAMERA, CAN)
+    found = detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE)
     world.close()
     assert found is not None
-    assert dist(found.place, middle) < 0.005
+    assert dist(found.position, middle) < 0.005
     assert found.axis == (None if axis is None else pytest.approx(axis, abs=0.12))
-    assert found.grip == pytest.approx(axis or 0.0, abs=0.12)
+    assert found.grip_yaw == pytest.approx(axis or 0.0, abs=0.12)
 
 
 @pytest.mark.parametrize(("gap", "grip"), [(0.03, None), (0.10, 0.0)])
 def test_a_hand_has_no_room_at_a_wall(gap: float, grip: float | None) -> None:
-    world = World()
-    world.add_box((0.2, 0.6, 0.3), (0.6 + CAN[0] + gap + 0.1, 0.0, 0.15))
-    world.add_cylinder(*CAN, (0.6, 0.0, CAN[1] / 2), colour=RED)
-    found = find_red(world.render(CAMERA), CAMERA, CAN)
+    world = PhysicsWorld()
+    world.add_box((0.2, 0.6, 0.3), (0.6 + CAN_SIZE[0] + gap + 0.1, 0.0, 0.15))
+    world.add_cylinder(*CAN_SIZE, (0.6, 0.0, CAN_SIZE[1] / 2), colour=RED)
+    found = detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE)
     world.close()
     assert found is not None
-    assert found.grip == grip
+    assert found.grip_yaw == grip
 
 
 def lying_at_a_wall(
     wall: float, at: float, gap: float = 0.008, turned: float = 0.0
-) -> tuple[Sight, tuple[float, float]]:
+) -> tuple[DetectedObject, tuple[float, float]]:
     """A can along y at x = 0.6, `gap` before a wall of that length with its middle at y = 0.06."""
-    world = World()
-    world.add_box((0.2, wall, 0.4), (0.6 + CAN[0] + gap + 0.1, 0.06, 0.2))
+    world = PhysicsWorld()
+    world.add_box((0.2, wall, 0.4), (0.6 + CAN_SIZE[0] + gap + 0.1, 0.06, 0.2))
     half = (pi / 2 + turned) / 2
     lying = (
         -sin(half) * sin(pi / 4),
@@ -157,8 +164,8 @@ def lying_at_a_wall(
         sin(half) * cos(pi / 4),
         cos(half) * cos(pi / 4),
     )
-    world.add_cylinder(*CAN, (0.6, at, CAN[0]), lying, colour=RED)
-    found = find_red(world.render(CAMERA), CAMERA, CAN)
+    world.add_cylinder(*CAN_SIZE, (0.6, at, CAN_SIZE[0]), lying, colour=RED)
+    found = detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE)
     world.close()
     assert found is not None
     return found, (0.6, at)
@@ -167,7 +174,7 @@ def lying_at_a_wall(
 @pytest.mark.parametrize(("at", "way"), [(0.0, -0.16), (0.15, 0.12)])
 def test_what_lies_at_a_wall_is_pushed_along_it_past_its_nearer_end(at: float, way: float) -> None:
     found, (x, y) = lying_at_a_wall(0.3, at)
-    assert found.grip is None
+    assert found.grip_yaw is None
     assert found.push is not None
     start, pushed = found.push
     assert dist(pushed, (0.0, way, 0.0)) < 0.03
@@ -196,12 +203,14 @@ def test_nothing_is_pushed_without_need_nor_to_where_there_is_no_room_either(wal
 
 
 def test_a_picture_that_shows_no_way_to_push_voids_what_one_before_did() -> None:
-    shown = seen_by("mast", Sight((0.0, 0.0, 0.0), 1.5, None, None), (0.0, 0.0, 0.0))
+    shown = camera_measurements("mast", DetectedObject((0.0, 0.0, 0.0), 1.5, None, None), (0.0, 0.0, 0.0))
     assert shown["object_push_start"] is shown["object_push_way"] is None
     push = Push((0.0, -0.08, 0.0), (0.0, 0.2, 0.0))
-    shown = seen_by("mast", Sight((0.0, 0.0, 0.0), 1.5, None, push), (0.0, 0.0, 0.0))
+    shown = camera_measurements("mast", DetectedObject((0.0, 0.0, 0.0), 1.5, None, push), (0.0, 0.0, 0.0))
     assert (shown["object_push_start"], shown["object_push_way"]) == push
-    assert "object_push_way" not in seen_by("hand", Sight((0.0, 0.0, 0.0)), (0.0, 0.0, 0.0))
+    assert "object_push_way" not in camera_measurements(
+        "hand", DetectedObject((0.0, 0.0, 0.0)), (0.0, 0.0, 0.0)
+    )
 
 
 @pytest.mark.parametrize(
@@ -217,8 +226,8 @@ def test_the_station_is_before_what_was_seen_where_the_arm_does_not_reach_or_far
     place: tuple[float, float, float], before_it: bool
 ) -> None:
     station = (1.17, 0.20, 0.3)
-    wanted = station_for(station, Seen(place, 0.0))
-    assert wanted == (pytest.approx((place[0] - AHEAD, place[1], 0.3)) if before_it else station)
+    wanted = station_for(station, LastDetection(place, 0.0))
+    assert wanted == (pytest.approx((place[0] - STATION_TO_STAND, place[1], 0.3)) if before_it else station)
 
 
 def test_a_few_red_pixels_are_not_an_object() -> None:
@@ -226,9 +235,9 @@ def test_a_few_red_pixels_are_not_an_object() -> None:
     rgb = np.full((camera.height, camera.width, 3), 128, dtype=np.uint8)
     rgb[100:104, 100:106] = (200, 10, 10)
     picture = Image(rgb, np.ones((camera.height, camera.width)))
-    assert find_red(picture, camera, CAN) is None
+    assert detect_red_cylinder(picture, camera, CAN_SIZE) is None
     rgb[100:110, 100:110] = (200, 10, 10)
-    assert find_red(picture, camera, CAN) is not None
+    assert detect_red_cylinder(picture, camera, CAN_SIZE) is not None
 
 
 @pytest.mark.parametrize("asks", [True, False])

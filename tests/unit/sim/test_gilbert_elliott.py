@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.sim.gilbert_elliott import Channel
+from aeros.sim.gilbert_elliott import GilbertElliottModel
 from aeros.spec.diagnostics.errors import MisuseError
 
 THIRD, HALF, ONE = Fraction(1, 3), Fraction(1, 2), Fraction(1)
@@ -15,17 +15,17 @@ THIRD, HALF, ONE = Fraction(1, 3), Fraction(1, 2), Fraction(1)
 @pytest.mark.parametrize(
     "channel",
     [
-        Channel(THIRD, Fraction(8)),
-        Channel(Fraction(7, 10), Fraction(7, 3)),
-        Channel(THIRD, Fraction(5), Fraction(4, 5), Fraction(1, 10)),
+        GilbertElliottModel(THIRD, Fraction(8)),
+        GilbertElliottModel(Fraction(7, 10), Fraction(7, 3)),
+        GilbertElliottModel(THIRD, Fraction(5), Fraction(4, 5), Fraction(1, 10)),
     ],
 )
-def test_it_stays_as_it_begins_and_keeps_its_rate(channel: Channel) -> None:
-    bad = channel.share_bad
-    assert bad * (1 - channel.mends) + (1 - bad) * channel.worsens == bad
-    assert bad * channel.within + (1 - bad) * channel.between == channel.rate
-    assert 1 / channel.mends == channel.mean_length
-    assert 0 < channel.worsens <= 1
+def test_it_stays_as_it_begins_and_keeps_its_rate(channel: GilbertElliottModel) -> None:
+    bad = channel.bad_state_probability
+    assert bad * (1 - channel.bad_to_good) + (1 - bad) * channel.good_to_bad == bad
+    assert bad * channel.rate_in_bad + (1 - bad) * channel.rate_in_good == channel.rate
+    assert 1 / channel.bad_to_good == channel.mean_burst_length
+    assert 0 < channel.good_to_bad <= 1
     assert channel.process().rate == pytest.approx(float(channel.rate))
 
 
@@ -45,4 +45,4 @@ def test_where_there_is_none_it_is_refused(
     rate: Fraction, length: Fraction, within: Fraction, between: Fraction
 ) -> None:
     with pytest.raises(MisuseError, match="there is no channel"):
-        Channel(rate, length, within, between)
+        GilbertElliottModel(rate, length, within, between)

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.ports import Completion, Plant, Trajectory
+from aeros.runtime.ports import MotionCompletion, Plant, Trajectory
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import Pose, turned
-from aeros.sim.kinematic.objects import Round, Thing, Things, slab
+from aeros.sim.geometry import Pose, yaw_orientation
+from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, slab
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
 from aeros.sim.kinematic.scenes import SCENES
-from aeros.sim.kinematic.scenes.bare import Bare
-from aeros.sim.kinematic.tool_kinematics import posture
-from aeros.sim.randomness import Chance
-from aeros.sim.robot.kinematics import forward
+from aeros.sim.kinematic.scenes.bare import KinematicBareScene
+from aeros.sim.kinematic.tool_kinematics import tool_kinematics
+from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.kinematics import forward_kinematics
 from aeros.sim.robot.limits import Q_MAX, Q_MIN
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute, recording
@@ -34,15 +34,21 @@ TASKS = (
 )
 
 
-class CubeOnBlock(Bare):
+class CubeOnBlock(KinematicBareScene):
     """A 4 cm cube on a block, and a wider plate on the cube."""
 
-    def lay(self, chance: Chance) -> Things:
+    def build(self, chance: RandomSource) -> ObjectSet:
         half = 0.02
         top = slab(0.0, 0.0, half, 0.04, 0.04)
-        self.cube = Thing(Pose((0.5, 0.1, 0.08), turned(0.0)), (-half,) * 3, (half,) * 3, half, carries=top)
-        self.lid = Thing(Pose((0.5, 0.1, 0.2), turned(0.0)), (-0.1, -0.1, -0.005), (0.1, 0.1, 0.005), 0.005)
-        return Things((self.cube, self.lid), (slab(0.4, 0.0, 0.0, 1.4, 1.6), slab(0.5, 0.1, 0.05, 0.1, 0.03)))
+        self.cube = GraspableObject(
+            Pose((0.5, 0.1, 0.08), yaw_orientation(0.0)), (-half,) * 3, (half,) * 3, half, top_surface=top
+        )
+        self.lid = GraspableObject(
+            Pose((0.5, 0.1, 0.2), yaw_orientation(0.0)), (-0.1, -0.1, -0.005), (0.1, 0.1, 0.005), 0.005
+        )
+        return ObjectSet(
+            (self.cube, self.lid), (slab(0.4, 0.0, 0.0, 1.4, 1.6), slab(0.5, 0.1, 0.05, 0.1, 0.03))
+        )
 
     def measure(self, state: object, time: float) -> Mapping[str, Any]:
         return {"cube": self.cube.pose.position, "lid": self.lid.pose.position}
@@ -131,13 +137,15 @@ def test_fingers_that_close_beside_a_thing_hold_nothing() -> None:
 
 
 def test_a_box_turned_in_the_fingers_is_wider_and_a_round_thing_is_not() -> None:
-    tool = Pose((0.0, 0.0, 0.0), turned(0.0))
+    tool = Pose((0.0, 0.0, 0.0), yaw_orientation(0.0))
     corners = (-0.03, -0.02, -0.02), (0.03, 0.02, 0.02)
-    assert Thing(tool, *corners, 0.02).width_between(tool) == pytest.approx(0.04)
+    assert GraspableObject(tool, *corners, 0.02).width_between(tool) == pytest.approx(0.04)
     for yaw in (0.3, -0.3, pi / 2):
-        box = Thing(Pose((0.0, 0.0, 0.0), turned(yaw)), *corners, 0.02)
+        box = GraspableObject(Pose((0.0, 0.0, 0.0), yaw_orientation(yaw)), *corners, 0.02)
         assert box.width_between(tool) == pytest.approx(0.04 * cos(yaw) + 0.06 * abs(sin(yaw)))
-        can = Round(Pose((0.0, 0.0, 0.0), turned(yaw)), (-0.02, -0.02, -0.02), (0.02, 0.02, 0.02), 0.02)
+        can = CylindricalObject(
+            Pose((0.0, 0.0, 0.0), yaw_orientation(yaw)), (-0.02, -0.02, -0.02), (0.02, 0.02, 0.02), 0.02
+        )
         assert can.width_between(tool) == pytest.approx(0.04)
 
 
@@ -149,7 +157,7 @@ def test_the_arm_is_on_the_decided_path_at_every_tick() -> None:
     log: list[Mapping[str, Any]] = []
     assert execute(plant, action, recording(log), inf, plan).completed
     q = np.array([values["joint_position"] for values in log])
-    knots = np.array([piece[0] for piece in plan.paths[0]] + [plan.paths[0][-1][3]])
+    knots = np.array([piece[0] for piece in plan.joint_paths[0]] + [plan.joint_paths[0][-1][3]])
     away = np.abs(q[:, None, :] - knots[None, :, :]).max(axis=2)
     # Each knot of the path is passed, the last to the last digit; what is between is on the path by
     # the conformance suite.
@@ -173,7 +181,7 @@ def test_a_slide_holds_the_asked_force_and_the_torques_are_those_that_hold_it() 
     torques: list[float] = []
 
     def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        loads.append(plant._robot.wrist_load())
+        loads.append(plant._robot.wrist_vertical_force())
         torques.append(max(map(abs, values["joint_torque"])))
         return None
 
@@ -215,11 +223,11 @@ def test_the_same_seed_repeats_and_another_does_not(run_skill: RunSkill) -> None
 
 def test_the_chain_of_one_posture_is_the_chain_of_many() -> None:
     postures = Q_MIN + np.random.default_rng(5).uniform(size=(50, 7)) * (Q_MAX - Q_MIN)
-    places, rotations, jacobians = forward(postures)
+    places, rotations, jacobians = forward_kinematics(postures)
     for q, place, rotation, jacobian in zip(postures, places, rotations, jacobians, strict=True):
-        found = posture(q.tolist())
-        assert found.place == pytest.approx(place, abs=1e-12)
-        assert pytest.approx(jacobian[:3], abs=1e-12) == np.array(found.motion).T
+        found = tool_kinematics(q.tolist())
+        assert found.position == pytest.approx(place, abs=1e-12)
+        assert pytest.approx(jacobian[:3], abs=1e-12) == np.array(found.jacobian).T
         turn = np.arctan2(rotation[1, 0], rotation[0, 0])
         assert (cos(found.yaw), sin(found.yaw)) == pytest.approx((cos(turn), sin(turn)), abs=1e-12)
 
@@ -271,7 +279,7 @@ def test_a_target_out_of_reach_is_refused_with_a_reason_before_anything_moves() 
     before = plant.observe()
     far = act("move_tool", target=(0.9, 0.4, 0.3), yaw=0.0, speed=0.2)
     refused = plant.plan(far)
-    assert isinstance(refused, Completion)
+    assert isinstance(refused, MotionCompletion)
     assert (refused.reason or "").startswith("unreachable: ")
     assert plant.begin(far) == refused
     assert plant.observe() == before

@@ -10,26 +10,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.gate.compiled.rules import Watched
-from aeros.runtime.gate.decision import Decision, Verdict
-from aeros.runtime.gate.joint_rules import Begun
-from aeros.runtime.monitor.history import Histories
-from aeros.runtime.monitor.monitor import Monitors
-from aeros.runtime.motion.kinematics import Posture
+from aeros.runtime.gate.compiled.rules import MonitorRules
+from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.monitor.history import HistoryTracker
+from aeros.runtime.monitor.monitor import RuntimeMonitor
+from aeros.runtime.motion.kinematics import ForwardKinematics
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import Completion, Motionless, Trajectory
+from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.bullet.client import DATA
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.robot.body import CAPSULES, PANDA
-from aeros.sim.robot.kinematics import FLANGE, READY, forward
+from aeros.sim.robot.body import CAPSULES, PANDA_BODY
+from aeros.sim.robot.kinematics import FLANGE, READY_POSTURE, forward_kinematics
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX
 from aeros.sim.robot.profile import minimum_jerk
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
@@ -43,7 +43,7 @@ MOVE = act("move_tool", target=(0.5, 0.2, 0.1), yaw=0.5, speed=0.25)
 
 @pytest.fixture(scope="module")
 def site() -> Site:
-    found = load_site(reference_site(), Diagnostics())
+    found = load_site(reference_site_path(), Diagnostics())
     assert found is not None
     return found
 
@@ -54,8 +54,13 @@ def site() -> Site:
 def test_both_kinematics_put_the_tool_in_the_same_place() -> None:
     chance = np.random.default_rng(0)
     for q in chance.uniform(Q_MIN, Q_MAX, (50, 7)):
-        expected = forward(q[None, :])[0][0]
-        assert math.dist(Posture(PANDA, q.tolist()).frames[-1].place(PANDA.tool), expected) < 1e-12
+        expected = forward_kinematics(q[None, :])[0][0]
+        assert (
+            math.dist(
+                ForwardKinematics(PANDA_BODY, q.tolist()).frames[-1].to_base(PANDA_BODY.tool_offset), expected
+            )
+            < 1e-12
+        )
 
 
 def _vertices(mesh: str) -> np.ndarray[Any, Any]:
@@ -90,7 +95,7 @@ def test_each_capsule_holds_its_links_mesh_and_its_balls_hold_the_capsule(capsul
     way = chance.normal(size=(5000, 3))
     way *= capsule.radius / np.linalg.norm(way, axis=1)[:, None]
     skin = a + chance.uniform(0.0, 1.0, (5000, 1)) * (b - a) + way
-    balls = [ball for ball in PANDA.balls if ball.link == capsule.link]
+    balls = [ball for ball in PANDA_BODY.balls if ball.link == capsule.link]
     away = [np.linalg.norm(skin - np.array(ball.centre), axis=1) - ball.radius for ball in balls]
     assert np.min(away, axis=0).max() <= 1e-12
 
@@ -111,7 +116,7 @@ def test_the_set_points_of_a_move_are_those_of_the_trajectory_that_was_decided(p
     plant._robot.command = spy  # type: ignore[method-assign]
     assert execute(plant, MOVE, allow, FOREVER, plan).completed
     ticks = round(plan.duration / TICK)
-    pieces = np.array(plan.paths[0])
+    pieces = np.array(plan.joint_paths[0])
     s = minimum_jerk(np.arange(1, ticks + 1) / ticks)[0]
     index = np.minimum((s * len(pieces)).astype(int), len(pieces) - 1)
     u = (s * len(pieces) - index)[:, None]
@@ -124,7 +129,7 @@ def test_a_motion_that_was_planned_elsewhere_or_earlier_is_refused_before_motion
     plan = plant.plan(MOVE)
     assert execute(plant, act("wait", duration=0.1), allow, FOREVER).completed
     before = plant.now()
-    for stale in (plan, Motionless("a guess")):
+    for stale in (plan, NoMotion("a guess")):
         ended = execute(plant, MOVE, allow, FOREVER, stale)
         assert not ended.completed
         assert (ended.reason or "").startswith("stale")
@@ -132,9 +137,9 @@ def test_a_motion_that_was_planned_elsewhere_or_earlier_is_refused_before_motion
 
 
 def test_planning_moves_nothing_and_says_what_cannot_be_done(plant: PhysicsPlant) -> None:
-    assert isinstance(plant.plan(act("grip", width=0.08, force=5.0)), Motionless)
+    assert isinstance(plant.plan(act("grip", width=0.08, force=5.0)), NoMotion)
     far = plant.plan(act("move_tool", target=(0.9, 0.5, 0.3), yaw=0.0, speed=0.25))
-    assert isinstance(far, Completion)
+    assert isinstance(far, MotionCompletion)
     assert (far.reason or "").startswith("unreachable")
     assert plant.now() == 0.0
 
@@ -145,7 +150,7 @@ def test_the_reference_siteallows_what_the_plant_plans(plant: PhysicsPlant, site
     for target, yaw in (((0.5, 0.2, 0.1), 0.0), ((0.4, -0.3, 0.3), 1.0), ((0.55, 0.1, 0.02), -0.5)):
         action = act("move_tool", target=target, yaw=yaw, speed=speed)
         plan = plant.plan(action)
-        decision = decider.decide(Decision(Verdict.ALLOW, action, ()), plan, plant.observe())
+        decision = decider.decide(Decision(DecisionKind.ALLOW, action, ()), plan, plant.observe())
         assert decision.reasons == ()
         assert execute(plant, action, allow, FOREVER, plan).completed
 
@@ -160,12 +165,12 @@ def test_joints_move_as_the_reference_site_allows_and_no_faster_than_asked(
 ) -> None:
     decider, chance = MotionDecider(site.motion), np.random.default_rng(1)
     for _ in range(3):
-        q = np.clip(READY + chance.uniform(-0.4, 0.4, 7), Q_MIN, Q_MAX)
+        q = np.clip(READY_POSTURE + chance.uniform(-0.4, 0.4, 7), Q_MIN, Q_MAX)
         action = to_joints(q, speed)
         plan = plant.plan(action)
         assert isinstance(plan, Trajectory)
-        assert plan.paths[0][-1][3] == pytest.approx(q.tolist(), abs=1e-12)
-        decision = decider.decide(Decision(Verdict.ALLOW, action, ()), plan, plant.observe())
+        assert plan.joint_paths[0][-1][3] == pytest.approx(q.tolist(), abs=1e-12)
+        decision = decider.decide(Decision(DecisionKind.ALLOW, action, ()), plan, plant.observe())
         assert decision.reasons == ()
         log: list[Mapping[str, Any]] = []
         assert execute(plant, action, recording(log), FOREVER, plan).completed
@@ -175,18 +180,18 @@ def test_joints_move_as_the_reference_site_allows_and_no_faster_than_asked(
 
 def test_a_joint_is_not_asked_beyond_its_limits(plant: PhysicsPlant, site: Site) -> None:
     for joint, limit in ((0, Q_MAX[0] + 1e-3), (3, Q_MAX[3] + 1e-3), (5, Q_MIN[5] - 1e-3), (6, math.nan)):
-        q = np.array(READY)
+        q = np.array(READY_POSTURE)
         q[joint] = limit
         plan = plant.plan(to_joints(q, 0.25))
-        assert isinstance(plan, Completion)
+        assert isinstance(plan, MotionCompletion)
         assert f"`q{joint + 1}`" in str(plan.reason)
-    below = np.array(READY)
+    below = np.array(READY_POSTURE)
     below[[1, 3]] = 1.5, -1.2
     assert ("AE763", "links-off-the-bench") in _denied(plant, site, to_joints(below, 0.25))
 
 
 def _denied(plant: PhysicsPlant, site: Site, action: Action) -> list[tuple[str, str]]:
-    decision = Decision(Verdict.ALLOW, action, ())
+    decision = Decision(DecisionKind.ALLOW, action, ())
     found = MotionDecider(site.motion).decide(decision, plant.plan(action), plant.observe())
     return [(reason.code, reason.rule) for reason in found.reasons]
 
@@ -211,7 +216,7 @@ def _runaway(rates: list[float]) -> Callable[[PhysicsPlant], None]:
 
     def fault(plant: PhysicsPlant) -> None:
         command = plant._robot.command
-        state: dict[str, Any] = {"q": READY.copy(), "qd": np.zeros(7)}
+        state: dict[str, Any] = {"q": READY_POSTURE.copy(), "qd": np.zeros(7)}
 
         def run_away(q: Any, qd: Any) -> None:
             if plant._world.ticks < 60 or state.get("stopped"):
@@ -277,8 +282,8 @@ def test_a_violation_is_a_protective_stop_within_one_tick(
 ) -> None:
     action = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.1)
     fault(plant)
-    watch = Monitors(Watched(site), Histories(site))
-    watch.watch(Begun(action, plant.observe(), plant.now(), 0))
+    watch = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    watch.add(ActiveAction(action, plant.observe(), plant.now(), 0))
     violations: list[int] = []
     stops: list[int] = []
     halt = plant.stop

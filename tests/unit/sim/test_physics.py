@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import World
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
-from aeros.sim.scenes.bare import Bare
+from aeros.sim.scenes.bare import BareScene
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.referee import Referee
@@ -28,14 +28,14 @@ SCENE = "bare"
 FOREVER = 1e9
 
 
-class CubeOnBlock(Bare):
+class CubeOnBlock(BareScene):
     """A 4 cm cube of 100 g on a block, for a fixed robot or for one on a carriage."""
 
     def __init__(self, *, carriage: bool = False) -> None:
         if carriage:
             self.robot = RobotOptions(carriage=True, base=(0.0, 0.0, 0.3))
 
-    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
         world.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
         world.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
 

@@ -14,27 +14,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.gate.compiled.rules import Watched
-from aeros.runtime.gate.decision import Decision, Verdict
-from aeros.runtime.gate.joint_rules import Begun
-from aeros.runtime.monitor.history import Histories
-from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.gate.compiled.rules import MonitorRules
+from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.monitor.history import HistoryTracker
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.people import Person, Waypoint
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import Triple
+from aeros.sim.geometry import Vector3
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts
-from aeros.sim.robot.kinematics import READY
+from aeros.sim.robot.kinematics import READY_POSTURE
 from aeros.sim.robot.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
-from aeros.sim.scenes.bare import Bare
-from aeros.sim.sensors import Truth
+from aeros.sim.scenes.bare import BareScene
+from aeros.sim.sensors import GroundTruth
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
@@ -58,7 +58,7 @@ class Rough(NoDisturbance):
 
     weak: tuple[int, float] = (7, 12.0)
     link: int = 7
-    push: tuple[tuple[Triple, Triple], ...] = ()
+    push: tuple[tuple[Vector3, Vector3], ...] = ()
     is_over: bool = False
 
     def attach(self, stage: PlantParts) -> None:
@@ -89,7 +89,7 @@ class Rough(NoDisturbance):
             )
 
 
-def turn(force: float) -> tuple[tuple[Triple, Triple], ...]:
+def turn(force: float) -> tuple[tuple[Vector3, Vector3], ...]:
     """A couple about the vertical, of 0.2 N·m for each N: nothing but the last joint gives way."""
     return (((0.0, force, 0.0), (0.1, 0.0, 0.0)), ((0.0, -force, 0.0), (-0.1, 0.0, 0.0)))
 
@@ -107,11 +107,11 @@ class Provocation:
     rough: Callable[[], NoDisturbance] = NoDisturbance
     people: tuple[Person, ...] = ()
     obstacle: bool = False
-    posture: tuple[float, ...] = tuple(READY.tolist())
+    posture: tuple[float, ...] = tuple(READY_POSTURE.tolist())
     action: Action = SLOWLY
 
 
-class Obstructed(Bare):
+class Obstructed(BareScene):
     """The bare cell with the robot in some posture, and perhaps a block in the arm's way."""
 
     def __init__(self, posture: tuple[float, ...], obstacle: bool) -> None:
@@ -126,7 +126,7 @@ class Obstructed(Bare):
 
 def at_its_end() -> tuple[float, ...]:
     """The last joint 20 mrad inside its limit, which is as near as motions go."""
-    return (*READY[:6].tolist(), float(Q_MAX[6]) - 0.02)
+    return (*READY_POSTURE[:6].tolist(), float(Q_MAX[6]) - 0.02)
 
 
 STANDING = Person("stands", (Waypoint((0.3, 1.5)),))
@@ -141,7 +141,9 @@ KINDS = {
         lambda values: values["joint_position"][6] > Q_MAX[6],
         lambda: Rough(weak=(7, 1.0), push=turn(-5.5)),
         posture=at_its_end(),
-        action=act("move_tool", target=(0.35, 0.0, 0.45), yaw=float(READY[6] - Q_MAX[6] + 0.02), speed=0.1),
+        action=act(
+            "move_tool", target=(0.35, 0.0, 0.45), yaw=float(READY_POSTURE[6] - Q_MAX[6] + 0.02), speed=0.1
+        ),
     ),
     "speed": Provocation(
         "joint-speeds",
@@ -188,7 +190,7 @@ class Run:
 
     reason: str | None = None
     said: str = ""
-    truths: list[Truth] = field(default_factory=list)
+    truths: list[GroundTruth] = field(default_factory=list)
     violated: list[int] = field(default_factory=list)
     stopped: list[int] = field(default_factory=list)
     sent: list[tuple[Any, Any]] = field(default_factory=list)
@@ -196,7 +198,7 @@ class Run:
 
 @pytest.fixture(scope="module")
 def site() -> Site:
-    found = load_site(reference_site(), Diagnostics())
+    found = load_site(reference_site_path(), Diagnostics())
     assert found is not None
     return found
 
@@ -210,8 +212,8 @@ def run(kind: Provocation, site: Site) -> Run:
         referee=told.truths.append,
         disturbance=rough,
     )
-    watch = Monitors(Watched(site), Histories(site))
-    watch.watch(Begun(kind.action, plant.observe(), plant.now(), 0))
+    watch = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    watch.add(ActiveAction(kind.action, plant.observe(), plant.now(), 0))
     halt, command = plant.stop, plant._robot.command
 
     def monitor(now: float, values: Values) -> str | None:
@@ -275,7 +277,7 @@ def test_the_stop_keeps_to_the_limits_of_record_and_comes_to_rest(provoked: tupl
 
 
 def test_an_arm_that_met_something_stops_pushing_and_can_leave() -> None:
-    plant = PhysicsPlant(Obstructed(tuple(READY.tolist()), obstacle=True), 0)
+    plant = PhysicsPlant(Obstructed(tuple(READY_POSTURE.tolist()), obstacle=True), 0)
 
     def hard(now: float, values: Values) -> str | None:
         return "hard" if values["contact_force"] > 65.0 else None
@@ -292,13 +294,13 @@ def test_an_arm_that_met_something_stops_pushing_and_can_leave() -> None:
 
 def test_an_arm_that_sagged_through_its_stop_is_planned_from_where_it_is(site: Site) -> None:
     weak = Rough(weak=(4, 17.0))
-    plant = PhysicsPlant(Bare(), 0, disturbance=weak)
+    plant = PhysicsPlant(BareScene(), 0, disturbance=weak)
     ended = execute(plant, SLOWLY, allow, FOREVER)
     assert ended.reason is not None
     assert ended.reason.startswith("blocked")
     weak.is_over = True
     plan, readings = plant.plan(SLOWLY), plant.observe()
-    decided = MotionDecider(site.motion).decide(Decision(Verdict.ALLOW, SLOWLY, ()), plan, readings)
+    decided = MotionDecider(site.motion).decide(Decision(DecisionKind.ALLOW, SLOWLY, ()), plan, readings)
     assert decided.reasons == ()
     assert execute(plant, SLOWLY, allow, FOREVER, plan).completed
     plant.close()

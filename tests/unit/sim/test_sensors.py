@@ -13,15 +13,15 @@ from aeros.runtime.ports import Reading
 from aeros.sim.clock import TICK
 from aeros.sim.physics import make_plant
 from aeros.sim.scenes import SCENES
-from aeros.sim.sensors import SensorModel, Sensors, Truth
+from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
 from aeros.skill import act
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.sim.acting import allow, execute, recording
 
 
-def truth(tick: int, **more: Any) -> Truth:
+def truth(tick: int, **more: Any) -> GroundTruth:
     """Something that changes from tick to tick."""
-    return Truth(tick, {"joint": float(tick), "flag": tick % 2 == 0, **more})
+    return GroundTruth(tick, {"joint": float(tick), "flag": tick % 2 == 0, **more})
 
 
 def followed(model: SensorModel, ticks: int = 2000, seed: int = 0) -> list[Reading | None]:
@@ -34,7 +34,7 @@ def test_without_a_model_a_quantity_is_measured_as_it_is() -> None:
     sensors = Sensors(0, {"other": SensorModel(noise=1.0)})
     now = truth(7)
     assert sensors.read(now) == {name: Reading(value, 7 * TICK) for name, value in now.values.items()}
-    assert sensors.values(now) is now.values
+    assert sensors.monitor_values(now) is now.values
 
 
 def test_noise_has_the_declared_deviation_and_no_bias() -> None:
@@ -47,7 +47,7 @@ def test_noise_has_the_declared_deviation_and_no_bias() -> None:
 
 def test_noise_is_of_each_number_and_not_of_truth_values() -> None:
     sensors = Sensors(0, {name: SensorModel(noise=0.1) for name in ("place", "flag", "word")})
-    values = sensors.values(Truth(3, {"place": (1.0, 2.0, 3.0), "flag": True, "word": "mast"}))
+    values = sensors.monitor_values(GroundTruth(3, {"place": (1.0, 2.0, 3.0), "flag": True, "word": "mast"}))
     assert (values["flag"], values["word"]) == (True, "mast")
     off = [a - b for a, b in zip(values["place"], (1.0, 2.0, 3.0), strict=True)]
     assert len(set(off)) == 3
@@ -55,13 +55,16 @@ def test_noise_is_of_each_number_and_not_of_truth_values() -> None:
 
 
 def test_readings_are_multiples_of_the_step() -> None:
-    sensors = Sensors(0, {"length": SensorModel(step=0.25)})
-    assert sensors.values(Truth(0, {"length": 1.13}))["length"] == 1.25
+    sensors = Sensors(0, {"length": SensorModel(resolution=0.25)})
+    assert sensors.monitor_values(GroundTruth(0, {"length": 1.13}))["length"] == 1.25
 
 
 def test_a_range_finder_shows_neither_negative_distances_nor_more_than_its_range() -> None:
     sensors = Sensors(1, {"human_distance": SensorModel(noise=5.0)})
-    shown = [sensors.values(Truth(tick, {"human_distance": 20.0 * (tick % 2)})) for tick in range(100)]
+    shown = [
+        sensors.monitor_values(GroundTruth(tick, {"human_distance": 20.0 * (tick % 2)}))
+        for tick in range(100)
+    ]
     assert {0.0, 20.0} <= {one["human_distance"] for one in shown}
     assert all(0.0 <= one["human_distance"] <= 20.0 for one in shown)
 
@@ -74,8 +77,8 @@ def test_a_late_reading_carries_the_time_at_which_it_was_true() -> None:
 
 def test_the_monitor_is_told_of_an_old_value_as_a_reading() -> None:
     sensors = Sensors(0, {"joint": SensorModel(latency=TICK)})
-    sensors.values(truth(4))
-    assert sensors.values(truth(5)) == {"joint": Reading(4.0, 4 * TICK), "flag": False}
+    sensors.monitor_values(truth(4))
+    assert sensors.monitor_values(truth(5)) == {"joint": Reading(4.0, 4 * TICK), "flag": False}
 
 
 def test_what_is_dropped_leaves_the_last_reading_which_ages() -> None:
@@ -115,21 +118,21 @@ def test_readings_depend_on_the_seed_and_not_on_who_looks_how_often() -> None:
     looked = []
     for tick in range(200):
         often.read(truth(tick))
-        often.values(truth(tick))
+        often.monitor_values(truth(tick))
         looked.append(often.read(truth(tick)).get("joint"))
     assert looked == followed(model, 200, seed=5)
     assert looked != followed(model, 200, seed=6)
 
 
 def test_a_picture_is_blurred_or_lost_and_says_when_it_was_taken() -> None:
-    picture = Truth(24, {"object_position": (1.0, 0.0, 0.4)})
+    picture = GroundTruth(24, {"object_position": (1.0, 0.0, 0.4)})
     sensors = Sensors(0, {"object_position": SensorModel(noise=0.01, latency=0.1)})
-    (reading,) = sensors.read_once(picture).values()
+    (reading,) = sensors.read_camera(picture).values()
     assert reading.time == picture.time
     assert 0.0 < abs(reading.value[0] - 1.0) < 0.1
     assert sensors.delay(picture.values) == 24
     sensors.models["object_position"] = SensorModel(dropout=1.0)
-    assert sensors.read_once(picture) == {}
+    assert sensors.read_camera(picture) == {}
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,11 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim import physics
 from aeros.sim.robot.limits import SCANNER_RANGE
-from aeros.sim.sensors import SensorModel, Sensors, Truth
+from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
 from tests.unit.sim.referee import Referee, of_the_site
 
 pytestmark = pytest.mark.physics
@@ -64,11 +64,11 @@ def staying(folder: Path, way: tuple[str, ...], floor: str) -> str:
 class Blind(Sensors):
     """The scanner sees nobody."""
 
-    def read(self, truth: Truth) -> Readings:
+    def read(self, truth: GroundTruth) -> Readings:
         return {**super().read(truth), "human_distance": Reading(SCANNER_RANGE, truth.time)}
 
-    def values(self, truth: Truth) -> Mapping[str, Any]:
-        return {**super().values(truth), "human_distance": SCANNER_RANGE}
+    def monitor_values(self, truth: GroundTruth) -> Mapping[str, Any]:
+        return {**super().monitor_values(truth), "human_distance": SCANNER_RANGE}
 
 
 Run = Callable[..., tuple[int, Referee, list[dict[str, Any]]]]
@@ -108,7 +108,7 @@ def test_the_robot_stops_for_a_person_and_goes_on_to_its_goal(
     assert referee.distances.min() < of_the_site("walking_speed") * of_the_site("arm_stopping_time") + 0.4
     assert any("separation" in reason for reason in stops(records))
     assert referee.breaches() == []
-    assert code == Exit.PROVED
+    assert code == Exit.SUCCESS
 
 
 TWICE = """\
@@ -133,7 +133,7 @@ def test_what_the_hand_holds_when_a_person_comes_is_not_let_go(run: Run, tmp_pat
     ended = [record["details"] for record in records if record["event"] == "step-ended"]
     assert {one["skill"] for one in ended if one["reason"].startswith("monitor:")} == {"prepare", "wrap"}
     assert referee.breaches() == []
-    assert code == Exit.PROVED
+    assert code == Exit.SUCCESS
 
 
 def test_a_robot_that_is_looked_on_from_beside_drives_at_reduced_speed(run: Run) -> None:
@@ -192,7 +192,7 @@ def test_without_the_monitor_the_robot_comes_too_near(
 ) -> None:
     # In which the arm is under way when they come.
     seed = {"clean the table": "1", "make dumplings": "13"}.get(instruction, "0")
-    monkeypatch.setattr(Monitors, "__call__", lambda *_: None)
+    monkeypatch.setattr(RuntimeMonitor, "__call__", lambda *_: None)
     _, referee, records = run(instruction, person, "--timeout", str(until), "--seed", seed)
     assert stops(records) == []
     assert referee.breaches() != []

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.geometry import Pose, Triple, turned
+from aeros.sim.geometry import Pose, Vector3, yaw_orientation
 from aeros.sim.layouts.dirt import DirtMap
-from aeros.sim.layouts.table import MAST, Layout, lay_table
+from aeros.sim.layouts.table import MAST_CAMERA, TableLayout, sample_table_layout
 from aeros.sim.perception.inspection import inspect_table
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 from aeros.sim.scenes import table
-from aeros.sim.scenes.scene import Through
+from aeros.sim.scenes.scene import DetectionFilter
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute
 
@@ -39,12 +39,12 @@ class Onlooker(NoDisturbance):
     def attach(self, stage: PlantParts) -> None:
         self.stage = stage
 
-    def detection_filter(self, camera: str) -> Through:
+    def detection_filter(self, camera: str) -> DetectionFilter:
         return lambda found: None if self.is_blind else found
 
     def clean(self) -> float:
         """The share of the area that is clean in a picture from the mast."""
-        return inspect_table(self.stage.world.render(MAST), MAST).clean
+        return inspect_table(self.stage.world.render(MAST_CAMERA), MAST_CAMERA).clean_share
 
 
 def observed(plant: PhysicsPlant) -> dict[str, Any]:
@@ -107,16 +107,16 @@ def test_carrying_the_sponge_over_the_dirt_wipes_nothing(run_skill: RunSkill) ->
 
 @pytest.mark.parametrize("cube", [((0.41, -0.35, 0.021), 0.1), ((0.493, -0.39, 0.021), -0.288)])
 def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
-    cube: tuple[Triple, float], run_skill: RunSkill, monkeypatch: pytest.MonkeyPatch
+    cube: tuple[Vector3, float], run_skill: RunSkill, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place, yaw = cube
 
-    def fallen(chance: Chance) -> Layout:
-        laid = lay_table(chance)
+    def fallen(chance: RandomSource) -> TableLayout:
+        laid = sample_table_layout(chance)
         lying = Pose((0.57, -0.24, 0.021), (0.0, 2**-0.5, 0.0, 2**-0.5))
-        return laid._replace(cube=Pose(place, turned(yaw)), can=lying)
+        return laid._replace(cube=Pose(place, yaw_orientation(yaw)), can=lying)
 
-    monkeypatch.setattr(table, "lay_table", fallen)
+    monkeypatch.setattr(table, "sample_table_layout", fallen)
     plant = make_plant("table", 0)
     assert run_skill(plant, "clean_table", "organize") is None
     assert observed(plant)["table_organized"]
@@ -176,15 +176,15 @@ def test_layout_varies_with_the_seed_and_repeats() -> None:
 
 def test_only_cells_under_the_wiping_face_are_wiped() -> None:
     dirt = DirtMap((0.0, 0.0), (0.2, 0.2))
-    dirt.wipe(Pose((0.1, 0.1, 0.015), turned(0.0)), SPONGE)
+    dirt.wipe(Pose((0.1, 0.1, 0.015), yaw_orientation(0.0)), SPONGE)
     assert dirt.wiped_fraction == pytest.approx(0.10 * 0.06 / 0.04, abs=0.031)
-    dirt.wipe(Pose((0.1, 0.1, 0.015), turned(0.0)), SPONGE)
+    dirt.wipe(Pose((0.1, 0.1, 0.015), yaw_orientation(0.0)), SPONGE)
     assert dirt.wiped_fraction == pytest.approx(0.10 * 0.06 / 0.04, abs=0.031)
 
 
 def test_a_face_higher_than_the_gap_wipes_nothing_and_a_tilted_one_wipes_at_its_low_edge() -> None:
     dirt = DirtMap((0.0, 0.0), (0.2, 0.2))
-    dirt.wipe(Pose((0.1, 0.1, 0.017), turned(0.0)), SPONGE)
+    dirt.wipe(Pose((0.1, 0.1, 0.017), yaw_orientation(0.0)), SPONGE)
     assert dirt.wiped_fraction == 0.0
     tilt = 0.1
     dirt.wipe(Pose((0.1, 0.1, 0.015 + 0.05 * tilt), (0.0, tilt / 2.0, 0.0, 1.0)), SPONGE)

@@ -12,21 +12,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.gate.decision import Decision, Verdict
-from aeros.runtime.motion.merged import Companion, Merged, merge
-from aeros.runtime.motion.swept_volume import Box, breach_of
+from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.motion.merged import ConcurrentMotion, MergedMotion, merge_motions
+from aeros.runtime.motion.swept_volume import BarrierBox, find_breach
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import Ball, Body, Completion, Motion, Plan, Trajectory
+from aeros.runtime.ports import Ball, MotionCompletion, MotionHandle, PlannedMotion, RobotBody, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.robot.body import PANDA
+from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.expr.scope import Box as Volume
+from aeros.spec.expr.scope import AxisAlignedBox as Volume
 from aeros.spec.model.model import Barrier, MotionPolicy
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, recording
 
 DRIVE = act("move_base", x=-0.4, y=0.3, speed=0.4)
@@ -38,20 +38,20 @@ SCENE = "fetch"
 """Of the fixture `plant`."""
 
 
-def begin(plant: PhysicsPlant, action: Action) -> Motion:
+def begin(plant: PhysicsPlant, action: Action) -> MotionHandle:
     motion = plant.begin(action)
-    assert not isinstance(motion, Completion)
+    assert not isinstance(motion, MotionCompletion)
     return motion
 
 
 def test_the_fingers_close_while_the_base_drives_and_both_arrive(plant: PhysicsPlant) -> None:
     drive, grip = begin(plant, DRIVE), begin(plant, OPEN)
     log: list[Mapping[str, Any]] = []
-    assert plant.advance(recording(log), inf) == {grip: Completion(True)}
+    assert plant.advance(recording(log), inf) == {grip: MotionCompletion(True)}
     assert log[-1]["finger_gap"] == pytest.approx(0.02, abs=1e-3)
     assert 0.0 < math.dist(log[-1]["base_position"], log[0]["base_position"]) < 0.5
     ticks = len(log)
-    assert plant.advance(recording(log), inf) == {drive: Completion(True)}
+    assert plant.advance(recording(log), inf) == {drive: MotionCompletion(True)}
     assert math.dist(log[-1]["base_position"][:2], (-0.4, 0.3)) < 1e-3
     # Each tick was one of both: the second `advance` looks once more before it goes on.
     assert plant.now() == pytest.approx((len(log) - 2) * TICK)
@@ -76,7 +76,7 @@ def test_a_drive_that_is_halted_comes_to_rest_within_limits_while_the_fingers_go
     plant.halt(drive)
     first = plant.advance(recording(log), inf)
     second = plant.advance(recording(log), inf)
-    assert {**first, **second} == {drive: Completion(False, "halted"), grip: Completion(True)}
+    assert {**first, **second} == {drive: MotionCompletion(False, "halted"), grip: MotionCompletion(True)}
     slower = np.linalg.norm(sent, axis=1)
     assert slower[-1] == 0.0
     assert (np.diff(slower) <= 1e-12).all()
@@ -89,18 +89,18 @@ def test_what_a_halted_motion_does_not_move_is_not_touched(plant: PhysicsPlant) 
     wait = begin(plant, act("wait", duration=30.0))
     assert plant.advance(allow, 0.3) == {}
     plant.halt(wait)
-    assert plant.advance(allow, inf) == {wait: Completion(False, "halted")}
-    assert plant.advance(allow, inf) == {drive: Completion(True)}
+    assert plant.advance(allow, inf) == {wait: MotionCompletion(False, "halted")}
+    assert plant.advance(allow, inf) == {drive: MotionCompletion(True)}
     assert math.dist(plant.observe()["base_position"].value[:2], (-0.4, 0.3)) < 1e-3
 
 
 def test_a_rule_that_breaks_ends_both_at_rest(plant: PhysicsPlant) -> None:
     drive, grip = begin(plant, DRIVE), begin(plant, OPEN)
-    halted = Completion(False, "monitor:near")
+    halted = MotionCompletion(False, "monitor:near")
     assert plant.advance(lambda now, _: "near" if now > 0.3 else None, inf) == {drive: halted, grip: halted}
     before = plant.observe()["base_position"].value
     wait = begin(plant, act("wait", duration=0.5))
-    assert plant.advance(allow, inf) == {wait: Completion(True)}
+    assert plant.advance(allow, inf) == {wait: MotionCompletion(True)}
     assert math.dist(plant.observe()["base_position"].value, before) < 1e-3
 
 
@@ -121,29 +121,29 @@ STOW = act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.45)
 
 @pytest.fixture(scope="module")
 def policy() -> MotionPolicy:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     assert site.motion is not None
     return site.motion
 
 
 def decided(
-    plant: PhysicsPlant, policy: MotionPolicy, action: Action, *others: Companion
-) -> tuple[Plan, list[tuple[str, str]]]:
+    plant: PhysicsPlant, policy: MotionPolicy, action: Action, *others: ConcurrentMotion
+) -> tuple[PlannedMotion, list[tuple[str, str]]]:
     plan = plant.plan(action)
-    allowed = Decision(Verdict.ALLOW, action, ())
+    allowed = Decision(DecisionKind.ALLOW, action, ())
     found = MotionDecider(policy).decide(allowed, plan, plant.observe(), others)
     return plan, [(reason.code, reason.rule) for reason in found.reasons]
 
 
-def drives_for(plant: PhysicsPlant, policy: MotionPolicy, drive: Action, seconds: float) -> Companion:
+def drives_for(plant: PhysicsPlant, policy: MotionPolicy, drive: Action, seconds: float) -> ConcurrentMotion:
     """A base that has been driving for some time."""
     plan, reasons = decided(plant, policy, drive)
     assert reasons == []
     assert isinstance(plan, Trajectory)
-    assert not isinstance(plant.begin(drive, plan), Completion)
+    assert not isinstance(plant.begin(drive, plan), MotionCompletion)
     assert plant.advance(allow, seconds) == {}
-    return Companion(drive, plan, plant.now())
+    return ConcurrentMotion(drive, plan, plant.now())
 
 
 def test_the_arm_stows_while_the_base_drives_and_is_where_it_was_asked_to_be(
@@ -154,9 +154,9 @@ def test_the_arm_stows_while_the_base_drives_and_is_where_it_was_asked_to_be(
     assert reasons == []
     stow = plant.begin(STOW, plan)
     log: list[Mapping[str, Any]] = []
-    assert plant.advance(recording(log), inf) == {stow: Completion(True)}
+    assert plant.advance(recording(log), inf) == {stow: MotionCompletion(True)}
     assert math.dist(log[-1]["tool_position"], (0.72, 0.1, 0.7)) < 2e-3
-    assert [list(one.values()) for one in (plant.advance(recording(log), inf),)] == [[Completion(True)]]
+    assert [list(one.values()) for one in (plant.advance(recording(log), inf),)] == [[MotionCompletion(True)]]
     assert math.dist(log[-1]["base_position"][:2], (0.3, 0.1)) < 1e-3
     # Both moved at once, and together no faster than was decided of the tool.
     speeds = [one["tool_speed"] for one in log]
@@ -169,23 +169,25 @@ def test_what_was_decided_encloses_what_both_do(plant: PhysicsPlant, policy: Mot
     driving = drives_for(plant, policy, AHEAD, 0.5)
     plan, _ = decided(plant, policy, STOW, driving)
     assert isinstance(plan, Trajectory)
-    merged = merge(plan, [driving])
-    assert isinstance(merged, Merged)
+    merged = merge_motions(plan, [driving])
+    assert isinstance(merged, MergedMotion)
     plant.begin(STOW, plan)
     log: list[Mapping[str, Any]] = []
     while plant._under_way:
         plant.advance(recording(log), inf)
     tools = [one["tool_position"] for one in log]
     # A wall just beyond where the tool ever was is clear of it by that, and one nearer is not.
-    tool = Body(PANDA.rows, PANDA.tool, (Ball("tool", 7, PANDA.tool, 0.0),))
-    moving = merged.moving()._replace(body=tool)
+    tool = RobotBody(
+        PANDA_BODY.dh_rows, PANDA_BODY.tool_offset, (Ball("tool", 7, PANDA_BODY.tool_offset, 0.0),)
+    )
+    moving = merged.swept_motion()._replace(body=tool)
     for axis, side in ((0, 1.0), (1, 1.0), (1, -1.0), (2, 1.0)):
         farthest = max(side * p[axis] for p in tools)
         for beyond, is_clear in ((0.06, True), (-0.01, False)):
             lower, upper = [-9.0] * 3, [9.0] * 3
             (lower if side > 0.0 else upper)[axis] = side * (farthest + beyond)
-            box = Box("wall", tuple(lower), tuple(upper), False, False, None)  # type: ignore[arg-type]
-            assert (breach_of(moving, [box], 0.0) is None) is is_clear, (axis, side, beyond)
+            box = BarrierBox("wall", tuple(lower), tuple(upper), False, False, None)  # type: ignore[arg-type]
+            assert (find_breach(moving, [box], 0.0) is None) is is_clear, (axis, side, beyond)
 
 
 def test_what_each_may_do_alone_is_denied_where_both_together_meet_a_barrier(
@@ -215,7 +217,7 @@ def test_a_base_may_not_drive_off_with_a_tool_that_was_asked_to_be_somewhere(
     assert isinstance(plan, Trajectory)
     plant.begin(here, plan)
     assert plant.advance(allow, 0.2) == {}
-    moving = Companion(here, plan, plant.now())
+    moving = ConcurrentMotion(here, plan, plant.now())
     assert ("AE761", "target") in decided(plant, policy, AHEAD, moving)[1]
 
 
@@ -228,7 +230,7 @@ def test_an_arm_whose_base_is_halted_is_not_where_it_was_asked_to_be(
     assert plant.advance(allow, 0.8) == {}
     drive = next(motion for motion in plant._under_way if motion != stow)
     plant.halt(drive)
-    assert plant.advance(allow, inf) == {drive: Completion(False, "halted")}
+    assert plant.advance(allow, inf) == {drive: MotionCompletion(False, "halted")}
     ended = plant.advance(allow, inf)
     assert isinstance(stow, int)
     assert (ended[stow].reason or "").startswith("blocked: the tool rests")
@@ -243,5 +245,5 @@ def test_what_the_plant_cannot_do_while_the_base_drives_it_refuses(
         (act("slide", target=(0.72, 0.1, 0.7), force=5.0, speed=0.1), "the base drives"),
     ):
         plan = plant.plan(action)
-        assert isinstance(plan, Completion)
+        assert isinstance(plan, MotionCompletion)
         assert reason in (plan.reason or "")

@@ -13,13 +13,13 @@ import pytest
 from PIL import Image
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.mirror import Mirror, bodies_of, poses_of, shapes_of
+from aeros.sim.bullet.mirror import SceneMirror, bodies_of, poses_of, shapes_of
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person, Waypoint
-from aeros.sim.bullet.window import Window, WindowError, orbit
-from aeros.sim.bullet.world import World
+from aeros.sim.bullet.window import ViewerWindow, WindowError, orbit_view
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 from aeros.sim.scenes import SCENES
 
 pytestmark = pytest.mark.physics
@@ -34,11 +34,11 @@ OFF_CENTRE = """<robot name="club"><link name="club">
 
 @pytest.mark.parametrize("name", sorted(SCENES))
 def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
-    scene, world, other = SCENES[name](), World(), World()
+    scene, world, other = SCENES[name](), PhysicsWorld(), PhysicsWorld()
     robot = Panda(world, scene.robot)
-    scene.build(world, robot, Chance(0))
-    People(world, robot.body, [Person("guest", (Waypoint((0.5, 0.45)),))], Chance(0))
-    mirror = Mirror(other.client)
+    scene.build(world, robot, RandomSource(0))
+    People(world, robot.body, [Person("guest", (Waypoint((0.5, 0.45)),))], RandomSource(0))
+    mirror = SceneMirror(other.client)
     for body in bodies_of(world):
         if not shapes_of(world, [body]):  # what is painted on it is not mirrored
             bullet.removeBody(body, physicsClientId=world.client)
@@ -57,9 +57,9 @@ def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
 
 def test_parts_are_where_they_are_on_a_body_that_is_heavier_at_one_end(tmp_path: Path) -> None:
     (tmp_path / "club.urdf").write_text(OFF_CENTRE)
-    world, other = World(), World()
+    world, other = PhysicsWorld(), PhysicsWorld()
     world.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2), (0.0, 0.0, 0.6, 0.8))
-    mirror = Mirror(other.client)
+    mirror = SceneMirror(other.client)
     shapes = shapes_of(world, bodies_of(world))
     mirror.add(shapes)
     mirror.place(poses_of(world, shapes))
@@ -73,7 +73,7 @@ def test_parts_are_where_they_are_on_a_body_that_is_heavier_at_one_end(tmp_path:
 @pytest.mark.parametrize("name", sorted(SCENES))
 def test_the_window_looks_from_where_films_are_taken(name: str) -> None:
     camera = SCENES[name]().view
-    distance, yaw, pitch, target = orbit(camera)
+    distance, yaw, pitch, target = orbit_view(camera)
     by_window = bullet.computeViewMatrixFromYawPitchRoll(target, distance, yaw, pitch, 0.0, 2)
     assert by_window == pytest.approx(
         bullet.computeViewMatrix(camera.eye, camera.target, camera.up), abs=1e-5
@@ -83,18 +83,18 @@ def test_the_window_looks_from_where_films_are_taken(name: str) -> None:
 def test_without_a_display_there_is_no_window(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     with pytest.raises(WindowError, match="there is no display: DISPLAY is not set"):
-        Window()
+        ViewerWindow()
 
 
 def test_a_display_that_nobody_serves_is_refused_and_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":9471")
     with pytest.raises(WindowError, match="no window opens on display `:9471`"):
-        Window()
+        ViewerWindow()
 
 
 def unseen() -> int:
     """In place of a window: what it shows at its end is left as a picture."""
-    world = World()
+    world = PhysicsWorld()
 
     def leave() -> None:
         Image.fromarray(world.render(VIEW).rgb).save(os.environ["SHOWN"])
@@ -103,17 +103,17 @@ def unseen() -> int:
     return world.client
 
 
-def unwatched(monkeypatch: pytest.MonkeyPatch, shown: Path) -> Window:
+def unwatched(monkeypatch: pytest.MonkeyPatch, shown: Path) -> ViewerWindow:
     monkeypatch.setenv("DISPLAY", "none")
     monkeypatch.setenv("SHOWN", str(shown))
-    return Window(unseen)
+    return ViewerWindow(unseen)
 
 
 def test_a_window_shows_what_is_there_and_who_comes_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = unwatched(monkeypatch, tmp_path / "shown.png")
-    world = World()
+    world = PhysicsWorld()
     world.add_box((0.6, 0.6, 0.1), (0.4, 0.0, -0.05))
     cube = world.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2), mass=0.1, colour=(0.1, 0.3, 0.8, 1.0))
     late = time.monotonic() + 20.0
@@ -132,7 +132,7 @@ def test_a_window_shows_what_is_there_and_who_comes_later(
 
 
 def test_a_window_that_is_closed_ends_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    window, world = unwatched(monkeypatch, tmp_path / "shown.png"), World()
+    window, world = unwatched(monkeypatch, tmp_path / "shown.png"), PhysicsWorld()
     world.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2))
     (process,) = multiprocessing.active_children()
     assert process.pid is not None

@@ -7,12 +7,12 @@ import pytest
 from aeros.spec.closed_loop import markov_chain
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.outcome_probabilities import (
-    shares_of,
+    outcome_probabilities,
     with_probabilities,
     with_retries,
     with_skill_probabilities,
 )
-from aeros.spec.closed_loop.transition_system import Node, NotExploredError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.model import Ecm, Outcome, Skill
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, rule, site, skill, task
@@ -29,7 +29,7 @@ def three(*probabilities: Fraction | int | None) -> Skill:
 
 
 def shares(one: Skill) -> list[Fraction]:
-    return [share for _, share in shares_of(one.outcomes.values())]
+    return [share for _, share in outcome_probabilities(one.outcomes.values())]
 
 
 def halves(*parts: int) -> list[Fraction]:
@@ -99,7 +99,11 @@ def test_independent_tries_are_a_geometric_series(retry: int, replans: int) -> N
 def test_a_loop_that_has_ended_goes_nowhere() -> None:
     ecm = boiling(Fraction(1), 0)
     system = TransitionSystem(ecm, ecm.tasks["cook"], site())
-    assert system.moves(Node("reached", (True,))) == system.moves(Node("rejected", (False,))) == []
+    assert (
+        system.transitions(LoopState("reached", (True,)))
+        == system.transitions(LoopState("rejected", (False,)))
+        == []
+    )
 
 
 def test_what_is_reached_at_the_start_takes_nothing() -> None:
@@ -120,5 +124,5 @@ def test_a_plan_that_is_rejected_is_made_once_more(replans: int, counted: int) -
 
 def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(markov_chain, "MAX_WORK", 20)
-    with pytest.raises(NotExploredError, match="too large"):
+    with pytest.raises(StateSpaceError, match="too large"):
         predicted(boiling(Fraction(3, 10), 3), 10)

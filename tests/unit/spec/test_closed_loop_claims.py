@@ -12,7 +12,7 @@ from aeros.spec.closed_loop import reachability
 from aeros.spec.diagnostics.codes import Severity
 from aeros.spec.model.model import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
-from aeros.spec.obligations.verdicts import Settled, Verdict
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from tests.unit.agent.dumplings import (
     DUMPLING,
     MAKE_DUMPLINGS,
@@ -42,7 +42,7 @@ def claims(
     goal: str = COOKED,
     initial: dict[str, Any] = CLEAN,
     kept: str | None = None,
-) -> dict[str, Settled]:
+) -> dict[str, StaticClaim]:
     pursued = replace(
         task("cook", ("cook",), goal, *rules),
         initial=initial,
@@ -51,11 +51,11 @@ def claims(
     return settled(module("kitchen", skills, pursued))
 
 
-def settled(ecm: Ecm) -> dict[str, Settled]:
+def settled(ecm: Ecm) -> dict[str, StaticClaim]:
     return {str(one.id).split("/", 2)[2]: one for one in closed_loop_obligations(ecm, site())}
 
 
-def refutation(found: Settled, code: str) -> tuple[str, ...]:
+def refutation(found: StaticClaim, code: str) -> tuple[str, ...]:
     """The lines of the trace, the states of which are told by what is true in them."""
     assert found.verdict is Verdict.REFUTED
     assert found.diagnostic is not None

@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.difference.compare import Difference, compare
-from aeros.spec.difference.policy_change import Change, Relation
-from aeros.spec.difference.set_comparison import Condition, Side, compare_sets
+from aeros.spec.difference.compare import PolicyDifference, compare
+from aeros.spec.difference.policy_change import PolicyChange, Relation
+from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, compare_sets
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import Value, holds
+from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.model import Declared
@@ -43,15 +43,15 @@ def change(path: Path, before: str, after: str) -> None:
     path.write_text(text.replace(before, after), encoding="utf-8")
 
 
-def modules(old: Path, new: Path) -> Difference:
+def modules(old: Path, new: Path) -> PolicyDifference:
     return compare(old / "tidy", new / "tidy", BASE / "site.yaml")
 
 
-def sites(old: Path, new: Path) -> Difference:
+def sites(old: Path, new: Path) -> PolicyDifference:
     return compare(old / "site.yaml", new / "site.yaml", BASE / "site.yaml")
 
 
-def changed(difference: Difference) -> dict[str, str]:
+def changed(difference: PolicyDifference) -> dict[str, str]:
     assert difference.problems == ()
     return {
         one.subject: one.relation.value for one in difference.changes if one.relation is not Relation.EQUAL
@@ -222,7 +222,7 @@ def test_a_joint_rule_is_compared_by_the_pairs_it_allows(old: Path, new: Path) -
     assert changed(sites(old, new)) == {"joint/slow-beside-whoever-waits": "newly denied"}
 
 
-def _named(difference: Difference, subject: str) -> Change:
+def _named(difference: PolicyDifference, subject: str) -> PolicyChange:
     (found,) = [one for one in difference.changes if one.subject == subject]
     return found
 
@@ -241,8 +241,8 @@ def test_both_lines_are_shown_and_the_witness_is_in_one_set_alone(old: Path, new
 _SOURCE = Source("test", "x")
 _SPAN = _SOURCE.span(0, 1)
 _NUMBERS = RealType(NUMBER)
-_P, _Q = (t.Variable(name, BOOL, t.Role.STATE) for name in "pq")
-_X = t.Variable("x", _NUMBERS, t.Role.PARAMETER)
+_P, _Q = (t.Variable(name, BOOL, t.VariableRole.STATE) for name in "pq")
+_X = t.Variable("x", _NUMBERS, t.VariableRole.PARAMETER)
 
 
 def _number(value: int) -> t.Literal:
@@ -269,12 +269,12 @@ _RANGES = st.tuples(st.integers(0, 2), st.integers(2, 4)).map(
 )
 
 
-def _side(terms: list[t.Term], bounds: tuple[Fraction, Fraction]) -> Side:
+def _side(terms: list[t.Term], bounds: tuple[Fraction, Fraction]) -> ComparedSet:
     declared = (Declared(_P, _SPAN), Declared(_Q, _SPAN), Declared(_X, _SPAN, range=bounds))
-    return Side(declared, tuple(Condition(term, _SPAN) for term in terms), _SPAN)
+    return ComparedSet(declared, tuple(SetCondition(term, _SPAN) for term in terms), _SPAN)
 
 
-def _members(side: Side) -> Iterator[tuple[bool, bool, Fraction]]:
+def _members(side: ComparedSet) -> Iterator[tuple[bool, bool, Fraction]]:
     """Every member with `x` at a bound or between two: conditions are constant in between."""
     for p, q, half in itertools.product((False, True), (False, True), range(9)):
         x = Fraction(half, 2)
@@ -304,15 +304,15 @@ def test_the_relation_of_two_sets_is_that_of_enumeration(
             assert not _has(outside, values)
 
 
-def _bounds(side: Side) -> tuple[Fraction, Fraction]:
-    return side.declared[2].range or (Fraction(0), Fraction(0))
+def _bounds(side: ComparedSet) -> tuple[Fraction, Fraction]:
+    return side.variables[2].range or (Fraction(0), Fraction(0))
 
 
-def _has(side: Side, values: Mapping[str, Value]) -> bool:
+def _has(side: ComparedSet, values: Mapping[str, Value]) -> bool:
     low, high = _bounds(side)
     x = values["x"]
     assert isinstance(x, Fraction)
-    return low <= x <= high and all(holds(one.term, values) for one in side.conditions)
+    return low <= x <= high and all(is_true(one.term, values) for one in side.conditions)
 
 
 def test_a_change_of_what_motions_are_decided_by_is_told_as_allowing_more_and_less(

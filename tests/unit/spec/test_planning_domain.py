@@ -9,34 +9,36 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.planning.smt import why_not
+from aeros.agent.planning.smt import explain_no_plan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType
-from aeros.spec.model.model import Block, Clause, Declared, Ecm, Rule, Site, Skill
+from aeros.spec.model.model import ActionCondition, Declared, Ecm, OperatorOverride, Rule, Site, Skill
 from aeros.spec.planning.bounded import bounded_plan
-from aeros.spec.planning.domain import Domain, domain_for
-from aeros.spec.planning.search_result import Avoided, NotDecidedError
-from aeros.spec.planning.shortest import enumerated_plan, shortest_plan
-from aeros.spec.planning.strong_cyclic import Strategy
+from aeros.spec.planning.domain import PlanningDomain, domain_for
+from aeros.spec.planning.search_result import AvoidSet, PlanUndecidedError
+from aeros.spec.planning.shortest import breadth_first_plan, shortest_plan
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from tests.differential.reference_cases import reference
 from tests.unit.agent.dumplings import PREDICATES, SPAN, given_input, module, outcome, site, skill, term
 
 UNTOUCHED = dict.fromkeys(PREDICATES, False)
 
 
-def domain_of(*skills: Skill, goal: str = "dumpling_cooked", known: Mapping[str, Any] = UNTOUCHED) -> Domain:
+def domain_of(
+    *skills: Skill, goal: str = "dumpling_cooked", known: Mapping[str, Any] = UNTOUCHED
+) -> PlanningDomain:
     return domain_for({"kitchen": module("kitchen", skills)}, site(), known, term(goal))
 
 
-def reason(domain: Domain, known: Mapping[str, Any] = UNTOUCHED) -> str:
-    strategy = Strategy(domain)
+def reason(domain: PlanningDomain, known: Mapping[str, Any] = UNTOUCHED) -> str:
+    strategy = StrongCyclicStrategy(domain)
     assert not strategy.solves(domain.state(known))
-    return why_not(strategy)
+    return explain_no_plan(strategy)
 
 
 def where(one: Skill, condition: t.Term) -> Skill:
     """The skill, which starts where `condition` holds."""
-    return replace(one, precondition=Clause(condition, "", SPAN))
+    return replace(one, precondition=ActionCondition(condition, "", SPAN))
 
 
 BOIL = skill("boil", outcome("cooked", {"dumpling_cooked": True}), precondition="dumpling_wrapped")
@@ -72,7 +74,7 @@ def test_a_condition_on_measured_numbers_is_as_measured() -> None:
     full: dict[str, Any] = {**UNTOUCHED, "fill_level": Fraction(6, 10)}
     empty: dict[str, Any] = {**UNTOUCHED, "fill_level": Fraction(4, 10)}
     domain = domain_of(fill, known=full)
-    assert Strategy(domain).solves(domain.state(full))
+    assert StrongCyclicStrategy(domain).solves(domain.state(full))
     said = reason(domain_of(fill, known=empty), empty)
     assert said.endswith("needs `0.5 < fill_level`, which is not so as measured, and no skill changes that")
 
@@ -101,10 +103,10 @@ def test_a_longer_way_is_taken_where_the_shortest_may_lead_astray() -> None:
     wrap = replace(WRAP, precondition=None)
     risky = where(risky, term("not wrapper_aligned"))
     domain = domain_of(risky, safe, wrap)
-    strategy = Strategy(domain)
+    strategy = StrongCyclicStrategy(domain)
     start = domain.state(UNTOUCHED)
     assert strategy.solves(start)
-    assert strategy.steps_from(start) == 2
+    assert strategy.distance_to_goal(start) == 2
     assert strategy.chosen[start].name == "kitchen.wrap"
 
 
@@ -112,26 +114,26 @@ def test_an_input_without_default_has_each_of_few_values_and_else_keeps_the_skil
     area = EnumType("area", ("table", "pot"))
     put = replace(
         skill("put", outcome("put", {"dumpling_cooked": True}), precondition="dumpling_wrapped"),
-        inputs={"at": Declared(t.Variable("inputs.at", area, t.Role.INPUT), SPAN)},
+        inputs={"at": Declared(t.Variable("inputs.at", area, t.VariableRole.INPUT), SPAN)},
     )
     wanted = t.Compare("==", put.inputs["at"].variable, t.Literal("pot", area))
     put = where(put, wanted)
     domain = domain_of(put)
-    strategy = Strategy(domain)
+    strategy = StrongCyclicStrategy(domain)
     assert strategy.solves(domain.state(UNTOUCHED))
     assert strategy.chosen[domain.state(UNTOUCHED)].inputs == {"at": "pot"}
     forced = replace(
         put, inputs={"force": given_input("force", None, (Fraction(0), Fraction(1)))}, precondition=None
     )
-    assert domain_of(forced).left_out == {"kitchen.put": "nothing gives its input `force` a value"}
+    assert domain_of(forced).excluded_skills == {"kitchen.put": "nothing gives its input `force` a value"}
     assert "`kitchen.put` is left out: nothing gives its input" in reason(domain_of(forced))
 
 
 def fetching(at: Site, ecm: Ecm, start: Mapping[str, Any], goal: t.Term) -> tuple[bool, str]:
     domain = domain_for({ecm.id: ecm}, at, start, goal)
-    strategy = Strategy(domain)
+    strategy = StrongCyclicStrategy(domain)
     solved = strategy.solves(domain.state(start))
-    return solved, "" if solved else why_not(strategy)
+    return solved, "" if solved else explain_no_plan(strategy)
 
 
 def test_no_plan_needs_what_the_site_would_always_deny() -> None:
@@ -143,16 +145,16 @@ def test_no_plan_needs_what_the_site_would_always_deny() -> None:
     solved, why = fetching(forbidding, case.ecm, case.start, case.task.goal)
     assert not solved
     assert "deny every `grip` of `fetch_object.grasp` where `object_detected`" in why
-    blocked = case.site.with_blocks([Block("maintenance", "hand is worn", None, None, "grip")])
+    blocked = case.site.with_overrides([OperatorOverride("maintenance", "hand is worn", None, None, "grip")])
     solved, why = fetching(blocked, case.ecm, case.start, case.task.goal)
     assert not solved
     assert "`fetch_object.grasp` is left out: the operator's block `maintenance` denies" in why
 
 
-def chain(length: int) -> Domain:
+def chain(length: int) -> PlanningDomain:
     """As many switches, each of which needs the one before it."""
     names = [f"switch_{at}" for at in range(length)]
-    variables = {name: t.Variable(name, BOOL, t.Role.STATE) for name in names}
+    variables = {name: t.Variable(name, BOOL, t.VariableRole.STATE) for name in names}
     skills = []
     for at, name in enumerate(names):
         made = skill(f"press_{at}", outcome("on", {name: True}))
@@ -167,21 +169,23 @@ def chain(length: int) -> Domain:
 def test_the_solver_takes_over_where_many_states_can_be_reached() -> None:
     domain = chain(12)
     start = (False,) * 12
-    enumerated = enumerated_plan(domain, start, Avoided(), 10_000)
-    solved = shortest_plan(domain, start, Avoided(), few=5)
+    enumerated = breadth_first_plan(domain, start, AvoidSet(), 10_000)
+    solved = shortest_plan(domain, start, AvoidSet(), few=5)
     assert enumerated is not None
     assert solved is not None
     assert [one.name for _, one in solved] == [one.name for _, one in enumerated]
 
 
 def test_that_no_plan_was_found_is_not_taken_for_that_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("aeros.spec.planning.bounded.LONGEST", 6)
-    with pytest.raises(NotDecidedError, match="no plan of up to 6 steps was found, and none was proved"):
-        bounded_plan(chain(9), (False,) * 9, Avoided(), 0)
+    monkeypatch.setattr("aeros.spec.planning.bounded.MAX_PLAN_LENGTH", 6)
+    with pytest.raises(PlanUndecidedError, match="no plan of up to 6 steps was found, and none was proved"):
+        bounded_plan(chain(9), (False,) * 9, AvoidSet(), 0)
 
 
 def test_what_a_broken_hold_condition_leaves_is_provided_for_and_not_counted_on() -> None:
-    holding = replace(BOIL, precondition=None, hold=Clause(term("dumpling_wrapped"), "", SPAN))
+    holding = replace(
+        BOIL, precondition=None, hold_condition=ActionCondition(term("dumpling_wrapped"), "", SPAN)
+    )
     holding = where(holding, term("dumpling_wrapped"))
     again = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}))
     domain = domain_of(holding, again)
@@ -190,9 +194,9 @@ def test_what_a_broken_hold_condition_leaves_is_provided_for_and_not_counted_on(
     ended = {(outcome.id, then) for then, outcome, _ in domain.after(boil, start)}
     assert ("unheld", domain.state(UNTOUCHED)) in ended
     assert set(domain.settings["dumpling_wrapped"]) == {False, True}
-    assert Strategy(domain).solves(start)
+    assert StrongCyclicStrategy(domain).solves(start)
     # Without a skill that wraps again nothing is set, so the world is taken to bring it back.
-    assert Strategy(domain_of(holding, known=UNTOUCHED | {"dumpling_wrapped": True})).solves(
+    assert StrongCyclicStrategy(domain_of(holding, known=UNTOUCHED | {"dumpling_wrapped": True})).solves(
         domain_of(holding).state(UNTOUCHED)
     )
 
@@ -203,10 +207,13 @@ def test_no_plan_goes_where_a_broken_hold_condition_leaves_no_way_on() -> None:
         outcome("wrapped", {"dumpling_wrapped": True, "wrapper_aligned": False}),
         precondition="wrapper_aligned",
     )
-    holding = where(replace(BOIL, hold=Clause(term("dumpling_wrapped"), "", SPAN)), term("dumpling_wrapped"))
+    holding = where(
+        replace(BOIL, hold_condition=ActionCondition(term("dumpling_wrapped"), "", SPAN)),
+        term("dumpling_wrapped"),
+    )
     known = UNTOUCHED | {"wrapper_aligned": True}
     domain = domain_of(holding, once, known=known)
-    strategy = Strategy(domain)
+    strategy = StrongCyclicStrategy(domain)
     assert not strategy.solves(domain.state(known))
     assert any("kitchen.boil → unheld" in one.trace for one in strategy.dead_ends)
-    assert Strategy(domain_of(BOIL, once, known=known)).solves(domain.state(known))
+    assert StrongCyclicStrategy(domain_of(BOIL, once, known=known)).solves(domain.state(known))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any, Final
 
-from aeros.cli.author.reports.result import Result
+from aeros.cli.author.reports.result import VerifyResult
 from aeros.spec.diagnostics.render import render_json
 from aeros.spec.verification.reports import SubjectReport
 
@@ -13,7 +13,7 @@ SCHEMA: Final = "aeros/report/1"
 """Changes when a program that reads reports would have to."""
 
 
-def as_json(result: Result) -> str:
+def as_json(result: VerifyResult) -> str:
     """The report as ASCII text, whatever the files hold."""
     data: dict[str, Any] = {
         "schema": SCHEMA,
@@ -28,9 +28,11 @@ def as_json(result: Result) -> str:
     if agreement is not None:
         data["second_solver"] = {
             "solver": agreement.solver,
-            "questions": agreement.questions,
-            "agreed": agreement.agreed,
-            "undecided": [{"about": about, "reason": reason} for about, reason in agreement.undecided],
+            "questions": agreement.query_count,
+            "agreed": agreement.agreed_count,
+            "undecided": [
+                {"about": about, "reason": reason} for about, reason in agreement.undecided_queries
+            ],
         }
     return json.dumps(data, indent=1, ensure_ascii=True)
 
@@ -40,7 +42,7 @@ def _subject(subject: SubjectReport) -> dict[str, Any]:
         {
             "id": str(one.id),
             "verdict": one.verdict.value,
-            "guarded": one.guard is not None,
+            "guarded": one.runtime_checked_rule is not None,
             **({} if one.witness is None else {"witness": list(one.witness)}),
             **({"boundary": one.boundary} if one.boundary else {}),
         }

@@ -10,14 +10,14 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
-from aeros.cli.author.reports.result import Problem, Result
+from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
-from aeros.spec.diagnostics.render import render_all, safe
+from aeros.spec.diagnostics.render import escape_invisible, render_all
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.reports import SubjectReport
 
 
-def as_junit(result: Result) -> str:
+def as_junit(result: VerifyResult) -> str:
     """The report as an XML document, ASCII and well-formed whatever the files hold."""
     root = ET.Element("testsuites", name="aeros verify")
     for subject in result.subjects:
@@ -32,30 +32,30 @@ def as_junit(result: Result) -> str:
 
 
 def _suite(subject: SubjectReport) -> ET.Element:
-    name = safe(subject.name) or "paths"
+    name = escape_invisible(subject.name) or "paths"
     suite = ET.Element("testsuite", name=name)
     told: set[Diagnostic] = set()
     for one in subject.claims:
         case = _case(suite, name, str(one.id))
         if one.diagnostic is not None:
             told.add(one.diagnostic)
-            _tell(case, one.diagnostic, "error" if one.verdict is Verdict.UNKNOWN else "failure")
-        elif one.guard is not None:
-            _leave_to_the_gate(case, one.guard, one.boundary)
-    _tell_others(suite, name, [found for found in subject.diagnostics if found not in told])
+            _add_diagnostic(case, one.diagnostic, "error" if one.verdict is Verdict.UNKNOWN else "failure")
+        elif one.runtime_checked_rule is not None:
+            _add_runtime_checked(case, one.runtime_checked_rule, one.boundary)
+    _add_other_diagnostics(suite, name, [found for found in subject.diagnostics if found not in told])
     return suite
 
 
-def _leave_to_the_gate(case: ET.Element, rule: str, boundary: str) -> None:
-    guard = safe(rule)
+def _add_runtime_checked(case: ET.Element, rule: str, boundary: str) -> None:
+    guard = escape_invisible(rule)
     properties = ET.SubElement(case, "properties")
     ET.SubElement(properties, "property", name="guarded", value=guard)
     told = f"not implied, so the gate decides `{guard}` each time"
-    allowed = f"; allowed while {safe(boundary)}" if boundary else ""
+    allowed = f"; allowed while {escape_invisible(boundary)}" if boundary else ""
     ET.SubElement(case, "system-out").text = told + allowed
 
 
-def _tell_others(suite: ET.Element, name: str, others: list[Diagnostic]) -> None:
+def _add_other_diagnostics(suite: ET.Element, name: str, others: list[Diagnostic]) -> None:
     """What is about no obligation: errors fail a case of their own, the rest is the suite's output."""
     case = _case(suite, name, "form/readable")
     errors = [found for found in others if found.severity is Severity.ERROR]
@@ -67,18 +67,18 @@ def _tell_others(suite: ET.Element, name: str, others: list[Diagnostic]) -> None
         ET.SubElement(suite, "system-out").text = render_all(remarks)
 
 
-def _certificates(problems: Iterable[Problem]) -> ET.Element:
+def _certificates(problems: Iterable[LocatedDiagnostic]) -> ET.Element:
     suite = ET.Element("testsuite", name="certificates")
     for problem in problems:
-        _tell(_case(suite, "certificates", str(problem.path)), problem.diagnostic)
+        _add_diagnostic(_case(suite, "certificates", str(problem.path)), problem.diagnostic)
     return suite
 
 
 def _case(suite: ET.Element, subject: str, name: str) -> ET.Element:
-    return ET.SubElement(suite, "testcase", classname=subject, name=safe(name))
+    return ET.SubElement(suite, "testcase", classname=subject, name=escape_invisible(name))
 
 
-def _tell(case: ET.Element, diagnostic: Diagnostic, kind: str = "failure") -> None:
+def _add_diagnostic(case: ET.Element, diagnostic: Diagnostic, kind: str = "failure") -> None:
     """An ERROR fails the case; anything less is its output."""
     if diagnostic.severity is not Severity.ERROR:
         ET.SubElement(case, "system-out").text = render_all([diagnostic])
@@ -88,7 +88,7 @@ def _tell(case: ET.Element, diagnostic: Diagnostic, kind: str = "failure") -> No
 
 
 def _headline(diagnostic: Diagnostic) -> str:
-    return safe(diagnostic.headline)
+    return escape_invisible(diagnostic.headline)
 
 
 def _count(suite: ET.Element) -> None:

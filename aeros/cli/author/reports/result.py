@@ -12,7 +12,7 @@ from aeros.spec.verification.reports import Report, SubjectReport
 
 
 @dataclass(frozen=True)
-class Problem:
+class LocatedDiagnostic:
     """A diagnostic and the file it is about, also where it has no place in one; None: about no file."""
 
     diagnostic: Diagnostic
@@ -20,11 +20,11 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Result:
+class VerifyResult:
     """Everything there is to tell; renderers only read it."""
 
     report: Report
-    certificates: tuple[Problem, ...] = ()
+    certificates: tuple[LocatedDiagnostic, ...] = ()
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:
@@ -32,14 +32,14 @@ class Result:
         return self.report.subjects
 
     @property
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[LocatedDiagnostic]:
         """Every diagnostic of the run, in the order of subjects; those of certificates last."""
         site, modules = self.report.site, self.report.modules
-        yield from (Problem(found, site.path) for found in site.diagnostics)
+        yield from (LocatedDiagnostic(found, site.path) for found in site.diagnostics)
         for module in modules:
             path = module.path / MANIFEST if module.name else None
-            yield from (Problem(found, path) for found in module.diagnostics)
+            yield from (LocatedDiagnostic(found, path) for found in module.diagnostics)
         together = self.report.configuration
         if together is not None:
-            yield from (Problem(found, None) for found in together.diagnostics)
+            yield from (LocatedDiagnostic(found, None) for found in together.diagnostics)
         yield from self.certificates

@@ -18,22 +18,22 @@ from urllib.parse import quote
 
 import aeros
 from aeros.cli.author.explain import pages
-from aeros.cli.author.reports.result import Problem, Result
-from aeros.spec.diagnostics.codes import CODES, Code, Diagnostic, Fix, Label, Severity
-from aeros.spec.diagnostics.render import safe
-from aeros.spec.diagnostics.source import Span
+from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
+from aeros.spec.diagnostics.codes import CODES, Diagnostic, DiagnosticCode, Fix, Severity, SpanLabel
+from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.diagnostics.source import SourceSpan
 
-MOST_RESULTS: Final = 25_000
-MOST_BYTES: Final = 10_000_000
+MAX_RESULTS: Final = 25_000
+MAX_BYTES: Final = 10_000_000
 _RESERVED: Final = 1_000_000  # bytes kept for rules and notifications
 
 _SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
-_GRAVEST_FIRST: Final = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
+_SEVERITY_ORDER: Final = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 
 
-def as_sarif(result: Result) -> str:
+def as_sarif(result: VerifyResult) -> str:
     """The report as one SARIF log with one run, as ASCII text."""
-    problems = sorted(result.problems, key=lambda one: _GRAVEST_FIRST.index(one.diagnostic.severity))
+    problems = sorted(result.problems, key=lambda one: _SEVERITY_ORDER.index(one.diagnostic.severity))
     rules = list(dict.fromkeys(problem.diagnostic.code for problem in problems))
     fingerprints = _fingerprints(problems)
     results = [
@@ -53,40 +53,40 @@ def as_sarif(result: Result) -> str:
         "invocations": [
             {
                 "executionSuccessful": True,
-                "toolExecutionNotifications": _left_out(len(results) - len(kept)),
+                "toolExecutionNotifications": _truncation_notice(len(results) - len(kept)),
             }
         ],
         "results": kept,
     }
-    return _dumped({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]})
+    return _to_json({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]})
 
 
-def _dumped(data: object) -> str:
+def _to_json(data: object) -> str:
     return json.dumps(data, ensure_ascii=True, separators=(",", ":"))
 
 
 def _within_limits(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The first of the results, as many as are allowed and fit."""
-    kept, room = [], MOST_BYTES - _RESERVED
-    for result in results[:MOST_RESULTS]:
-        room -= len(_dumped(result)) + 1
+    kept, room = [], MAX_BYTES - _RESERVED
+    for result in results[:MAX_RESULTS]:
+        room -= len(_to_json(result)) + 1
         if room < 0:
             break
         kept.append(result)
     return kept
 
 
-def _left_out(count: int) -> list[dict[str, Any]]:
+def _truncation_notice(count: int) -> list[dict[str, Any]]:
     if count == 0:
         return []
     text = (
-        f"{count} results are left out of this file, which may hold {MOST_RESULTS} results and {MOST_BYTES} "
+        f"{count} results are left out of this file, which may hold {MAX_RESULTS} results and {MAX_BYTES} "
         "bytes; the exit code counts them all, and `--format json` lists them"
     )
     return [{"level": "warning", "message": {"text": text}}]
 
 
-def _rule(code: Code) -> dict[str, Any]:
+def _rule(code: DiagnosticCode) -> dict[str, Any]:
     """The code as the registry and its page explain it."""
     sentence = f"{code.summary[0].upper()}{code.summary[1:]}."
     return {
@@ -103,7 +103,7 @@ def _rule(code: Code) -> dict[str, Any]:
     }
 
 
-def _result(problem: Problem, rule_index: int, fingerprint: str) -> dict[str, Any]:
+def _result(problem: LocatedDiagnostic, rule_index: int, fingerprint: str) -> dict[str, Any]:
     diagnostic = problem.diagnostic
     result: dict[str, Any] = {
         "ruleId": diagnostic.code,
@@ -130,7 +130,7 @@ def _fix(fix: Fix) -> dict[str, Any]:
     replacement = {"deletedRegion": _region(fix.span), "insertedContent": {"text": fix.text}}
     artifact = {"uri": _uri(Path(fix.span.source.path))}
     return {
-        "description": {"text": _shown(f"write {fix.text}")},
+        "description": {"text": _visible_text(f"write {fix.text}")},
         "artifactChanges": [{"artifactLocation": artifact, "replacements": [replacement]}],
     }
 
@@ -138,15 +138,15 @@ def _fix(fix: Fix) -> dict[str, Any]:
 def _message(diagnostic: Diagnostic) -> str:
     notes = (f"note: {text}" for text in diagnostic.notes)
     helps = (f"help: {text}" for text in diagnostic.help)
-    return _shown("\n".join((diagnostic.headline, *notes, *helps)))
+    return _visible_text("\n".join((diagnostic.headline, *notes, *helps)))
 
 
-def _shown(text: str) -> str:
+def _visible_text(text: str) -> str:
     """The text line by line without invisible characters, and without what SARIF reads as a link."""
-    return "\n".join(safe(line) for line in text.split("\n")).replace("](", "] (")
+    return "\n".join(escape_invisible(line) for line in text.split("\n")).replace("](", "] (")
 
 
-def _location(label: Label) -> dict[str, Any]:
+def _location(label: SpanLabel) -> dict[str, Any]:
     span = label.span
     location: dict[str, Any] = {
         "physicalLocation": {
@@ -154,10 +154,10 @@ def _location(label: Label) -> dict[str, Any]:
             "region": _region(span),
         }
     }
-    return location | {"message": {"text": _shown(label.text)}} if label.text else location
+    return location | {"message": {"text": _visible_text(label.text)}} if label.text else location
 
 
-def _region(span: Span) -> dict[str, int]:
+def _region(span: SourceSpan) -> dict[str, int]:
     """Lines and columns from 1, the end exclusive, as spans count them."""
     return {
         "startLine": span.line,
@@ -175,7 +175,7 @@ def _uri(path: Path) -> str:
     return quoted if below else f"file://{quoted}"
 
 
-def _fingerprints(problems: Iterable[Problem]) -> list[str]:
+def _fingerprints(problems: Iterable[LocatedDiagnostic]) -> list[str]:
     """One of each problem, the same when only lines move: of code, file, headline and underlined text.
 
     Equal problems of one file are told apart by counting them.
@@ -189,5 +189,5 @@ def _fingerprints(problems: Iterable[Problem]) -> list[str]:
             path, underlined = Path(diagnostic.primary.span.source.path), diagnostic.primary.span.text
         key = (diagnostic.code, "" if path is None else _uri(path), diagnostic.headline, underlined)
         seen[key] += 1
-        fingerprints.append(hashlib.sha256(_dumped([*key, seen[key]]).encode()).hexdigest())
+        fingerprints.append(hashlib.sha256(_to_json([*key, seen[key]]).encode()).hexdigest())
     return fingerprints

@@ -5,16 +5,16 @@ from aeros.skill import Inputs, Observation, SkillBody, act
 SPEED = 0.48
 """Peak speed of the base, m/s."""
 
-BESIDE = 0.3
+DETOUR_OFFSET = 0.3
 """How far beside the station the other way passes, m."""
 
-ASKING = 0.4
+SURVEY_WAIT_S = 0.4
 """How long the survey has to answer, s: what is older than 0.2 s is not seen any more."""
 
 
 def direct(observed: Observation, inputs: Inputs) -> SkillBody:
     """Drive straight to the station."""
-    observed = yield act("wait", duration=ASKING)
+    observed = yield act("wait", duration=SURVEY_WAIT_S)
     if "station_position" in observed:
         x, y, _ = observed["station_position"]
         yield act("move_base", x=x, y=y, speed=SPEED)
@@ -22,8 +22,8 @@ def direct(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def around(observed: Observation, inputs: Inputs) -> SkillBody:
     """Drive to the station from beside it."""
-    observed = yield act("wait", duration=ASKING)
+    observed = yield act("wait", duration=SURVEY_WAIT_S)
     if "station_position" in observed:
         x, y, _ = observed["station_position"]
-        yield act("move_base", x=x, y=y - BESIDE, speed=SPEED)
+        yield act("move_base", x=x, y=y - DETOUR_OFFSET, speed=SPEED)
         yield act("move_base", x=x, y=y, speed=SPEED)

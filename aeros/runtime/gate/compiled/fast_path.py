@@ -14,33 +14,33 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, Writer
-from aeros.runtime.gate.compiled.snapshots import MomentTaker
-from aeros.runtime.gate.decision import Caller, Decision, Verdict
-from aeros.runtime.gate.value_check import Form, Scalars
-from aeros.runtime.ports import Moment
+from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter
+from aeros.runtime.gate.compiled.snapshots import SnapshotCache
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
+from aeros.runtime.gate.value_check import Scalars, ValueChecker
+from aeros.runtime.ports import Snapshot
 from aeros.skill import Action
-from aeros.spec.backends.compiled import Truths
+from aeros.spec.backends.compiled import CompiledConditions
 from aeros.spec.expr import terms as t
 from aeros.spec.model.model import Quota
 
-_KEPT_DENIALS = 1024
+_MAX_CACHED_DENIALS = 1024
 
-Answering = Callable[[Any, Any, Any, Any, Any], Decision | Scalars | None]
+FastDecide = Callable[[Any, Any, Any, Any, Any], Decision | Scalars | None]
 """From inputs, readings, parameters, now and usage to the decision; or the values, if rules object that may
 leave a reduced action; None where it cannot tell."""
 
-OneByOne = Callable[[Any, Any, float], tuple[Any, ...] | None]
+ReadEach = Callable[[Any, Any, float], tuple[Any, ...] | None]
 """From readings, now, and now as a double to the scalars of those that are required, in the order of
-`_scalars_of`; None where it cannot tell, or raises as `Answering` may inside."""
+`_scalars_of`; None where it cannot tell, or raises as `FastDecide` may inside."""
 
-Denying = Callable[[tuple[bool, ...]], Decision | None]
+DenialFor = Callable[[tuple[bool, ...]], Decision | None]
 """From whether each condition holds (the quotas on the kind, in their order, envelope, permission, the rules
 of Φ) to the denial; None where the rules that object may leave a reduced action."""
 
 
 @dataclass(frozen=True)
-class Criteria:
+class DecisionCriteria:
     """What decides one skill's actions of one kind, apart from form.
 
     allows: whether anything is allowed at all.
@@ -48,16 +48,16 @@ class Criteria:
     rules: what Φ says of the kind, all of it.
     """
 
-    allows: bool
+    can_allow: bool
     envelope: t.Term
     permission: t.Term
-    left: t.Term
-    rules: Truths
-    denying: Denying
+    residual: t.Term
+    rule_conditions: CompiledConditions
+    denial_for: DenialFor
 
 
-def decide_straight(
-    functions: Mapping[tuple[str, str, str], Answering],
+def decide_fast(
+    functions: Mapping[tuple[str, str, str], FastDecide],
     caller: Any,
     readings: Any,
     action: Any,
@@ -79,174 +79,188 @@ def decide_straight(
     return None if function is None else function(inputs, readings, parameters, now, usage)
 
 
-def compile_one_by_one(state: Mapping[str, Form], required: frozenset[str]) -> OneByOne:
+def compile_read_each(state: Mapping[str, ValueChecker], required: frozenset[str]) -> ReadEach:
     """Takes readings that each have their own time; many skills and kinds require the same of them.
 
     required: the state variables that must be there, and fresh.
     """
-    writer = _Writer()
-    writer.one_by_one(state, required)
-    return writer.taking_one_by_one(_scalars_of(state, required))
+    writer = _FastPathWriter()
+    writer.write_read_each(state, required)
+    return writer.build_read_each(_scalars_of(state, required))
 
 
-def _scalars_of(state: Mapping[str, Form], required: frozenset[str]) -> list[str]:
+def _scalars_of(state: Mapping[str, ValueChecker], required: frozenset[str]) -> list[str]:
     return [scalar for name in sorted(required) for scalar in state[name].names]
 
 
-def compile_straight(
-    criteria: Criteria,
+def compile_fast_path(
+    criteria: DecisionCriteria,
     *,
-    inputs: Mapping[str, Form],
-    state: Mapping[str, Form],
-    moments: MomentTaker,
-    one_by_one: OneByOne,
+    inputs: Mapping[str, ValueChecker],
+    state: Mapping[str, ValueChecker],
+    snapshot_cache: SnapshotCache,
+    read_each: ReadEach,
     required: frozenset[str],
-    parameters: Mapping[str, Form],
+    parameters: Mapping[str, ValueChecker],
     quotas: Sequence[Quota],
     kind: str,
-) -> Answering:
+) -> FastDecide:
     """The short way of one skill's actions of one kind.
 
     one_by_one: takes readings that are no moment, with the same state and the same required.
     required: the state variables that must be there, and fresh.
     quotas: those of the site, on this kind and on others.
     """
-    writer = _Writer()
-    unused = writer.usage(quotas, kind)
-    writer.time()
-    writer.given("inputs", {name.removeprefix("inputs."): form for name, form in inputs.items()})
-    executed = writer.given("parameters", parameters)
-    writer.readings(state, required, moments, one_by_one)
+    writer = _FastPathWriter()
+    unused = writer.write_usage(quotas, kind)
+    writer.write_time()
+    writer.write_arguments("inputs", {name.removeprefix("inputs."): form for name, form in inputs.items()})
+    executed = writer.write_arguments("parameters", parameters)
+    writer.write_readings(state, required, snapshot_cache, read_each)
     read = [*inputs.values(), *parameters.values(), *(state[name] for name in sorted(required))]
-    envelope, permission, left = writer.conditions(
-        [criteria.envelope, criteria.permission, criteria.left],
+    envelope, permission, left = writer.condition_codes(
+        [criteria.envelope, criteria.permission, criteria.residual],
         [form.declared for form in (*inputs.values(), *state.values(), *parameters.values())],
     )
-    writer.line(f"inside = {envelope}")
-    if criteria.allows:
-        writer.allow(" and ".join((*unused, "inside", left)), kind, executed)
-    writer.deny([*unused, "inside", permission], criteria, [name for form in read for name in form.names])
-    return writer.answering()
+    writer.add_line(f"inside = {envelope}")
+    if criteria.can_allow:
+        writer.write_allow(" and ".join((*unused, "inside", left)), kind, executed)
+    writer.write_deny(
+        [*unused, "inside", permission], criteria, [name for form in read for name in form.names]
+    )
+    return writer.build_function()
 
 
-class _Writer(Writer):
+class _FastPathWriter(FunctionWriter):
     """Writes the body line by line; each check that fails leaves without an answer."""
 
-    def usage(self, quotas: Sequence[Quota], kind: str) -> list[str]:
+    def write_usage(self, quotas: Sequence[Quota], kind: str) -> list[str]:
         """Counts for quotas of the site, with those on the kind among them; code for whether each is left."""
         known = tuple(quota.id for quota in quotas)
         self._mapping("usage", None if known else 0)
         if known:
-            self.line("for name, used in usage.items():")
-            self.line(f"  if name not in {known!r} or type(used) is not int or used < 0: return None")
+            self.add_line("for name, used in usage.items():")
+            self.add_line(f"  if name not in {known!r} or type(used) is not int or used < 0: return None")
         left: list[str] = []
         for quota in quotas:
             if kind in quota.kinds:
                 left.append(f"left{len(left)}")
-                self.line(f"{left[-1]} = usage[{quota.id!r}] < {quota.at_most}")
+                self.add_line(f"{left[-1]} = usage[{quota.id!r}] < {quota.max_count}")
         return left
 
-    def time(self) -> None:
+    def write_time(self) -> None:
         """Now, as a double."""
-        self.line("exactly = now if type(now) is float else whole(now)")
-        self.require(f"{-EXACT_INTEGERS} <= exactly <= {EXACT_INTEGERS}")
+        self.add_line("exactly = now if type(now) is float else whole(now)")
+        self.write_guard(f"{-EXACT_INTEGERS} <= exactly <= {EXACT_INTEGERS}")
 
-    def given(self, mapping: str, forms: Mapping[str, Form]) -> str:
+    def write_arguments(self, mapping: str, checkers: Mapping[str, ValueChecker]) -> str:
         """Exactly these inputs or parameters; code for the mapping of what is then executed."""
-        self._mapping(mapping, len(forms))
-        executed = [f"{name!r}: {self.take(form, f'{mapping}[{name!r}]')}" for name, form in forms.items()]
+        self._mapping(mapping, len(checkers))
+        executed = [
+            f"{name!r}: {self.write_unpack(form, f'{mapping}[{name!r}]')}" for name, form in checkers.items()
+        ]
         return "{" + ", ".join(executed) + "}"
 
-    def readings(
+    def write_readings(
         self,
-        forms: Mapping[str, Form],
+        checkers: Mapping[str, ValueChecker],
         required: frozenset[str],
-        moments: MomentTaker,
-        one_by_one: OneByOne,
+        snapshot_cache: SnapshotCache,
+        read_each: ReadEach,
     ) -> None:
         """The required readings and any of the others, all well-formed, and nothing else."""
-        scalars = _scalars_of(forms, required)
+        scalars = _scalars_of(checkers, required)
         self.local |= {scalar: f"x{len(self.local) + place}" for place, scalar in enumerate(scalars)}
-        self.names |= {"Moment": Moment, "scalars": moments.scalars, "one_by_one": one_by_one}
-        self.line("if type(readings) is Moment:")
+        self.names |= {"Moment": Snapshot, "scalars": snapshot_cache.scalars, "one_by_one": read_each}
+        self.add_line("if type(readings) is Moment:")
         start = len(self.lines)
-        self._moment(forms, required)
+        self._write_snapshot(checkers, required)
         self.indent(start)
-        self.line("else:")
+        self.add_line("else:")
         start = len(self.lines)
-        self.line("several = one_by_one(readings, now, exactly)")
-        self.require("several is not None")
+        self.add_line("several = one_by_one(readings, now, exactly)")
+        self.write_guard("several is not None")
         if scalars:
-            self.line(f"{self._listed(scalars)} = several")
+            self.add_line(f"{self._listed(scalars)} = several")
         self.indent(start)
 
-    def _moment(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
+    def _write_snapshot(self, checkers: Mapping[str, ValueChecker], required: frozenset[str]) -> None:
         """The same of readings that share one time."""
-        self.line("taken = scalars(readings)")
-        self.require("taken is not None")
-        self.line("time = readings.time if type(readings.time) is float else whole(readings.time)")
-        self.require(f"{-EXACT_INTEGERS} <= time <= exactly")
-        limits = [forms[name].surely_fresh for name in required if forms[name].declared.max_age is not None]
+        self.add_line("taken = scalars(readings)")
+        self.write_guard("taken is not None")
+        self.add_line("time = readings.time if type(readings.time) is float else whole(readings.time)")
+        self.write_guard(f"{-EXACT_INTEGERS} <= time <= exactly")
+        limits = [
+            checkers[name].surely_fresh for name in required if checkers[name].declared.max_age is not None
+        ]
         if limits:
-            self.require(f"exactly - time < {min(limits)!r}")
+            self.write_guard(f"exactly - time < {min(limits)!r}")
         for name in sorted(required):
-            for scalar in forms[name].names:
-                self.line(f"{self.local[scalar]} = taken[{scalar!r}]")
+            for scalar in checkers[name].names:
+                self.add_line(f"{self.local[scalar]} = taken[{scalar!r}]")
 
-    def one_by_one(self, forms: Mapping[str, Form], required: frozenset[str]) -> None:
+    def write_read_each(self, checkers: Mapping[str, ValueChecker], required: frozenset[str]) -> None:
         """The same of readings that have a time each; `measured` is that of the one looked at last."""
-        self.line("measured, age = now, 0.0")
+        self.add_line("measured, age = now, 0.0")
         self._mapping("readings", None)
-        self.line(f"others = len(readings) - {len(required)}")
+        self.add_line(f"others = len(readings) - {len(required)}")
         for name in sorted(required):
-            self.line(f"reading = readings[{name!r}]")
-            self.reading(forms[name])
-            if forms[name].declared.max_age is not None:
-                self.require(f"age < {forms[name].surely_fresh!r}")
-        for name in sorted(forms.keys() - required):
-            self.line(f"if {name!r} in readings:")
+            self.add_line(f"reading = readings[{name!r}]")
+            self.write_reading(checkers[name])
+            if checkers[name].declared.max_age is not None:
+                self.write_guard(f"age < {checkers[name].surely_fresh!r}")
+        for name in sorted(checkers.keys() - required):
+            self.add_line(f"if {name!r} in readings:")
             start = len(self.lines)
-            self.line("others -= 1")
-            self.line(f"reading = readings[{name!r}]")
-            self.reading(forms[name])
+            self.add_line("others -= 1")
+            self.add_line(f"reading = readings[{name!r}]")
+            self.write_reading(checkers[name])
             self.indent(start)
-        self.require("not others")
+        self.write_guard("not others")
 
-    def allow(self, condition: str, kind: str, executed: str) -> None:
+    def write_allow(self, condition: str, kind: str, executed: str) -> None:
         """ALLOW, with what is `executed`, where the condition holds."""
         # A named tuple's own constructor takes twice as long.
-        self.names |= {"Action": Action, "ALLOW": Verdict.ALLOW, "Decision": Decision, "new": tuple.__new__}
+        self.names |= {
+            "Action": Action,
+            "ALLOW": DecisionKind.ALLOW,
+            "Decision": Decision,
+            "new": tuple.__new__,
+        }
         action = f"new(Action, ({kind!r}, {executed}))"
-        self.line(f"if {condition}: return new(Decision, (ALLOW, {action}, ()))")
+        self.add_line(f"if {condition}: return new(Decision, (ALLOW, {action}, ()))")
 
-    def deny(self, conditions: Sequence[str], criteria: Criteria, read: Sequence[str]) -> None:
+    def write_deny(self, conditions: Sequence[str], criteria: DecisionCriteria, read: Sequence[str]) -> None:
         """The denial for what of these conditions and of the rules does not hold, or the values `read`."""
-        self.names |= {"rules": criteria.rules.at, "denying": lru_cache(_KEPT_DENIALS)(criteria.denying)}
-        of_rules = ", ".join(self.local[name] for name in criteria.rules.read)
-        self.line(f"denied = denying(({', '.join(conditions)}, *rules({of_rules})))")
+        self.names |= {
+            "rules": criteria.rule_conditions.evaluate,
+            "denying": lru_cache(_MAX_CACHED_DENIALS)(criteria.denial_for),
+        }
+        of_rules = ", ".join(self.local[name] for name in criteria.rule_conditions.argument_names)
+        self.add_line(f"denied = denying(({', '.join(conditions)}, *rules({of_rules})))")
         values = ", ".join(f"{name!r}: {self.local[name]}" for name in read)
-        self.line(f"return {{{values}}} if denied is None else denied")
+        self.add_line(f"return {{{values}}} if denied is None else denied")
 
-    def answering(self) -> Answering:
+    def build_function(self) -> FastDecide:
         """The function that has been written."""
         self.indent(0)
         head = ["def answering(inputs, readings, parameters, now, usage):", "  try:"]
         tail = ["  except (AttributeError, IndexError, KeyError):", "    return None"]
-        return self.function("answering", [*head, *self.lines, *tail])
+        return self.compile_function("answering", [*head, *self.lines, *tail])
 
-    def taking_one_by_one(self, scalars: Sequence[str]) -> OneByOne:
+    def build_read_each(self, scalars: Sequence[str]) -> ReadEach:
         """The function that has been written, which gives these."""
-        self.line(f"return ({self._listed(scalars) if scalars else ''})")
-        return self.function("taking", ["def taking(readings, now, exactly):", *self.lines])
+        self.add_line(f"return ({self._listed(scalars) if scalars else ''})")
+        return self.compile_function("taking", ["def taking(readings, now, exactly):", *self.lines])
 
     def _listed(self, scalars: Sequence[str]) -> str:
         return ", ".join(self.local[scalar] for scalar in scalars) + ","
 
     def _mapping(self, name: str, size: int | None) -> None:
         if size == 0:
-            self.require(f"type({name}) is dict and not {name}")
+            self.write_guard(f"type({name}) is dict and not {name}")
             return
         counted = "" if size is None else f" and len({name}) == {size}"
-        self.require(f"type({name}) is dict{counted}")
-        self.line(f"for key in {name}:")
-        self.line("  if type(key) is not str: return None")
+        self.write_guard(f"type({name}) is dict{counted}")
+        self.add_line(f"for key in {name}:")
+        self.add_line("  if type(key) is not str: return None")

@@ -7,21 +7,21 @@ from fractions import Fraction
 from operator import itemgetter
 from typing import Any, Final, NamedTuple
 
-from aeros.runtime.gate.compiled.codegen import Writer
-from aeros.runtime.gate.conditions import CompiledCondition, Condition, Truth
-from aeros.runtime.gate.joint_rules import Begun, JointRules
-from aeros.runtime.gate.value_check import Form, Scalars, forms_of
-from aeros.runtime.gate.violation import Violation
-from aeros.spec.backends.compiled import Truths, compile_truths
+from aeros.runtime.gate.compiled.codegen import FunctionWriter
+from aeros.runtime.gate.conditions import CompiledCondition, ConditionValue, DecidableCondition
+from aeros.runtime.gate.joint_rules import ActiveAction, JointRules
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, value_checkers
+from aeros.runtime.gate.violation import RuleViolation
+from aeros.spec.backends.compiled import CompiledConditions, compile_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.types import FamilyType, IntegerType
 from aeros.spec.model.model import ActionKind, Declared, Site, ranges_of
 
-_MOST_KEPT: Final = 256
+_MAX_CACHED: Final = 256
 
 
-class Rules:
+class CompiledRuleSet:
     """Rules that are decided together.
 
     truths: the same conditions as one function, where there is one.
@@ -30,33 +30,33 @@ class Rules:
 
     def __init__(
         self,
-        rules: Iterable[tuple[str, Condition, t.Term]],
+        rules: Iterable[tuple[str, DecidableCondition, t.Term]],
         variables: Mapping[str, str],
-        truths: Truths | None = None,
+        truths: CompiledConditions | None = None,
     ) -> None:
         self._rules = tuple(rules)
-        self._truths = truths if truths is not None and len(truths.read) > 1 else None
-        self._values = itemgetter(*self._truths.read) if self._truths is not None else None
+        self._truths = truths if truths is not None and len(truths.argument_names) > 1 else None
+        self._values = itemgetter(*self._truths.argument_names) if self._truths is not None else None
         names = frozenset[str]().union(*(condition.names for _, condition, _ in self._rules))
         self.reads = tuple(sorted({variables[name] for name in names if name in variables}))
 
-    def broken(self, values: Scalars) -> Violation | str | None:
+    def first_violation(self, values: Scalars) -> RuleViolation | str | None:
         """The first that does not hold, or `input:NAME` of what it lacks."""
         if self._truths is not None and self._values is not None:
             try:
-                if all(self._truths.at(*self._values(values))):
+                if all(self._truths.evaluate(*self._values(values))):
                     return None
             except KeyError:
                 pass  # below it is found which, and whether another rule comes first
         for rule, condition, term in self._rules:
             if not condition.names <= values.keys():
                 return f"input:{min(condition.names - values.keys())}"
-            if condition.decide(values) is not Truth.HOLDS:
-                return Violation(rule, term, {name: values[name] for name in condition.names})
+            if condition.decide(values) is not ConditionValue.HOLDS:
+                return RuleViolation(rule, term, {name: values[name] for name in condition.names})
         return None
 
 
-class Quick(NamedTuple):
+class FastTickCheck(NamedTuple):
     """Decides ticks at which the same is measured; what it has seen of that outlasts an action.
 
     decide: takes parameters and state that an action was decided on; KeyError where anything is missing.
@@ -67,7 +67,7 @@ class Quick(NamedTuple):
     holds: Callable[[Mapping[str, Any]], bool]
 
 
-class Watched:
+class MonitorRules:
     """Of one site, for as many monitors as there are runs under it.
 
     forms: of each state variable.
@@ -76,28 +76,33 @@ class Watched:
     """
 
     def __init__(self, site: Site) -> None:
-        self.forms = forms_of(site.observed)
-        self.taking = {name: Writer().taking(form) for name, form in self.forms.items()}
+        self.forms = value_checkers(site.observed_variables)
+        self.taking = {name: FunctionWriter().build_unpacker(form) for name, form in self.forms.items()}
         self.parameters = {
-            name: {one: Writer().taking(form) for one, form in forms_of(kind.parameters).items()}
+            name: {
+                one: FunctionWriter().build_unpacker(form)
+                for one, form in value_checkers(kind.parameters).items()
+            }
             for name, kind in site.kinds.items()
         }
         self._variables = {scalar: name for name, form in self.forms.items() for scalar in form.names}
-        self._rules = {name: self._of_kind(site, kind) for name, kind in site.kinds.items()}
+        self._rules = {name: self._compile_kind(site, kind) for name, kind in site.kinds.items()}
         self._joint = JointRules(site, compiled=True)
         self._site = site
-        self._quick: dict[tuple[str, frozenset[str]], Callable[[], Quick]] = {}
+        self._quick: dict[tuple[str, frozenset[str]], Callable[[], FastTickCheck]] = {}
 
-    def of(self, kind: str) -> Rules:
+    def rules_for_kind(self, kind: str) -> CompiledRuleSet:
         """The rules on actions of a kind."""
         return self._rules[kind]
 
-    def of_both(self, one: Begun, other: Begun) -> Iterable[tuple[Rules, Scalars]]:
+    def rules_for_pair(
+        self, action: ActiveAction, active_action: ActiveAction
+    ) -> Iterable[tuple[CompiledRuleSet, Scalars]]:
         """The rules on two actions together, each with the parameters that it reads."""
-        for rule, roles in self._joint.of(one, other):
-            yield Rules([(rule.id, rule.condition, rule.term)], self._variables), rule.values(roles)
+        for rule, roles in self._joint.rules_for_pair(action, active_action):
+            yield CompiledRuleSet([(rule.id, rule.condition, rule.term)], self._variables), rule.values(roles)
 
-    def quick(self, kind: str, measured: frozenset[str]) -> Quick | None:
+    def fast_check(self, kind: str, measured: frozenset[str]) -> FastTickCheck | None:
         """For one monitor, of ticks at which exactly these variables are measured.
 
         None where histories are kept, or what is measured is no state variable.
@@ -106,61 +111,73 @@ class Watched:
             return None
         making = self._quick.get((kind, measured))
         if making is None:
-            if len(self._quick) == _MOST_KEPT:
+            if len(self._quick) == _MAX_CACHED:
                 self._quick.clear()
-            rules = self._site.rules_on(kind)
+            rules = self._site.rules_for_kind(kind)
             declared = (*self._site.state.values(), *self._site.kinds[kind].parameters.values())
             forms = {name: self.forms[name] for name in sorted(measured)}
-            making = _Writer().deciding([rule.terms[kind] for rule in rules], declared, forms)
+            making = _TickCheckWriter().build_fast_check(
+                [rule.terms[kind] for rule in rules], declared, forms
+            )
             self._quick[kind, measured] = making
         return making()
 
-    def _of_kind(self, site: Site, kind: ActionKind) -> Rules:
-        declared = (*site.observed.values(), *kind.parameters.values())
-        terms = {rule.id: rule.terms[kind.name] for rule in site.rules_on(kind.name)}
+    def _compile_kind(self, site: Site, kind: ActionKind) -> CompiledRuleSet:
+        declared = (*site.observed_variables.values(), *kind.parameters.values())
+        terms = {rule.id: rule.terms[kind.name] for rule in site.rules_for_kind(kind.name)}
         rules = [(name, CompiledCondition(term, declared), term) for name, term in terms.items()]
-        return Rules(rules, self._variables, compile_truths(terms.values(), ranges_of(declared)))
+        return CompiledRuleSet(
+            rules, self._variables, compile_conditions(terms.values(), ranges_of(declared))
+        )
 
 
-class _Writer(Writer):
-    def deciding(
-        self, terms: Sequence[t.Term], declared: Sequence[Declared], forms: Mapping[str, Form]
-    ) -> Callable[[], Quick]:
-        """A function that makes a `Quick`.
+class _TickCheckWriter(FunctionWriter):
+    def build_fast_check(
+        self, terms: Sequence[t.Term], declared: Sequence[Declared], checkers: Mapping[str, ValueChecker]
+    ) -> Callable[[], FastTickCheck]:
+        """A function that makes a `FastTickCheck`.
 
         Of what rules compute with, and is the same object as at the tick before, form and scalars are known,
         and rules that read nothing else hold as they did: `still` says so, of all that read the same.  What
         is only bounded is looked at anew: to keep it would take longer.
         """
-        self.leaving = "return False"
-        self.names |= {"nothing": object(), "Quick": Quick}
-        self.implied, computed = _bounded_by(terms, forms.values())
-        kept = {name: f"last{n}" for n, (name, form) in enumerate(forms.items()) if computed & {*form.names}}
-        of_scalar = {scalar: name for name, form in forms.items() for scalar in form.names}
+        self.exit_statement = "return False"
+        self.names |= {"nothing": object(), "Quick": FastTickCheck}
+        self.implied, computed = _split_interval_bounds(terms, checkers.values())
+        kept = {
+            name: f"last{n}" for n, (name, form) in enumerate(checkers.items()) if computed & {*form.names}
+        }
+        of_scalar = {scalar: name for name, form in checkers.items() for scalar in form.names}
         reads = [
             frozenset(of_scalar[one] for one in t.variables_of(lower(term)) if one in of_scalar)
             for term in terms
         ]
         alike = [one for one in dict.fromkeys(reads) if one <= kept.keys()]
         still = {one: f"still{number}" for number, one in enumerate(alike)}
-        for name, form in forms.items():
-            self.line(f"value = measured[{name!r}]")
+        for name, form in checkers.items():
+            self.add_line(f"value = measured[{name!r}]")
             if name in kept:
-                self._keep(form, kept[name], [flag for one, flag in still.items() if name in one])
+                self._write_value_check(
+                    form, kept[name], [flag for one, flag in still.items() if name in one]
+                )
             else:
-                self.take(form, "value")
+                self.write_unpack(form, "value")
         measured = dict(self.local)
         read = {name for term in terms for name in t.variables_of(lower(term))}
         given = sorted(read - measured.keys())
         for name in given:
             self.local[name] = f"x{len(self.local)}"
-        codes = self.conditions(terms, declared)
+        codes = self.condition_codes(terms, declared)
         for one in dict.fromkeys(reads):
             self._decide([code for code, by in zip(codes, reads, strict=True) if by == one], still.get(one))
-        self.line("return True")
+        self.add_line("return True")
         taken = [self.local[name] for name in given]
         flags = [*still.values()]
-        outlasting = [*kept.values(), *flags, *(measured[one] for name in kept for one in forms[name].names)]
+        outlasting = [
+            *kept.values(),
+            *flags,
+            *(measured[one] for name in kept for one in checkers[name].names),
+        ]
         source = [
             "def deciding():",
             *(f"  {name} = nothing" for name in [*outlasting, *taken]),
@@ -172,37 +189,39 @@ class _Writer(Writer):
             "  def holds(measured):",
             *([f"    nonlocal {', '.join(outlasting)}"] if outlasting else []),
             "    try:",
-            f"      if len(measured) != {len(forms)}: return False",
+            f"      if len(measured) != {len(checkers)}: return False",
             *(f"    {line}" for line in self.lines),
             "    except KeyError: return False",
             "  return Quick(decide, holds)",
         ]
-        return self.function("deciding", source)
+        return self.compile_function("deciding", source)
 
-    def _keep(self, form: Form, last: str, flags: Sequence[str]) -> None:
+    def _write_value_check(self, checker: ValueChecker, last: str, flags: Sequence[str]) -> None:
         """Take `value` apart unless it is `last`; then rules with these `flags` are to be decided again."""
-        self.line(f"if value is not {last}:")
+        self.add_line(f"if value is not {last}:")
         start = len(self.lines)
-        self.line(f"{last} = nothing")
+        self.add_line(f"{last} = nothing")
         if flags:
-            self.line(" = ".join([*flags, "False"]))
-        self.take(form, "value")
-        self.line(f"if type(value) is not list: {last} = value")
+            self.add_line(" = ".join([*flags, "False"]))
+        self.write_unpack(checker, "value")
+        self.add_line(f"if type(value) is not list: {last} = value")
         self.indent(start)
 
     def _decide(self, codes: Sequence[str], flag: str | None) -> None:
         """Leave unless these hold, which is known already where `flag` says so."""
         if flag is None:
-            self.require(" and ".join(codes))
+            self.write_guard(" and ".join(codes))
             return
-        self.line(f"if not {flag}:")
+        self.add_line(f"if not {flag}:")
         start = len(self.lines)
-        self.require(" and ".join(codes))
-        self.line(f"{flag} = True")
+        self.write_guard(" and ".join(codes))
+        self.add_line(f"{flag} = True")
         self.indent(start)
 
 
-def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> tuple[frozenset[str], frozenset[str]]:
+def _split_interval_bounds(
+    terms: Iterable[t.Term], checkers: Iterable[ValueChecker]
+) -> tuple[frozenset[str], frozenset[str]]:
     """Reals of which `terms` say nothing but bounds, these inside their ranges; and what else they read.
 
     Where all of `terms` hold the former are in range; and nothing is computed of them, which could go wrong.
@@ -233,7 +252,7 @@ def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> tuple[frozens
             case _:
                 others.update(t.variables_of(part))
     found = set()
-    for form in forms:
+    for form in checkers:
         least, most = form.declared.range or (None, None)
         if least is None or most is None or _is_whole(form):
             continue
@@ -245,6 +264,6 @@ def _bounded_by(terms: Iterable[t.Term], forms: Iterable[Form]) -> tuple[frozens
     return frozenset(found - others), frozenset(others)
 
 
-def _is_whole(form: Form) -> bool:
-    type_ = form.declared.variable.type
+def _is_whole(checker: ValueChecker) -> bool:
+    type_ = checker.declared.variable.type
     return isinstance(type_.element if isinstance(type_, FamilyType) else type_, IntegerType)

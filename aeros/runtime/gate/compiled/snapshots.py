@@ -7,35 +7,35 @@ from itertools import compress, count
 from operator import is_not
 from typing import Any, NamedTuple
 
-from aeros.runtime.gate.compiled.codegen import Writer
-from aeros.runtime.gate.value_check import Form, Scalars
-from aeros.runtime.ports import Moment, Names
+from aeros.runtime.gate.compiled.codegen import FunctionWriter
+from aeros.runtime.gate.value_check import Scalars, ValueChecker
+from aeros.runtime.ports import ColumnNames, Snapshot
 
 
-class _Taken(NamedTuple):
+class _CachedColumn(NamedTuple):
     """A column of well-formed values that cannot change, and the scalars of them all."""
 
-    order: Names
+    order: ColumnNames
     column: tuple[Any, ...]
     scalars: Scalars
 
 
-class MomentTaker:
+class SnapshotCache:
     """Takes moments of one site apart.
 
     What it keeps is replaced as a whole, so that several threads may ask.
     """
 
-    def __init__(self, forms: Mapping[str, Form]) -> None:
-        self._taking = {name: Writer().taking(form) for name, form in forms.items()}
-        self._taken: _Taken | None = None
+    def __init__(self, checkers: Mapping[str, ValueChecker]) -> None:
+        self._taking = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
+        self._taken: _CachedColumn | None = None
 
-    def scalars(self, moment: Moment) -> Scalars | None:
+    def scalars(self, snapshot: Snapshot) -> Scalars | None:
         """Those of all values, none of which is older than another; not to be changed.
 
         None where one is of no state variable or has not its form.
         """
-        taken, order, column = self._taken, moment.order, moment.column
+        taken, order, column = self._taken, snapshot.order, snapshot.column
         if taken is None or taken.order is not order:
             places, scalars = iter(range(len(column))), {}
         elif taken.column is column:
@@ -50,5 +50,5 @@ class MomentTaker:
             if found is None:
                 return None
             scalars.update(found)
-        self._taken = _Taken(order, column, scalars)
+        self._taken = _CachedColumn(order, column, scalars)
         return scalars

@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.sim.kinematic.objects import Slab, Things, slab
-from aeros.sim.randomness import Chance
+from aeros.sim.kinematic.objects import ObjectSet, Surface, slab
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 
-TABLE: Final[Slab] = slab(0.4, 0.0, 0.0, 1.4, 1.6)
+TABLE: Final[Surface] = slab(0.4, 0.0, 0.0, 1.4, 1.6)
 """The table's top (`aeros/sim/scenes/furniture.py`)."""
 
 
-class Bare:
+class KinematicBareScene:
     """The Panda on its table: for trying motions."""
 
     robot = RobotOptions()
     cameras: tuple[str, ...] = ()
-    watching: tuple[str, ...] = ()
+    initial_cameras: tuple[str, ...] = ()
 
-    def lay(self, chance: Chance) -> Things:
+    def build(self, chance: RandomSource) -> ObjectSet:
         """The table."""
-        return Things((), (TABLE,))
+        return ObjectSet((), (TABLE,))
 
     def tick(self) -> None:
         """Nothing changes."""
@@ -31,6 +31,6 @@ class Bare:
         """Nothing is measured but the robot."""
         return {}
 
-    def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+    def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
         """There is no camera."""
         raise KeyError(camera)

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from math import asin, atan2, cos, pi, sin
 from typing import Any, Final
 
-from aeros.sim.geometry import Pose, Triple, turned, yaw_of
-from aeros.sim.kinematic.objects import STIFFNESS, Thing, Things, slab
+from aeros.sim.geometry import Pose, Vector3, yaw_of, yaw_orientation
+from aeros.sim.kinematic.objects import STIFFNESS, GraspableObject, ObjectSet, slab
 from aeros.sim.kinematic.scenes.bare import TABLE
 from aeros.sim.layouts.dumpling_bench import (
-    BELONGS,
+    ALIGNED_POSITION,
     CAMERAS,
     FILLING,
     HINGE_TO_PLATE,
@@ -29,15 +29,15 @@ from aeros.sim.layouts.dumpling_bench import (
     TRAY,
     TRAY_EDGES,
     Dumpling,
-    Inspector,
-    WrapperSight,
-    known_of_bench,
-    lay_bench,
+    DumplingTracker,
+    WrapperDetection,
+    bench_measurements,
+    sample_bench_layout,
 )
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 
-LEVER: Final = 0.075
+HANDLE_RADIUS: Final = 0.075
 """From the press's hinge to its handle, m (models/press.urdf)."""
 
 LID_MAX: Final = 3.25
@@ -46,15 +46,15 @@ LID_MAX: Final = 3.25
 BED: Final = (0.024, -0.014, 0.042, 0.036)
 """The bed under plate A: its middle along x and its top, from the hinge; its length and width, m."""
 
-HANDLE: Final = (0.009, 0.044)
+HANDLE_SIZE: Final = (0.009, 0.044)
 """Radius and length of the handle, along y, m (models/press.urdf)."""
 
-GAP: Final = 0.016
+FOLDED_PLATE_GAP: Final = 0.016
 """Between the plates of a wrapper folded by π, m (models/wrapper.urdf)."""
 
 
 @dataclass
-class Handle(Thing):
+class Handle(GraspableObject):
     """The press's handle: moves on a circle about the hinge.
 
     angle: of the lid, 0 open, towards -x; π closed.  stop: where the lid can go no further, rad.
@@ -62,50 +62,52 @@ class Handle(Thing):
     """
 
     angle: float = field(default=0.0, init=False)
-    stop: float = field(default=LID_MAX, init=False)
-    pressed: float = field(default=0.0, init=False)
+    stop_angle: float = field(default=LID_MAX, init=False)
+    press_force: float = field(default=0.0, init=False)
 
-    def follow(self, wanted: Pose, support: float) -> float:
+    def move_with_gripper(self, wanted: Pose, support: float) -> float:
         """Turn the lid to where the fingers are about the hinge, as far as it goes."""
         x, _, z = wanted.position
         angle = atan2(z - PRESS[2], PRESS[0] - x)
         angle += 2.0 * pi if angle < -pi / 2 else 0.0
-        self.angle = min(max(angle, 0.0), self.stop)
+        self.angle = min(max(angle, 0.0), self.stop_angle)
         self.pose = Pose(_handle_at(self.angle), self.pose.orientation)
-        self.pressed = STIFFNESS * max(0.0, self.pose.position[2] - z) if angle > self.stop else 0.0
-        return self.pressed
+        self.press_force = STIFFNESS * max(0.0, self.pose.position[2] - z) if angle > self.stop_angle else 0.0
+        return self.press_force
 
-    def fall(self, support: float) -> None:
+    def drop_onto_support(self, support: float) -> None:
         """The lid stays at its angle, by the friction of its hinge."""
-        self.pressed = 0.0
+        self.press_force = 0.0
 
 
-def _handle_at(angle: float) -> Triple:
-    return (PRESS[0] - LEVER * cos(angle), PRESS[1], PRESS[2] + LEVER * sin(angle))
+def _handle_at(angle: float) -> Vector3:
+    return (PRESS[0] - HANDLE_RADIUS * cos(angle), PRESS[1], PRESS[2] + HANDLE_RADIUS * sin(angle))
 
 
-class DumplingBench:
+class KinematicDumplingBench:
     """The bench."""
 
     robot = RobotOptions()
     cameras = CAMERAS
-    watching: tuple[str, ...] = ("overhead",)
+    initial_cameras: tuple[str, ...] = ("overhead",)
 
-    def lay(self, chance: Chance) -> Things:
+    def build(self, chance: RandomSource) -> ObjectSet:
         """Wrapper on its tray and filling on its stand, by chance; press and pot are fixed."""
-        laid = lay_bench(chance)
+        laid = sample_bench_layout(chance)
         (length, width, half), (side, height) = PLATE_HALF, FILLING
-        self._wrapper = Thing(
+        self._wrapper = GraspableObject(
             laid.wrapper,
             (-2.0 * HINGE_TO_PLATE - length, -width, -half),
             (length, width, half),
             half,
-            carries=slab(0.0, 0.0, half, 2.0 * length, 2.0 * width),
+            top_surface=slab(0.0, 0.0, half, 2.0 * length, 2.0 * width),
         )
         edge = side / 2
-        self._filling = Thing(laid.filling, (-edge, -edge, -height / 2), (edge, edge, height / 2), height / 2)
-        rod, reach = HANDLE[0], HANDLE[1] / 2
-        place = Pose(_handle_at(0.0), turned(0.0))
+        self._filling = GraspableObject(
+            laid.filling, (-edge, -edge, -height / 2), (edge, edge, height / 2), height / 2
+        )
+        rod, reach = HANDLE_SIZE[0], HANDLE_SIZE[1] / 2
+        place = Pose(_handle_at(0.0), yaw_orientation(0.0))
         self._handle = Handle(place, (-rod, -reach, -rod), (rod, reach, rod), rod)
         x, y = laid.tray.position[:2]
         surfaces = (
@@ -115,37 +117,37 @@ class DumplingBench:
             slab(PRESS[0] + BED[0], PRESS[1], PRESS[2] + BED[1], *BED[2:]),
             slab(*POT, *POT_INNER[:2]),
         )
-        self._things = Things((self._wrapper, self._filling, self._handle), surfaces)
+        self._things = ObjectSet((self._wrapper, self._filling, self._handle), surfaces)
         self._fold = 0.0
         self._sealed = False
-        self._inspector = Inspector()
+        self._inspector = DumplingTracker()
         return self._things
 
     def tick(self) -> None:
         """Fold what the lid moves, and seal when fold, filling and force all pass."""
         dumpling = self._dumpling()
-        self._handle.stop = LID_MAX
+        self._handle.stop_angle = LID_MAX
         if self._is_on_press(dumpling):
-            self._handle.stop = _closed(dumpling)
+            self._handle.stop_angle = _closed_fold_angle(dumpling)
             self._fold_by(self._handle.angle)
         if self._press_force() > SEALING_FORCE and self._dumpling().is_closed:
             self._sealed = True
-        self._inspector.feel(self._press_force())
+        self._inspector.add_press_force(self._press_force())
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """See `known_of_bench`."""
-        return known_of_bench(self._handle.pose.position, self._press_force())
+        """See `bench_measurements`."""
+        return bench_measurements(self._handle.pose.position, self._press_force())
 
-    def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+    def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
         """What lies there and is not in the hand, as it is; a closed wrapper hides its filling."""
         dumpling = self._dumpling()
         if camera == "side":
-            return self._inspector.look_across(dumpling.is_closed)
+            return self._inspector.add_side_view(dumpling.is_closed)
         held = self._things.holds(self._wrapper)
         yaw = yaw_of(dumpling.plate.orientation)
-        wrapper = None if held else WrapperSight(dumpling.hinge, yaw, dumpling.fold)
+        wrapper = None if held else WrapperDetection(dumpling.hinge, yaw, dumpling.fold)
         hidden = dumpling.is_closed or self._things.holds(self._filling)
-        return self._inspector.look_down(wrapper, None if hidden else dumpling.filling, time)
+        return self._inspector.add_overhead_view(wrapper, None if hidden else dumpling.filling, time)
 
     def _fold_by(self, lid: float) -> None:
         """The lid takes the plate along; behind it an open wrapper's plate falls to the side it leans to."""
@@ -154,18 +156,18 @@ class DumplingBench:
 
     def _press_force(self) -> float:
         """The lid's force on the filling, N."""
-        touches = self._handle.stop < LID_MAX and self._dumpling().is_filled
-        return self._handle.pressed * LEVER / HINGE_TO_PLATE if touches else 0.0
+        touches = self._handle.stop_angle < LID_MAX and self._dumpling().is_filled
+        return self._handle.press_force * HANDLE_RADIUS / HINGE_TO_PLATE if touches else 0.0
 
     def _is_on_press(self, dumpling: Dumpling) -> bool:
         """Whether the wrapper lies where the lid folds it: its hinge within 8 mm of the press's, let go."""
-        near = all(abs(a - b) < 0.008 for a, b in zip(dumpling.hinge, BELONGS, strict=True))
+        near = all(abs(a - b) < 0.008 for a, b in zip(dumpling.hinge, ALIGNED_POSITION, strict=True))
         return near and not self._things.holds(self._wrapper)
 
     def _dumpling(self) -> Dumpling:
         return Dumpling(self._wrapper.pose, self._fold, self._filling.pose.position)
 
 
-def _closed(dumpling: Dumpling) -> float:
+def _closed_fold_angle(dumpling: Dumpling) -> float:
     """The fold at which plate B meets what is under it: the filling, or its own stop at π."""
-    return pi - asin((FILLING[1] - GAP) / HINGE_TO_PLATE) if dumpling.is_filled else pi
+    return pi - asin((FILLING[1] - FOLDED_PLATE_GAP) / HINGE_TO_PLATE) if dumpling.is_filled else pi

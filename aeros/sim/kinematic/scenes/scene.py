@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from aeros.sim.kinematic.objects import Things
-from aeros.sim.randomness import Chance
+from aeros.sim.kinematic.objects import ObjectSet
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 
 
@@ -14,16 +14,16 @@ class KinematicScene(Protocol):
     """One task's surroundings.
 
     robot: how the robot is built for it.
-    cameras: those that `look` knows.
+    cameras: those that `detect` knows.
     watching: those of them that have taken a picture when the clock starts.
     """
 
     robot: RobotOptions
     cameras: tuple[str, ...]
-    watching: tuple[str, ...]
+    initial_cameras: tuple[str, ...]
 
-    def lay(self, chance: Chance) -> Things:
-        """The things, where `chance` wants them; called once, before the first tick."""
+    def build(self, random: RandomSource) -> ObjectSet:
+        """The things, where `random` wants them; called once, before the first tick."""
 
     def tick(self) -> None:
         """Note what happened in the last tick."""
@@ -31,5 +31,5 @@ class KinematicScene(Protocol):
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
         """Poses and predicates by vocabulary name, SI, measured now."""
 
-    def look(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+    def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
         """What `camera` detects now, the tool at `yaw`, by vocabulary name."""

@@ -9,18 +9,18 @@ from functools import reduce
 from typing import TypeAlias
 
 from aeros.spec.backends.interval.interval import End, Interval
-from aeros.spec.backends.solver_results import Scalar
+from aeros.spec.backends.solver_results import ScalarValue
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 
-Sum: TypeAlias = tuple[tuple[str, Fraction], ...]
+LinearSum: TypeAlias = tuple[tuple[str, Fraction], ...]
 """Two or more scalar variables by name, each with a factor, the first of which is 1."""
 
-Values: TypeAlias = Interval | frozenset[bool] | frozenset[str]
-Box: TypeAlias = dict[str | Sum, Values]
+ValueSet: TypeAlias = Interval | frozenset[bool] | frozenset[str]
+Box: TypeAlias = dict[str | LinearSum, ValueSet]
 
 
-def values_of(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> Values:
+def declared_interval(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> ValueSet:
     """What a variable may be before anything is asked of it."""
     match scalar.type:
         case BoolType():
@@ -31,26 +31,28 @@ def values_of(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]
             return Interval(*ranges.get(scalar.name, (None, None)))
 
 
-def first_of(scalar: t.Variable, values: Values, end: End = None) -> Scalar:
+def pick_value(scalar: t.Variable, values: ValueSet, end: End = None) -> ScalarValue:
     """One of the values, from the middle or near an end; a real where there is no whole number there."""
     if isinstance(values, Interval):
-        return values.whole(end) if isinstance(scalar.type, IntegerType) else values.near(end)
+        return values.pick_integer(end) if isinstance(scalar.type, IntegerType) else values.pick_near(end)
     if isinstance(scalar.type, EnumType):
         return next(one for one in scalar.type.members if one in values)
     return False not in values
 
 
-def propagated(box: Box) -> bool:
+def propagate_sums(box: Box) -> bool:
     """Narrow each variable of a sum to what the others leave it; whether values are left."""
     sums = [of for of in box if isinstance(of, tuple)]
     occurs = Counter(name for of in sums for name, _ in of)
     for _ in sums:  # so often at most: what one sum leaves of a variable may narrow those of another
         again = False
         for of in sums:
-            whole = box[of] = _interval(box[of]).meet(_total(of, box))
+            whole = box[of] = _interval(box[of]).intersect(_sum_interval(of, box))
             for place, (name, factor) in enumerate(of):
-                rest, before = _total((*of[:place], *of[place + 1 :]), box), box[name]
-                box[name] = meet(before, whole.minus(rest).times(factor if factor in (1, -1) else 1 / factor))
+                rest, before = _sum_interval((*of[:place], *of[place + 1 :]), box), box[name]
+                box[name] = intersect(
+                    before, whole.subtract(rest).scale(factor if factor in (1, -1) else 1 / factor)
+                )
                 if is_empty(box[name]):
                     return False
                 again |= occurs[name] > 1 and box[name] != before
@@ -59,30 +61,30 @@ def propagated(box: Box) -> bool:
     return True
 
 
-def meet(one: Values, other: Values) -> Values:
+def intersect(one: ValueSet, other: ValueSet) -> ValueSet:
     """What is in both."""
     if isinstance(one, Interval):
-        return one.meet(_interval(other))
+        return one.intersect(_interval(other))
     return one & other  # type: ignore[operator]
 
 
-def _interval(values: Values) -> Interval:
+def _interval(values: ValueSet) -> Interval:
     assert isinstance(values, Interval)  # noqa: S101  terms are well typed
     return values
 
 
-def known(of: str | Sum, box: Box) -> Values:
+def values_in_box(of: str | LinearSum, box: Box) -> ValueSet:
     """The values that a variable or a sum may have, as far as `box` tells."""
     if isinstance(of, str):
         return box[of]
     kept = box.get(of)
-    return _total(of, box) if kept is None else kept
+    return _sum_interval(of, box) if kept is None else kept
 
 
-def _total(of: Sum, box: Box) -> Interval:
-    return reduce(Interval.plus, (_interval(box[name]).times(factor) for name, factor in of))
+def _sum_interval(of: LinearSum, box: Box) -> Interval:
+    return reduce(Interval.add, (_interval(box[name]).scale(factor) for name, factor in of))
 
 
-def is_empty(values: Values) -> bool:
+def is_empty(values: ValueSet) -> bool:
     """Whether no value is left."""
     return values.is_empty if isinstance(values, Interval) else not values

@@ -13,9 +13,9 @@ _Bounds: TypeAlias = tuple[Fraction, Fraction] | None
 """Two reals between which, both included, a term's value lies; None where no such two are known."""
 
 
-def comparison_holds(term: t.Compare, box: Box) -> bool | None:
+def comparison_truth(term: t.Compare, box: Box) -> bool | None:
     """Whether a comparison holds in all of `box`, or in none of it; None where neither is known."""
-    left, right = bounds_of(term.left, box), bounds_of(term.right, box)
+    left, right = interval_of(term.left, box), interval_of(term.right, box)
     if left is None or right is None:
         return None
     if term.op == "==":
@@ -26,7 +26,7 @@ def comparison_holds(term: t.Compare, box: Box) -> bool | None:
     return True if left[1] <= right[0] else False if left[0] > right[1] else None
 
 
-def bounds_of(term: t.Term, box: Box) -> _Bounds:
+def interval_of(term: t.Term, box: Box) -> _Bounds:
     """What a real term lies between in `box`, as far as is known."""
     match term:
         case t.Literal(value=Fraction() as value):
@@ -37,22 +37,22 @@ def bounds_of(term: t.Term, box: Box) -> _Bounds:
                 return None
             return values.low, values.high
         case t.Absolute(operand=operand):
-            inner = bounds_of(operand, box)
+            inner = interval_of(operand, box)
             if inner is None:
                 return None
             ends = sorted(map(abs, inner))
             return (ends[0] if inner[0] >= 0 or inner[1] <= 0 else Fraction(0)), ends[1]
         case t.Add() | t.Multiply() | t.Extremum():
-            left, right = bounds_of(term.left, box), bounds_of(term.right, box)
-            return None if left is None or right is None else _combined(term, left, right)
+            left, right = interval_of(term.left, box), interval_of(term.right, box)
+            return None if left is None or right is None else _combine_intervals(term, left, right)
         case t.Conditional(then=then, otherwise=otherwise):
-            one, other = bounds_of(then, box), bounds_of(otherwise, box)
+            one, other = interval_of(then, box), interval_of(otherwise, box)
             return None if one is None or other is None else (min(one[0], other[0]), max(one[1], other[1]))
         case _:
             return None
 
 
-def _combined(
+def _combine_intervals(
     term: t.Add | t.Multiply | t.Extremum, left: tuple[Fraction, Fraction], right: tuple[Fraction, Fraction]
 ) -> _Bounds:
     match term:

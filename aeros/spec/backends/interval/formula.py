@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final, TypeAlias
 
-from aeros.spec.backends.interval.box import Sum, Values
+from aeros.spec.backends.interval.box import LinearSum, ValueSet
 from aeros.spec.backends.interval.interval import Interval
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, RealType
@@ -15,15 +15,15 @@ _ZERO: Final = Fraction(0)
 
 
 @dataclass(frozen=True, slots=True)
-class Within:
+class ValueConstraint:
     """A condition on one scalar variable, or on one sum of several: that its value is one of these."""
 
-    of: str | Sum
-    values: Values
+    subject: str | LinearSum
+    values: ValueSet
 
 
 @dataclass(frozen=True, slots=True)
-class Other:
+class OpaqueLiteral:
     """A condition of any other kind: that the term is, or is not, true."""
 
     term: t.Term
@@ -31,27 +31,27 @@ class Other:
 
 
 @dataclass(frozen=True, slots=True)
-class Every:
+class Conjunction:
     """All of these hold."""
 
     parts: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Some:
+class Disjunction:
     """One of these holds."""
 
     parts: tuple[Formula, ...]
 
 
-Formula: TypeAlias = Within | Other | Every | Some
+Formula: TypeAlias = ValueConstraint | OpaqueLiteral | Conjunction | Disjunction
 
 
 def conjuncts_of(formula: Formula) -> list[Formula]:
     """Formulas that hold together iff `formula` holds."""
     return (
         [one for part in formula.parts for one in conjuncts_of(part)]
-        if isinstance(formula, Every)
+        if isinstance(formula, Conjunction)
         else [formula]
     )
 
@@ -59,30 +59,30 @@ def conjuncts_of(formula: Formula) -> list[Formula]:
 def names_of(formula: Formula) -> frozenset[str]:
     """The scalar variables that it speaks of."""
     match formula:
-        case Within(of=of):
+        case ValueConstraint(subject=of):
             return frozenset((of,)) if isinstance(of, str) else frozenset(name for name, _ in of)
-        case Other(term=term):
+        case OpaqueLiteral(term=term):
             return frozenset(t.variables_of(term))
-        case Every(parts=parts) | Some(parts=parts):
+        case Conjunction(parts=parts) | Disjunction(parts=parts):
             return frozenset[str]().union(*map(names_of, parts))
 
 
-def read_scalar(term: t.Term, *, is_true: bool) -> Formula:
+def to_formula(term: t.Term, *, is_true: bool) -> Formula:
     """The formula that a condition of the scalar core is true, or that it is not."""
     match term:
         case t.Literal(value=value):
-            return Every(()) if value is is_true else Some(())
+            return Conjunction(()) if value is is_true else Disjunction(())
         case t.Variable(name=name):
-            return Within(name, frozenset((is_true,)))
+            return ValueConstraint(name, frozenset((is_true,)))
         case t.Not(operand=operand):
-            return read_scalar(operand, is_true=not is_true)
+            return to_formula(operand, is_true=not is_true)
         case t.And(operands=operands) | t.Or(operands=operands):
-            parts = tuple(read_scalar(operand, is_true=is_true) for operand in operands)
-            return Every(parts) if isinstance(term, t.And) is is_true else Some(parts)
+            parts = tuple(to_formula(operand, is_true=is_true) for operand in operands)
+            return Conjunction(parts) if isinstance(term, t.And) is is_true else Disjunction(parts)
         case t.Compare():
             return _comparison(term, is_true=is_true)
         case _:
-            return Other(term, is_true)
+            return OpaqueLiteral(term, is_true)
 
 
 def _comparison(term: t.Compare, *, is_true: bool) -> Formula:
@@ -91,41 +91,55 @@ def _comparison(term: t.Compare, *, is_true: bool) -> Formula:
             t.Literal(value=value),
             t.Variable(name=name, type=EnumType(members=members)),
         ):
-            return Within(name, frozenset(one for one in members if (one == value) is is_true))
+            return ValueConstraint(name, frozenset(one for one in members if (one == value) is is_true))
         case t.Absolute(operand=inner), t.Literal(value=Fraction() as bound) if term.op != "==":
             opposite = t.Literal(-bound, term.right.type)
             sides = t.Compare(term.op, inner, term.right), t.Compare(term.op, opposite, inner)
             parts = tuple(_comparison(side, is_true=is_true) for side in sides)
-            return Every(parts) if is_true else Some(parts)
+            return Conjunction(parts) if is_true else Disjunction(parts)
         case t.Literal(value=Fraction() as bound), t.Absolute(operand=inner) if term.op != "==":
             opposite = t.Literal(-bound, term.left.type)
             sides = t.Compare(term.op, term.left, inner), t.Compare(term.op, inner, opposite)
             parts = tuple(_comparison(side, is_true=is_true) for side in sides)
-            return Some(parts) if is_true else Every(parts)
+            return Disjunction(parts) if is_true else Conjunction(parts)
     left, right = _linear(term.left), _linear(term.right)
     if left is None or right is None:
-        return Other(term, is_true)
+        return OpaqueLiteral(term, is_true)
     if term.op != "==":
         # not (left < right) is right <= left
         is_below = (term.op == "<") is is_true
-        return _at_most(left, right, is_below) if is_true else _at_most(right, left, is_below)
+        return (
+            _less_equal_constraint(left, right, is_below)
+            if is_true
+            else _less_equal_constraint(right, left, is_below)
+        )
     if is_true:
-        return Every((_at_most(left, right, is_below=False), _at_most(right, left, is_below=False)))
-    return Some((_at_most(left, right, is_below=True), _at_most(right, left, is_below=True)))
+        return Conjunction(
+            (
+                _less_equal_constraint(left, right, is_below=False),
+                _less_equal_constraint(right, left, is_below=False),
+            )
+        )
+    return Disjunction(
+        (
+            _less_equal_constraint(left, right, is_below=True),
+            _less_equal_constraint(right, left, is_below=True),
+        )
+    )
 
 
-def _at_most(left: _Linear, right: _Linear, is_below: bool) -> Formula:
+def _less_equal_constraint(left: _Linear, right: _Linear, is_below: bool) -> Formula:
     """That `left` is at most `right`, or below it."""
     slopes = {name: left[0].get(name, _ZERO) - right[0].get(name, _ZERO) for name in left[0] | right[0]}
     factors = tuple((name, slope) for name, slope in sorted(slopes.items()) if slope)
     most = right[1] - left[1]
     if not factors:
-        return Every(()) if most > 0 or (most == 0 and not is_below) else Some(())
+        return Conjunction(()) if most > 0 or (most == 0 and not is_below) else Disjunction(())
     first = factors[0][1]
-    values = Interval(high=most, high_open=is_below).times(1 / first)
+    values = Interval(high=most, high_open=is_below).scale(1 / first)
     if len(factors) == 1:
-        return Within(factors[0][0], values)
-    return Within(tuple((name, slope / first) for name, slope in factors), values)
+        return ValueConstraint(factors[0][0], values)
+    return ValueConstraint(tuple((name, slope / first) for name, slope in factors), values)
 
 
 _Linear: TypeAlias = tuple[dict[str, Fraction], Fraction]

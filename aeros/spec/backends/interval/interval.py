@@ -27,7 +27,7 @@ class Interval:
             return False
         return self.low > self.high or (self.low == self.high and (self.low_open or self.high_open))
 
-    def meet(self, other: Interval) -> Interval:
+    def intersect(self, other: Interval) -> Interval:
         """What is in both."""
         low, low_open = self.low, self.low_open
         if other.low is not None and (low is None or other.low >= low):
@@ -37,39 +37,39 @@ class Interval:
             high, high_open = other.high, other.high_open or (high == other.high and high_open)
         return Interval(low, high, low_open, high_open)
 
-    def middle(self) -> Fraction:
+    def midpoint(self) -> Fraction:
         """One of its reals, halfway between the ends where there are two."""
         if self.low is None:
             return Fraction(0) if self.high is None else self.high - 1
         return self.low + 1 if self.high is None else (self.low + self.high) / 2
 
-    def near(self, end: End) -> Fraction:
+    def pick_near(self, end: End) -> Fraction:
         """One of its reals: that end if it is in it, else one an eighth of the way to the other end."""
         if self.low is None or self.high is None or end is None:
-            return self.middle()
+            return self.midpoint()
         if end == "low":
             return self.low + (self.high - self.low) / 8 if self.low_open else self.low
         return self.high - (self.high - self.low) / 8 if self.high_open else self.high
 
-    def whole(self, end: End = None) -> Fraction:
+    def pick_integer(self, end: End = None) -> Fraction:
         """One of its whole numbers; if there is none where a real is taken from, that real."""
-        middle = self.near(end)
+        middle = self.pick_near(end)
         near = (Fraction(floor(middle)), Fraction(ceil(middle)))
-        return next((one for one in near if not self.meet(Interval(one, one)).is_empty), middle)
+        return next((one for one in near if not self.intersect(Interval(one, one)).is_empty), middle)
 
-    def plus(self, other: Interval) -> Interval:
+    def add(self, other: Interval) -> Interval:
         """The sums of one of its reals and one of the other's."""
         low = None if self.low is None or other.low is None else self.low + other.low
         high = None if self.high is None or other.high is None else self.high + other.high
         return Interval(low, high, self.low_open or other.low_open, self.high_open or other.high_open)
 
-    def minus(self, other: Interval) -> Interval:
+    def subtract(self, other: Interval) -> Interval:
         """The differences of one of its reals and one of the other's."""
         low = None if self.low is None or other.high is None else self.low - other.high
         high = None if self.high is None or other.low is None else self.high - other.low
         return Interval(low, high, self.low_open or other.high_open, self.high_open or other.low_open)
 
-    def times(self, factor: Fraction) -> Interval:
+    def scale(self, factor: Fraction) -> Interval:
         """Each of its reals times `factor`, which is not 0."""
         # Nearly all factors are 1 or -1, and fractions are slow.
         if factor == 1:

@@ -6,51 +6,59 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from aeros.spec.backends.interval.box import Box, is_empty, known, meet, propagated
-from aeros.spec.backends.interval.enclosure import bounds_of, comparison_holds
-from aeros.spec.backends.interval.formula import Every, Formula, Other, Some, Within
+from aeros.spec.backends.interval.box import Box, intersect, is_empty, propagate_sums, values_in_box
+from aeros.spec.backends.interval.enclosure import comparison_truth, interval_of
+from aeros.spec.backends.interval.formula import (
+    Conjunction,
+    Disjunction,
+    Formula,
+    OpaqueLiteral,
+    ValueConstraint,
+)
 from aeros.spec.backends.interval.interval import Interval
 from aeros.spec.expr import terms as t
 
 
 @dataclass(slots=True)
-class Open:
+class SearchState:
     """A box, and what is not settled of it: conditions of other kinds, and alternatives."""
 
     box: Box
-    others: list[Other]
-    choices: list[Some]
+    opaque_literals: list[OpaqueLiteral]
+    open_disjunctions: list[Disjunction]
 
-    def copy(self) -> Open:
+    def copy(self) -> SearchState:
         """Another that can be narrowed by itself."""
-        return Open(dict(self.box), list(self.others), list(self.choices))
+        return SearchState(dict(self.box), list(self.opaque_literals), list(self.open_disjunctions))
 
 
 _Status: TypeAlias = bool | None
 """Whether a formula holds in all of a box (True), in none of it (False), or neither is known."""
 
 
-def narrowed(open_: Open, pending: list[Formula]) -> bool:
+def narrow(open_: SearchState, pending: list[Formula]) -> bool:
     """Take in what is pending; whether it leaves each variable a value, and refutes nothing else."""
     box = open_.box
     while pending:
         match pending.pop():
-            case Within(of=of, values=values):
-                box[of] = meet(known(of, box), values)
+            case ValueConstraint(subject=of, values=values):
+                box[of] = intersect(values_in_box(of, box), values)
                 if is_empty(box[of]):
                     return False
-            case Every(parts=parts):
+            case Conjunction(parts=parts):
                 pending.extend(parts)
-            case Some() as choice:
-                open_.choices.append(choice)
-            case Other() as other:
-                open_.others.append(other)
-    if not propagated(box) or not all(_bounded(other, box) for other in open_.others):
+            case Disjunction() as choice:
+                open_.open_disjunctions.append(choice)
+            case OpaqueLiteral() as other:
+                open_.opaque_literals.append(other)
+    if not propagate_sums(box) or not all(
+        _narrow_by_comparison(other, box) for other in open_.opaque_literals
+    ):
         return False
-    return not any(_status_of(other, box) is False for other in open_.others)
+    return not any(_status_of(other, box) is False for other in open_.opaque_literals)
 
 
-def _bounded(other: Other, box: Box) -> bool:
+def _narrow_by_comparison(other: OpaqueLiteral, box: Box) -> bool:
     """Narrow the variable that `other` compares with something bounded; whether values are left."""
     match other.term:
         case t.Compare(op="<" | "<=" as op, left=beside, right=t.Variable(name=name)):
@@ -59,7 +67,7 @@ def _bounded(other: Other, box: Box) -> bool:
             is_above = not other.is_true
         case _:
             return True
-    bounds = bounds_of(beside, box)
+    bounds = interval_of(beside, box)
     if bounds is None:
         return True
     # not (left <= right) is right < left
@@ -67,13 +75,13 @@ def _bounded(other: Other, box: Box) -> bool:
     values = (
         Interval(low=bounds[0], low_open=is_open) if is_above else Interval(high=bounds[1], high_open=is_open)
     )
-    box[name] = meet(box[name], values)
+    box[name] = intersect(box[name], values)
     return not is_empty(box[name])
 
 
-def forced_by(open_: Open) -> list[Formula]:
+def propagate_disjunctions(open_: SearchState) -> list[Formula]:
     """What the box leaves no choice about; the choices that stay open lose what it excludes."""
-    choices, open_.choices = open_.choices, []
+    choices, open_.open_disjunctions = open_.open_disjunctions, []
     forced: list[Formula] = []
     for choice in choices:
         parts = [(part, _status_of(part, open_.box)) for part in choice.parts]
@@ -83,28 +91,28 @@ def forced_by(open_: Open) -> list[Formula]:
         if len(possible) == 1:
             forced.append(possible[0])
         else:
-            open_.choices.append(Some(possible))
+            open_.open_disjunctions.append(Disjunction(possible))
     return forced
 
 
 def _status_of(formula: Formula, box: Box) -> _Status:
     match formula:
-        case Within(of=of, values=values):
-            before = known(of, box)
-            both = meet(before, values)
+        case ValueConstraint(subject=of, values=values):
+            before = values_in_box(of, box)
+            both = intersect(before, values)
             return False if is_empty(both) else True if both == before else None
-        case Every(parts=parts):
-            return _joined(parts, box, absorbing=False)
-        case Some(parts=parts):
-            return _joined(parts, box, absorbing=True)
-        case Other(term=t.Compare() as term, is_true=is_true):
-            found = comparison_holds(term, box)
+        case Conjunction(parts=parts):
+            return _join_statuses(parts, box, absorbing=False)
+        case Disjunction(parts=parts):
+            return _join_statuses(parts, box, absorbing=True)
+        case OpaqueLiteral(term=t.Compare() as term, is_true=is_true):
+            found = comparison_truth(term, box)
             return None if found is None else found is is_true
         case _:
             return None
 
 
-def _joined(parts: Sequence[Formula], box: Box, *, absorbing: bool) -> _Status:
+def _join_statuses(parts: Sequence[Formula], box: Box, *, absorbing: bool) -> _Status:
     statuses = [_status_of(part, box) for part in parts]
     if absorbing in statuses:
         return absorbing

@@ -7,88 +7,90 @@ from fractions import Fraction
 from itertools import islice, product
 from typing import Final
 
-from aeros.spec.backends.interval.box import Box, first_of, propagated
-from aeros.spec.backends.interval.formula import Formula, Other
+from aeros.spec.backends.interval.box import Box, pick_value, propagate_sums
+from aeros.spec.backends.interval.formula import Formula, OpaqueLiteral
 from aeros.spec.backends.interval.interval import End, Interval
-from aeros.spec.backends.interval.narrowing import Open, forced_by, narrowed
-from aeros.spec.backends.solver_results import Answer, Result, Scalar
+from aeros.spec.backends.interval.narrowing import SearchState, narrow, propagate_disjunctions
+from aeros.spec.backends.solver_results import SatResult, ScalarValue, SolverAnswer
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import IntegerType
 
-MOST_BOXES: Final = 24
+MAX_BOXES: Final = 24
 """Boxes looked at for one question; what needs more is what solvers are good at."""
 
-MOST_CORNERS: Final = 16
+MAX_CORNERS: Final = 16
 """Points of a box that are tried near its corners, where conditions of other kinds fail in its middle."""
 
 _ENDS: Final[tuple[End, ...]] = ("low", "high")
 
 
-class Search:
+class BranchAndPrune:
     """The search for one question."""
 
     def __init__(self, scalars: Sequence[t.Variable]) -> None:
         self._scalars = scalars
-        self._left = MOST_BOXES
+        self._left = MAX_BOXES
 
-    def run(self, formulas: list[Formula], box: Box) -> Answer | None:
+    def run(self, formulas: list[Formula], box: Box) -> SolverAnswer | None:
         """Whether all of `formulas` hold somewhere in `box`; None where that takes too many boxes."""
-        return self._search(formulas, Open(box, [], []))
+        return self._search(formulas, SearchState(box, [], []))
 
-    def _search(self, pending: list[Formula], open_: Open) -> Answer | None:
+    def _search(self, pending: list[Formula], open_: SearchState) -> SolverAnswer | None:
         """As `run`, of everything given; the arguments are used up."""
         self._left -= 1
         if self._left < 0:
             return None
-        while pending or open_.choices:
-            if not narrowed(open_, pending):
-                return Answer(Result.UNSAT, {})
-            pending = forced_by(open_)
-            if not pending and open_.choices:
-                return self._alternatives(open_)
+        while pending or open_.open_disjunctions:
+            if not narrow(open_, pending):
+                return SolverAnswer(SatResult.UNSAT, {})
+            pending = propagate_disjunctions(open_)
+            if not pending and open_.open_disjunctions:
+                return self._branch_on_disjunction(open_)
         return self._model(open_)
 
-    def _alternatives(self, open_: Open) -> Answer | None:
-        first = min(open_.choices, key=lambda choice: len(choice.parts))
-        open_.choices.remove(first)
+    def _branch_on_disjunction(self, open_: SearchState) -> SolverAnswer | None:
+        first = min(open_.open_disjunctions, key=lambda choice: len(choice.parts))
+        open_.open_disjunctions.remove(first)
         is_known = True
         for part in first.parts:
             answer = self._search([part], open_.copy())
-            if answer is not None and answer.result is Result.SAT:
+            if answer is not None and answer.result is SatResult.SAT:
                 return answer
             is_known &= answer is not None
-        return Answer(Result.UNSAT, {}) if is_known else None
+        return SolverAnswer(SatResult.UNSAT, {}) if is_known else None
 
-    def _model(self, open_: Open) -> Answer | None:
+    def _model(self, open_: SearchState) -> SolverAnswer | None:
         """A point of the box at which what is not settled of it holds too, if one is found."""
-        found = self._point(open_.box, {})
-        if found is None or _replays(open_.others, found):
-            return None if found is None else Answer(Result.SAT, found)
-        spoken = sorted(frozenset[str]().union(*(t.variables_of(other.term) for other in open_.others)))
+        found = self._sample_point(open_.box, {})
+        if found is None or _replays(open_.opaque_literals, found):
+            return None if found is None else SolverAnswer(SatResult.SAT, found)
+        spoken = sorted(
+            frozenset[str]().union(*(t.variables_of(other.term) for other in open_.opaque_literals))
+        )
         real = [name for name in spoken if isinstance(open_.box[name], Interval)]
-        for ends in islice(product(_ENDS, repeat=len(real)), MOST_CORNERS):
-            found = self._point(open_.box, dict(zip(real, ends, strict=True)))
-            if found is not None and _replays(open_.others, found):
-                return Answer(Result.SAT, found)
+        for ends in islice(product(_ENDS, repeat=len(real)), MAX_CORNERS):
+            found = self._sample_point(open_.box, dict(zip(real, ends, strict=True)))
+            if found is not None and _replays(open_.opaque_literals, found):
+                return SolverAnswer(SatResult.SAT, found)
         return None
 
-    def _point(self, within: Box, ends: Mapping[str, End]) -> dict[str, Scalar] | None:
+    def _sample_point(self, within: Box, ends: Mapping[str, End]) -> dict[str, ScalarValue] | None:
         """A point of the box: of each variable in turn a value that sums leave it, from its middle or end."""
         box = dict(within)
-        model: dict[str, Scalar] = {}
+        model: dict[str, ScalarValue] = {}
         summed = {name for of in box if isinstance(of, tuple) for name, _ in of}
         for scalar in sorted(self._scalars, key=lambda scalar: scalar.name not in summed):
             name = scalar.name
-            value = model[name] = first_of(scalar, box[name], ends.get(name))
+            value = model[name] = pick_value(scalar, box[name], ends.get(name))
             if isinstance(value, Fraction):
                 if isinstance(scalar.type, IntegerType) and value.denominator != 1:
                     return None
                 box[name] = Interval(value, value)
-                if name in summed and not propagated(box):
+                if name in summed and not propagate_sums(box):
                     return None
         return model
 
 
-def _replays(others: Iterable[Other], model: Mapping[str, Scalar]) -> bool:
-    return all(holds(other.term, model) is other.is_true for other in others)
+def _replays(others: Iterable[OpaqueLiteral], model: Mapping[str, ScalarValue]) -> bool:
+    return all(is_true(other.term, model) is other.is_true for other in others)

@@ -12,16 +12,16 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.agent import awake
-from aeros.agent.execution.dispatcher import Dispatcher, UndispatchableError
+from aeros.agent.agent import start_agent
+from aeros.agent.execution.dispatcher import Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.report import Role, RunReport
-from aeros.agent.execution.step_attempt import Attempt, Attempts, Started
+from aeros.agent.execution.report import RunReport, StepRole
+from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
 from aeros.agent.identity import Identity
-from aeros.agent.memory.context import context_of
-from aeros.agent.memory.store import Beginning, Ending, Memory, open_memory
-from aeros.agent.planning.task_graph import Part, Step, TaskGraph, verify_plan
-from aeros.agent.world.world import World, measured_world
+from aeros.agent.memory.context import evidence_context
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory, open_memory
+from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_plan
+from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import Reading, StepResult, StepStatus
 from aeros.spec.model.step_graph import Par
 from tests.unit.agent.dumplings import (
@@ -51,19 +51,22 @@ KITCHEN = replace(
 TASK = "kitchen.cook"
 
 
-def world(**measured: bool) -> World:
+def world(**measured: bool) -> WorldModel:
     values = dict.fromkeys(PREDICATES, False) | measured
-    return measured_world(STATE, {name: Reading(one, 0.0) for name, one in values.items()}, 0.0)
+    return world_from_readings(STATE, {name: Reading(one, 0.0) for name, one in values.items()}, 0.0)
 
 
-def context(of: World | None = None) -> str:
-    return context_of(TASK, KITCHEN, (BOIL, STEAM), of or world())
+def context(of: WorldModel | None = None) -> str:
+    return evidence_context(TASK, KITCHEN, (BOIL, STEAM), of or world())
 
 
 def remember(memory: Memory, skill: str, successes: int, failures: int, where: str | None = None) -> None:
     for failed in [False] * successes + [True] * failures:
-        beginning = Beginning(TASK, "kitchen", skill, "step", {}, 0.0, {}, where or context())
-        memory.end(memory.begin(beginning), Ending("finished", None, failed, "", 1.0, {}, counts=True))
+        beginning = EpisodeStart(TASK, "kitchen", skill, "step", {}, 0.0, {}, where or context())
+        memory.end_episode(
+            memory.start_episode(beginning),
+            EpisodeEnd("finished", None, failed, "", 1.0, {}, counts_toward_record=True),
+        )
 
 
 @pytest.fixture
@@ -72,12 +75,12 @@ def memory(tmp_path: Path) -> Iterator[Memory]:
         yield opened
 
 
-def chosen(memory: Memory, *, seed: int = 0, at: World | None = None) -> str:
+def chosen(memory: Memory, *, seed: int = 0, at: WorldModel | None = None) -> str:
     dispatcher = Dispatcher(FakeRuntime({"kitchen": KITCHEN}), memory, TASK, seed)
     return dispatcher.dispatch("kitchen", "cooking", {}, at or world()).request.skill
 
 
-def times_steamed(memory: Memory, *, at: World | None = None) -> int:
+def times_steamed(memory: Memory, *, at: WorldModel | None = None) -> int:
     return sum(chosen(memory, seed=seed, at=at) == "steam" for seed in range(200))
 
 
@@ -131,20 +134,20 @@ def test_what_may_not_start_is_not_chosen_and_the_reason_is_told(memory: Memory)
     dispatch = dispatcher.dispatch("kitchen", "cooking", {}, aligned)
     assert dispatch.request.skill == "boil"
     boil, steam = dispatch.options
-    assert boil.drawn is not None
-    assert steam.drawn is None
-    assert "its precondition `not wrapper_aligned` is not measured" in steam.why_not
+    assert boil.sampled_success is not None
+    assert steam.sampled_success is None
+    assert "its precondition `not wrapper_aligned` is not measured" in steam.unavailable_reason
 
 
 def test_an_unknown_predicate_starts_no_provider_that_needs_it(memory: Memory) -> None:
-    unknown = measured_world(STATE, {}, 0.0)
+    unknown = world_from_readings(STATE, {}, 0.0)
     assert times_steamed(memory, at=unknown) == 0
 
 
 def test_where_none_may_start_every_reason_is_given(memory: Memory) -> None:
     both = replace(KITCHEN, skills={"boil": replace(STEAM, id="boil"), "steam": STEAM})
     dispatcher = Dispatcher(FakeRuntime({"kitchen": both}), memory, TASK)
-    with pytest.raises(UndispatchableError, match=r"(wrapper_aligned is true.*){2}"):
+    with pytest.raises(DispatchError, match=r"(wrapper_aligned is true.*){2}"):
         dispatcher.dispatch("kitchen", "cooking", {}, world(wrapper_aligned=True))
 
 
@@ -166,7 +169,7 @@ def pursued(
     folder: Path, endings: dict[str, list[Scripted]], *, retries: int = 3
 ) -> tuple[RunReport, FakeRuntime]:
     runtime = FakeRuntime({"kitchen": KITCHEN}, endings, at=site(retries=retries, replans=3))
-    with awake(folder, "chef", runtime) as agent:
+    with start_agent(folder, "chef", runtime) as agent:
         return agent.run("cook"), runtime
 
 
@@ -205,13 +208,13 @@ def test_a_denial_for_good_leads_to_the_other_provider(tmp_path: Path) -> None:
 
 
 def test_a_denial_that_passes_by_waiting_does_not_count_against_the_skill(tmp_path: Path) -> None:
-    nearby = StepResult(StepStatus.DENIED, "somebody is near", denied=1, may_pass=True)
+    nearby = StepResult(StepStatus.DENIED, "somebody is near", denied=1, is_transient=True)
     pursued(tmp_path, {"boil": [nearby] * 3, "steam": [nearby] * 3})
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 2)) as memory:
-        assert sum(memory.record_of("kitchen", name).failures for name in ("boil", "steam")) == 0
+        assert sum(memory.success_record("kitchen", name).failures for name in ("boil", "steam")) == 0
     pursued(tmp_path, {"boil": [StepStatus.DENIED], "steam": [StepStatus.DENIED]})
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 3)) as memory:
-        assert sum(memory.record_of("kitchen", name).failures for name in ("boil", "steam")) >= 1
+        assert sum(memory.success_record("kitchen", name).failures for name in ("boil", "steam")) >= 1
 
 
 def test_tries_are_forgone_where_they_are_hopeless_and_never_added(tmp_path: Path) -> None:
@@ -242,9 +245,9 @@ def test_hopeless_tries_are_made_where_planning_again_would_be_in_a_new_state(tm
     rules = (rule("wrapper_aligned", "turn"), rule("dumpling_cooked", "boil", retry=2))
     kitchen = module("kitchen", (turn, BOIL), task("cook", ("cook",), "dumpling_cooked", *rules))
     with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
-        remember(memory, "boil", 0, 28, where=context_of(TASK, kitchen, (BOIL,), world()))
+        remember(memory, "boil", 0, 28, where=evidence_context(TASK, kitchen, (BOIL,), world()))
     runtime = FakeRuntime({"kitchen": kitchen}, {"boil": ["cold"] * 40}, at=site(replans=1))
-    with awake(tmp_path, "chef", runtime) as agent:
+    with start_agent(tmp_path, "chef", runtime) as agent:
         agent.run("cook")
     # The first plan was made before the turn; the second one begins where its step fails.
     assert runtime.submitted == ["turn", "boil", "boil", "boil", "boil"]
@@ -254,7 +257,7 @@ def test_a_step_says_how_long_it_usually_takes(tmp_path: Path) -> None:
     pursued(tmp_path, {})
     runtime = FakeRuntime({"kitchen": KITCHEN})
     seen: list[str] = []
-    with awake(tmp_path, "chef", runtime, on_event=lambda event: seen.append(event.text)) as agent:
+    with start_agent(tmp_path, "chef", runtime, on_event=lambda event: seen.append(event.text)) as agent:
         while "successes take" not in "".join(seen):
             runtime.state["dumpling_cooked"] = False
             agent.run("cook")
@@ -272,7 +275,7 @@ def test_an_agent_learns_which_skill_serves_and_tries_less(tmp_path: Path) -> No
     submitted = []
     for _ in range(100):
         runtime.state["dumpling_cooked"] = False
-        with awake(tmp_path, "chef", runtime) as agent:
+        with start_agent(tmp_path, "chef", runtime) as agent:
             assert agent.run("cook").reached
         submitted.append(list(runtime.submitted))
         runtime.submitted.clear()
@@ -301,25 +304,25 @@ def problems(*parts: Part) -> list[str]:
 
 
 def test_a_plan_may_name_a_capability_of_skills() -> None:
-    assert problems(Step("kitchen", "cooking", retry=3)) == []
+    assert problems(PlanStep("kitchen", "cooking", retry=3)) == []
 
 
 @pytest.mark.parametrize(
     ("part", "problem"),
     [
-        (Step("kitchen", "mixed"), "`kitchen` has no skill `mixed`"),
-        (Step("kitchen", "cooking", {"salt": 1.0}), "`salt` is no input of it"),
+        (PlanStep("kitchen", "mixed"), "`kitchen` has no skill `mixed`"),
+        (PlanStep("kitchen", "cooking", {"salt": 1.0}), "`salt` is no input of it"),
         (
-            Step("kitchen", "cooking", retry=1, on_failure="frying"),
+            PlanStep("kitchen", "cooking", retry=1, on_failure="frying"),
             "on_failure: `kitchen` has no skill `frying`",
         ),
         (
-            Step("kitchen", "cooking", retry=1, handler=Step("kitchen", "frying")),
+            PlanStep("kitchen", "cooking", retry=1, handler=PlanStep("kitchen", "frying")),
             "its handler `frying` is a capability",
         ),
-        (Step("kitchen", "frying", retry=1, on_failure="fry"), "goes round in a circle: `kitchen.fry`"),
+        (PlanStep("kitchen", "frying", retry=1, on_failure="fry"), "goes round in a circle: `kitchen.fry`"),
         (
-            Par((Step("kitchen", "wash"), Step("kitchen", "frying")), SPAN),
+            Par((PlanStep("kitchen", "wash"), PlanStep("kitchen", "frying")), SPAN),
             "need 2 of `arm` at the same time",
         ),
     ],
@@ -331,7 +334,7 @@ def test_a_plan_is_rejected_for_what_any_provider_would_do(part: Part, problem: 
 def test_beside_a_step_may_run_whatever_shares_nothing_with_any_provider() -> None:
     """Steaming reads what washing writes; boiling alone would do."""
     boil_only = replace(BUSY, capabilities={"cooking": ("boil",)})
-    branches = Par((Step("kitchen", "wash"), Step("kitchen", "cooking")), SPAN)
+    branches = Par((PlanStep("kitchen", "wash"), PlanStep("kitchen", "cooking")), SPAN)
     at = replace(site(), resources={"arm": 1})
     assert verify_plan(TaskGraph((branches,)), {"kitchen": boil_only}, at) == []
     (problem,) = verify_plan(TaskGraph((branches,)), {"kitchen": BUSY}, at)
@@ -340,11 +343,11 @@ def test_beside_a_step_may_run_whatever_shares_nothing_with_any_provider() -> No
 
 def test_a_precondition_measured_too_long_ago_starts_nothing(memory: Memory) -> None:
     runtime = FakeRuntime({"kitchen": KITCHEN})
-    attempts = Attempts(runtime, memory, Journal(runtime, memory, None), TASK)
+    attempts = StepRunner(runtime, memory, Journal(runtime, memory, None), TASK)
     runtime.clock += 5.5  # the site allows 5 s
-    late = attempts.begin(Role.STEP, "kitchen", "steam", {})
-    assert isinstance(late, Attempt)
+    late = attempts.start(StepRole.STEP, "kitchen", "steam", {})
+    assert isinstance(late, AttemptResult)
     assert late.record is None
     assert "`wrapper_aligned` was measured 5.5 s ago; 5 s is allowed" in late.reason
     attempts.observe()
-    assert isinstance(attempts.begin(Role.STEP, "kitchen", "steam", {}), Started)
+    assert isinstance(attempts.start(StepRole.STEP, "kitchen", "steam", {}), RunningAttempt)

@@ -10,13 +10,17 @@ from typing import Any
 import pytest
 
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.plan_executor import End, Engine
-from aeros.agent.execution.report import Role
-from aeros.agent.execution.step_attempt import Attempts
-from aeros.agent.planning.compositions import CompositionPlanner, UncomposedError, graph_of
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Part, Step, TaskGraph, verify_plan
-from aeros.agent.world.world import measured_world
+from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
+from aeros.agent.execution.report import StepRole
+from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.planning.compositions import (
+    CompositionPlanner,
+    CompositionUnavailableError,
+    composition_to_graph,
+)
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_plan
+from aeros.agent.world.world import world_from_readings
 from aeros.runtime.ports import Reading, StepResult, StepStatus
 from aeros.spec.model import composition as spec
 from aeros.spec.model.model import Ecm
@@ -41,20 +45,20 @@ WATER = skill("water", outcome("hot", {}), outcome("cold", {}, failure=True))
 ALIGN = skill("align", outcome("aligned", {"wrapper_aligned": True}), outcome("askew", {}, failure=True))
 WRAP = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), precondition="wrapper_aligned")
 WEIGH = skill("weigh", outcome("weighed", {}))
-KNEAD = skill("knead", outcome("kneaded", {}), inputs={"force": replace(FORCE, default=None)})
+KNEAD = skill("knead", outcome("kneaded", {}), inputs={"force": replace(FORCE, default_value=None)})
 SKILLS = (DOUGH, FILLING, WATER, ALIGN, WRAP)
 MODULES = {"kitchen": module("kitchen", SKILLS)}
 
 
-def step(name: str, retry: int = 0, **more: Any) -> Step:
-    return Step("kitchen", name, retry=retry, **more)
+def step(name: str, retry: int = 0, **more: Any) -> PlanStep:
+    return PlanStep("kitchen", name, retry=retry, **more)
 
 
-def par(*branches: Part) -> Par[Step]:
+def par(*branches: Part) -> Par[PlanStep]:
     return Par(branches, SPAN)
 
 
-def if_aligned(then: Part, otherwise: Part | None = None) -> If[Step]:
+def if_aligned(then: Part, otherwise: Part | None = None) -> If[PlanStep]:
     return If(term("wrapper_aligned"), "wrapper_aligned", then, otherwise, SPAN)
 
 
@@ -72,14 +76,14 @@ class Kitchen:
         self.runtime.last = list(last)
         memory = Forgetful()
         self.journal = Journal(self.runtime, memory, None)
-        self.attempts = Attempts(self.runtime, memory, self.journal, "task")
-        self.engine: Engine | None = None
+        self.attempts = StepRunner(self.runtime, memory, self.journal, "task")
+        self.engine: PlanExecutor | None = None
 
     def run(
         self, *parts: Part, is_over: Callable[[], bool] = lambda: False, until: float = inf
-    ) -> End | None:
+    ) -> PlanFailure | None:
         assert verify_plan(TaskGraph(parts), self.modules, site()) == []
-        self.engine = Engine(self.attempts, self.journal, is_over, until)
+        self.engine = PlanExecutor(self.attempts, self.journal, is_over, until)
         return self.engine.run(Seq(parts))
 
     @property
@@ -108,7 +112,7 @@ def test_branches_run_at_the_same_time_and_what_follows_waits_for_all() -> None:
 def test_a_branch_that_fails_for_good_cancels_the_others_and_nothing_follows() -> None:
     kitchen = Kitchen({"filling": ["out", "out"]}, last=("dough",))
     end = kitchen.run(par(Seq((step("dough"), step("water"))), step("filling", retry=1)), step("align"))
-    assert end == End("`kitchen.filling` failed: outcome `out`")
+    assert end == PlanFailure("`kitchen.filling` failed: outcome `out`")
     assert kitchen.ended == [("filling", DONE), ("filling", DONE), ("dough", CANCELLED)]
     assert kitchen.started == ["dough", "filling", "filling"]
 
@@ -124,14 +128,14 @@ def test_a_branch_that_cannot_start_lets_no_other_start() -> None:
 def test_what_is_cancelled_reaches_branches_inside_branches() -> None:
     kitchen = Kitchen({"filling": ["out"]}, last=("dough", "water"))
     inner = par(step("dough"), Seq((step("water"), step("align"))))
-    assert kitchen.run(par(inner, step("filling"))) == End("`kitchen.filling` failed: outcome `out`")
+    assert kitchen.run(par(inner, step("filling"))) == PlanFailure("`kitchen.filling` failed: outcome `out`")
     assert kitchen.ended == [("filling", DONE), ("dough", CANCELLED), ("water", CANCELLED)]
 
 
 def test_a_par_that_has_ended_is_not_cancelled_with_what_comes_later() -> None:
     kitchen = Kitchen({"align": ["askew"]})
     early = Seq((par(step("dough"), step("filling")), step("align")))
-    assert kitchen.run(par(early, step("water"))) == End("`kitchen.align` failed: outcome `askew`")
+    assert kitchen.run(par(early, step("water"))) == PlanFailure("`kitchen.align` failed: outcome `askew`")
     assert [name for name, status in kitchen.ended if status is CANCELLED] == []
 
 
@@ -174,27 +178,27 @@ def test_a_handler_runs_between_two_tries_and_is_tried_itself() -> None:
     assert kitchen.run(step("dough", retry=1, handler=step("align", retry=1))) is None
     roles = [(record.skill, record.role) for record in kitchen.attempts.records]
     assert roles == [
-        ("dough", Role.STEP),
-        ("align", Role.RECOVERY),
-        ("align", Role.RETRY),
-        ("dough", Role.RETRY),
+        ("dough", StepRole.STEP),
+        ("align", StepRole.RECOVERY),
+        ("align", StepRole.RETRY),
+        ("dough", StepRole.RETRY),
     ]
 
 
 def test_a_handler_that_fails_for_good_ends_its_step() -> None:
     kitchen = Kitchen({"dough": ["torn"], "align": ["askew"]})
     end = kitchen.run(step("dough", retry=1, handler=step("align")), step("water"))
-    assert end == End("`kitchen.align` failed: outcome `askew`")
+    assert end == PlanFailure("`kitchen.align` failed: outcome `askew`")
     assert kitchen.started == ["dough", "align"]
 
 
 def test_when_the_time_is_over_everything_is_cancelled_once() -> None:
     kitchen = Kitchen(last=("dough", "filling"))
     end = kitchen.run(par(step("dough"), step("filling")), step("water"), until=100.5)
-    assert end == End("`kitchen.dough` failed: cancelled: the time for the task is over")
+    assert end == PlanFailure("`kitchen.dough` failed: cancelled: the time for the task is over")
     assert kitchen.ended == [("dough", CANCELLED), ("filling", CANCELLED)]
     assert kitchen.engine is not None
-    assert kitchen.engine.is_late
+    assert kitchen.engine.timed_out
     assert kitchen.runtime.clock == 100.5
 
 
@@ -210,7 +214,7 @@ def test_a_step_that_was_refused_at_once_has_failed() -> None:
     kitchen = Kitchen()
     kitchen.runtime.start = lambda request: StepResult(StepStatus.REFUSED, "no")  # type: ignore[method-assign]
     end = kitchen.run(par(step("dough"), step("filling")))
-    assert end == End("`kitchen.dough` failed: refused: no")
+    assert end == PlanFailure("`kitchen.dough` failed: refused: no")
     assert kitchen.ended == [("dough", StepStatus.REFUSED)]
 
 
@@ -288,12 +292,14 @@ def _spec_step(name: str, retry: int = 0, on_failure: str | None = None, flows: 
 
 
 def test_a_composition_is_the_plan_that_it_says() -> None:
-    both = (_spec_step("dough", 1, "align"), _spec_step("filling", 0, spec.STOP))
+    both = (_spec_step("dough", 1, "align"), _spec_step("filling", 0, spec.STOP_ON_FAILURE))
     then: spec.Part = _spec_step("wrap")
     choice = If(term("wrapper_aligned"), "wrapper_aligned", then, Seq(()), SPAN)
     body: spec.Part = Seq((Par(both, SPAN), choice))
     handlers = {"align": _spec_step("align", 1, "water"), "water": _spec_step("water")}
-    graph = graph_of(spec.Composition("make", term("true"), None, body, handlers, SPAN), "kitchen")
+    graph = composition_to_graph(
+        spec.Composition("make", term("true"), None, body, handlers, SPAN), "kitchen"
+    )
     water = step("water", id="water")
     helped = step("dough", retry=1, handler=step("align", retry=1, handler=water, id="align"), id="dough")
     chosen = if_aligned(step("wrap", id="wrap"), Seq(()))
@@ -306,8 +312,8 @@ def test_a_composition_is_the_plan_that_it_says() -> None:
 
 
 def test_data_flows_as_the_composition_says() -> None:
-    flowing = _spec_step("knead", flows={"force": spec.Flow("weigh", "force", SPAN)})
-    graph = graph_of(spec.Composition("make", term("true"), None, flowing, {}, SPAN), "kitchen")
+    flowing = _spec_step("knead", flows={"force": spec.OutputReference("weigh", "force", SPAN)})
+    graph = composition_to_graph(spec.Composition("make", term("true"), None, flowing, {}, SPAN), "kitchen")
     assert graph == TaskGraph((step("knead", id="knead", flows={"force": ("weigh", "force")}),))
 
 
@@ -348,9 +354,9 @@ def test_a_composition_is_proposed_where_it_may_start(
     readings = {} if measured is None else {"wrapper_aligned": Reading(measured, 0.0)}
     planner = CompositionPlanner(name)
     assert planner.name == f"composition {name}"
-    world, routed = measured_world(STATE, readings, 0.0), Routed("kitchen", MAKE_DUMPLINGS)
+    world, routed = world_from_readings(STATE, readings, 0.0), RoutedTask("kitchen", MAKE_DUMPLINGS)
     if why is None:
         assert planner.plan(routed, world, modules) == TaskGraph((step("wrap", id="wrap"),))
     else:
-        with pytest.raises(UncomposedError, match=why):
+        with pytest.raises(CompositionUnavailableError, match=why):
             planner.plan(routed, world, modules)

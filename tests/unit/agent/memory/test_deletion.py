@@ -6,12 +6,12 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import Identity, exclusive
-from aeros.agent.memory.deletion import Forgotten, before, forget, of_session, of_skill
-from aeros.agent.memory.posterior import Record
-from aeros.agent.memory.queries import recollection
-from aeros.agent.memory.store import Beginning, Ending, open_memory
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import Identity, lock_folder
+from aeros.agent.memory.deletion import DeletedRows, filter_before, filter_by_session, filter_by_skill, forget
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.queries import open_memory_reader
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
 
 MARKS = ("zyzzyva", "quagga")
 
@@ -23,17 +23,19 @@ def path(tmp_path: Path) -> Path:
     for number, mark in enumerate(MARKS, 1):
         with open_memory(path, Identity(uuid4(), "chef", "", number)) as memory:
             for skill in ("boil", "boiling"):
-                beginning = Beginning("cook.cook", "cook", skill, "step", {}, 0.0, {}, "{}")
+                beginning = EpisodeStart("cook.cook", "cook", skill, "step", {}, 0.0, {}, "{}")
                 for _ in range(20):
-                    ending = Ending("finished", None, True, f"{mark} by {skill}", 1.0, {}, counts=True)
-                    memory.end(memory.begin(beginning), ending)
-                memory.remember(1.0, "re-plan", {"reason": f"`cook.{skill}` failed: {mark} by {skill}"})
-            memory.learn(f"last {mark}", {"reason": "`cook.boil` failed"}, f"session {number}")
+                    ending = EpisodeEnd(
+                        "finished", None, True, f"{mark} by {skill}", 1.0, {}, counts_toward_record=True
+                    )
+                    memory.end_episode(memory.start_episode(beginning), ending)
+                memory.add_event(1.0, "re-plan", {"reason": f"`cook.{skill}` failed: {mark} by {skill}"})
+            memory.set_fact(f"last {mark}", {"reason": "`cook.boil` failed"}, f"session {number}")
     return path
 
 
-def records(path: Path) -> dict[str, Record]:
-    with recollection(path) as remembered:
+def records(path: Path) -> dict[str, SuccessRecord]:
+    with open_memory_reader(path) as remembered:
         return {one.skill: one.record for one in remembered.skills()}
 
 
@@ -43,8 +45,8 @@ def bytes_of(path: Path) -> bytes:
 
 def test_a_skill_is_forgotten_with_all_that_names_it_and_nothing_else(path: Path) -> None:
     assert b"zyzzyva by boil" in bytes_of(path)
-    assert forget(path.parent, path, of_skill("cook.boil")) == Forgotten(0, 40, 2, 2)
-    assert records(path) == {"cook.boiling": Record(0, 40)}
+    assert forget(path.parent, path, filter_by_skill("cook.boil")) == DeletedRows(0, 40, 2, 2)
+    assert records(path) == {"cook.boiling": SuccessRecord(0, 40)}
     left = bytes_of(path)
     assert b"zyzzyva by boiling" in left
     assert b"zyzzyva by boil" not in left.replace(b"zyzzyva by boiling", b"")
@@ -52,39 +54,39 @@ def test_a_skill_is_forgotten_with_all_that_names_it_and_nothing_else(path: Path
 
 
 def test_a_session_is_forgotten_as_a_whole(path: Path) -> None:
-    assert forget(path.parent, path, of_session(1)) == Forgotten(1, 40, 2, 1)
-    assert records(path) == dict.fromkeys(("cook.boil", "cook.boiling"), Record(0, 20))
+    assert forget(path.parent, path, filter_by_session(1)) == DeletedRows(1, 40, 2, 1)
+    assert records(path) == dict.fromkeys(("cook.boil", "cook.boiling"), SuccessRecord(0, 20))
     assert MARKS[0].encode() not in bytes_of(path)
     assert MARKS[1].encode() in bytes_of(path)
 
 
 def test_what_is_older_is_forgotten(path: Path) -> None:
     now = datetime.now(UTC)
-    assert forget(path.parent, path, before(now - timedelta(days=1))) == Forgotten(0, 0, 0, 0)
-    assert forget(path.parent, path, before(now + timedelta(days=1))) == Forgotten(2, 80, 4, 2)
+    assert forget(path.parent, path, filter_before(now - timedelta(days=1))) == DeletedRows(0, 0, 0, 0)
+    assert forget(path.parent, path, filter_before(now + timedelta(days=1))) == DeletedRows(2, 80, 4, 2)
     assert not any(mark.encode() in bytes_of(path) for mark in MARKS)
 
 
 def test_nothing_is_forgotten_while_an_agent_is_awake(path: Path) -> None:
-    with exclusive(path.parent), pytest.raises(RefusedError, match="has an agent already: pid"):
-        forget(path.parent, path, of_skill("cook.boil"))
-    assert records(path)["cook.boil"] == Record(0, 40)
+    with lock_folder(path.parent), pytest.raises(AgentError, match="has an agent already: pid"):
+        forget(path.parent, path, filter_by_skill("cook.boil"))
+    assert records(path)["cook.boil"] == SuccessRecord(0, 40)
 
 
 def test_where_nothing_is_remembered_nothing_is_made(tmp_path: Path) -> None:
     path = tmp_path / "nobody" / "memory.sqlite3"
-    with pytest.raises(RefusedError, match="nothing is remembered here"):
-        forget(path.parent, path, of_skill("cook.boil"))
-    with pytest.raises(RefusedError, match="nothing is remembered here"), recollection(path):
+    with pytest.raises(AgentError, match="nothing is remembered here"):
+        forget(path.parent, path, filter_by_skill("cook.boil"))
+    with pytest.raises(AgentError, match="nothing is remembered here"), open_memory_reader(path):
         pass
     assert not path.parent.exists()
 
 
 def test_forgetting_that_fails_midway_has_forgotten_nothing(path: Path) -> None:
     def half(database: object) -> None:
-        of_session(1)(database)  # type: ignore[arg-type]
+        filter_by_session(1)(database)  # type: ignore[arg-type]
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         forget(path.parent, path, half)
-    assert records(path)["cook.boil"] == Record(0, 40)
+    assert records(path)["cook.boil"] == SuccessRecord(0, 40)

@@ -7,52 +7,54 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.memory.posterior import Record
+from aeros.agent.memory.posterior import SuccessRecord
 
 COUNTS = st.integers(0, 60)
-RECORDS = st.builds(Record, COUNTS, COUNTS)
+RECORDS = st.builds(SuccessRecord, COUNTS, COUNTS)
 CHANCES = st.floats(0.01, 0.99)
 
 
 def test_without_a_record_every_chance_is_as_likely_as_another() -> None:
-    nothing = Record(0, 0)
+    nothing = SuccessRecord(0, 0)
     assert nothing.mean == 0.5
-    assert nothing.chance_above(0.3) == pytest.approx(0.7)
+    assert nothing.probability_above(0.3) == pytest.approx(0.7)
     assert not nothing.is_hopeless
 
 
 @given(RECORDS, CHANCES)
-def test_the_chance_above_is_the_integral_of_the_density(record: Record, chance: float) -> None:
+def test_the_chance_above_is_the_integral_of_the_density(record: SuccessRecord, chance: float) -> None:
     """Against the midpoint rule over x^s (1 - x)^f."""
     points = [(n + 0.5) / 4000 for n in range(4000)]
     weights = [x**record.successes * (1 - x) ** record.failures for x in points]
     above = sum(weight for x, weight in zip(points, weights, strict=True) if x > chance)
-    assert record.chance_above(chance) == pytest.approx(above / sum(weights), abs=2e-2)
+    assert record.probability_above(chance) == pytest.approx(above / sum(weights), abs=2e-2)
 
 
 @given(RECORDS, CHANCES)
-def test_a_success_raises_hope_and_a_failure_lowers_it(record: Record, chance: float) -> None:
-    better = Record(record.successes + 1, record.failures)
-    worse = Record(record.successes, record.failures + 1)
+def test_a_success_raises_hope_and_a_failure_lowers_it(record: SuccessRecord, chance: float) -> None:
+    better = SuccessRecord(record.successes + 1, record.failures)
+    worse = SuccessRecord(record.successes, record.failures + 1)
     assert worse.mean < record.mean < better.mean
-    assert worse.chance_above(chance) <= record.chance_above(chance) + 1e-9
-    assert record.chance_above(chance) <= better.chance_above(chance) + 1e-9
+    assert worse.probability_above(chance) <= record.probability_above(chance) + 1e-9
+    assert record.probability_above(chance) <= better.probability_above(chance) + 1e-9
 
 
 def test_large_records_do_not_underflow() -> None:
-    assert Record(100_000, 0).chance_above(0.1) == pytest.approx(1.0)
-    assert Record(0, 100_000).chance_above(0.1) == 0.0
-    assert not Record(5_000, 20_000).is_hopeless
+    assert SuccessRecord(100_000, 0).probability_above(0.1) == pytest.approx(1.0)
+    assert SuccessRecord(0, 100_000).probability_above(0.1) == 0.0
+    assert not SuccessRecord(5_000, 20_000).is_hopeless
 
 
 def test_hope_ends_after_28_failures_and_a_success_brings_it_back() -> None:
-    assert not Record(0, 27).is_hopeless
-    assert Record(0, 28).is_hopeless
-    assert not Record(1, 28).is_hopeless
+    assert not SuccessRecord(0, 27).is_hopeless
+    assert SuccessRecord(0, 28).is_hopeless
+    assert not SuccessRecord(1, 28).is_hopeless
 
 
 def test_draws_are_of_the_posterior() -> None:
     random = Random(0)  # noqa: S311  a test
-    draws = [Record(7, 1).drawn(random) for _ in range(4000)]
-    assert fmean(draws) == pytest.approx(Record(7, 1).mean, abs=0.01)
-    assert fmean(draw > 0.6 for draw in draws) == pytest.approx(Record(7, 1).chance_above(0.6), abs=0.03)
+    draws = [SuccessRecord(7, 1).sample(random) for _ in range(4000)]
+    assert fmean(draws) == pytest.approx(SuccessRecord(7, 1).mean, abs=0.01)
+    assert fmean(draw > 0.6 for draw in draws) == pytest.approx(
+        SuccessRecord(7, 1).probability_above(0.6), abs=0.03
+    )

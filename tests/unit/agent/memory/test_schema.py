@@ -11,11 +11,11 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
 from aeros.agent.memory import schema as memory_schema
-from aeros.agent.memory.posterior import Record
-from aeros.agent.memory.schema import SCHEMA_VERSION, connected
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.schema import SCHEMA_VERSION, open_database
 from aeros.agent.memory.store import Fact, open_memory
 
 OLD = Path(__file__).parents[1] / "data" / "memory_schema_1.sqlite3"
@@ -46,12 +46,12 @@ def test_what_was_remembered_under_schema_1_is_remembered_still(old: Path) -> No
     before = content(old)
     with open_memory(old, Identity(uuid4(), "chef", "", 3)) as memory:
         # One success; one failure; a denial that may have been due to somebody nearby, and a cancellation.
-        assert memory.record_of("make_dumplings", "wrap") == Record(1, 1)
-        assert memory.record_of("make_dumplings", "boil") == Record(1, 0)
-        usual = memory.usual("make_dumplings", "boil")
+        assert memory.success_record("make_dumplings", "wrap") == SuccessRecord(1, 1)
+        assert memory.success_record("make_dumplings", "boil") == SuccessRecord(1, 0)
+        usual = memory.typical_duration("make_dumplings", "boil")
         assert usual is not None
         assert usual.median == 18.5
-        assert memory.recall("last run of make_dumplings.make_dumplings") == Fact(
+        assert memory.get_fact("last run of make_dumplings.make_dumplings") == Fact(
             {"reached": True}, "session 1"
         )
     after = content(old)
@@ -62,30 +62,30 @@ def test_what_was_remembered_under_schema_1_is_remembered_still(old: Path) -> No
 
 
 def test_a_migrated_memory_has_the_schema_of_a_new_one(old: Path, tmp_path: Path) -> None:
-    connected(old).close()
-    connected(tmp_path / "new.sqlite3").close()
+    open_database(old).close()
+    open_database(tmp_path / "new.sqlite3").close()
     assert content(old)["schema"] == content(tmp_path / "new.sqlite3")["schema"]
 
 
-@pytest.mark.parametrize("failing", range(len(memory_schema._TO_2)))
+@pytest.mark.parametrize("failing", range(len(memory_schema._MIGRATION_2)))
 def test_a_migration_that_fails_anywhere_has_changed_nothing(
     old: Path, monkeypatch: pytest.MonkeyPatch, failing: int
 ) -> None:
     before = content(old)
-    statements = list(memory_schema._TO_2)
+    statements = list(memory_schema._MIGRATION_2)
     statements[failing] = "no SQL"
     with monkeypatch.context() as broken:
-        broken.setattr(memory_schema, "_MIGRATIONS", (memory_schema._TO_1, tuple(statements)))
-        with pytest.raises(RefusedError, match="damaged or cannot be used"):
-            connected(old)
+        broken.setattr(memory_schema, "_MIGRATIONS", (memory_schema._MIGRATION_1, tuple(statements)))
+        with pytest.raises(AgentError, match="damaged or cannot be used"):
+            open_database(old)
     assert content(old) == before
-    connected(old).close()
+    open_database(old).close()
     assert content(old)["version"] == [(SCHEMA_VERSION,)]
 
 
 def test_a_migration_is_killed_before_or_after_but_never_halfway(old: Path) -> None:
     """Killed at each statement of it, in a process of its own."""
-    for statement in range(len(memory_schema._TO_2) + 4):
+    for statement in range(len(memory_schema._MIGRATION_2) + 4):
         path = Path(shutil.copy(OLD, old))
         kill = f"""
 import os, signal, sqlite3, sys
@@ -101,5 +101,5 @@ memory_schema._migrate(Dying(sqlite3.connect({str(path)!r}, isolation_level=None
 """
         assert subprocess.run([sys.executable, "-c", kill], check=False).returncode == -signal.SIGKILL
         assert content(path) == content(OLD)
-        connected(path).close()
+        open_database(path).close()
         assert content(path)["version"] == [(SCHEMA_VERSION,)]

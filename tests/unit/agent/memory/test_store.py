@@ -12,14 +12,14 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.errors import RefusedError
+from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
-from aeros.agent.memory.posterior import Record
+from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.schema import SCHEMA_VERSION
-from aeros.agent.memory.store import Beginning, Ending, Memory, Usual, open_memory
+from aeros.agent.memory.store import DurationStats, EpisodeEnd, EpisodeStart, Memory, open_memory
 
 WHO = Identity(uuid4(), "chef", "2026-11-21T00:00:00+00:00", 1)
-STEP = Beginning(
+STEP = EpisodeStart(
     "dumpling.make_dumplings", "dumpling", "wrap", "step", {"force": 0.5}, 1.0, {"wrapped": False}, "here"
 )
 
@@ -28,8 +28,8 @@ def remember(
     memory: Memory, *, failed: bool = False, counts: bool = True, context: str = "here", seconds: float = 1.0
 ) -> None:
     outcome, after = None if failed else "wrapped", {"wrapped": not failed}
-    ending = Ending("finished", outcome, failed, "", 1.0 + seconds, after, counts)
-    memory.end(memory.begin(replace(STEP, context=context)), ending)
+    ending = EpisodeEnd("finished", outcome, failed, "", 1.0 + seconds, after, counts)
+    memory.end_episode(memory.start_episode(replace(STEP, context=context)), ending)
 
 
 def database(path: Path, sql: str) -> list[tuple[object, ...]]:
@@ -49,11 +49,11 @@ def test_the_record_of_a_skill_spans_sessions(path: Path) -> None:
     with open_memory(path, WHO) as memory:
         remember(memory, failed=True)
         remember(memory, failed=True, counts=False)
-        memory.begin(STEP)
-        assert memory.record_of("dumpling", "wrap") == Record(1, 2)
-        memory.interrupt()
-        assert memory.record_of("dumpling", "wrap") == Record(1, 2)
-        assert memory.record_of("dumpling", "boil") == Record(0, 0)
+        memory.start_episode(STEP)
+        assert memory.success_record("dumpling", "wrap") == SuccessRecord(1, 2)
+        memory.mark_interrupted()
+        assert memory.success_record("dumpling", "wrap") == SuccessRecord(1, 2)
+        assert memory.success_record("dumpling", "boil") == SuccessRecord(0, 0)
 
 
 def test_a_record_can_be_asked_for_in_one_context(path: Path) -> None:
@@ -61,33 +61,33 @@ def test_a_record_can_be_asked_for_in_one_context(path: Path) -> None:
         remember(memory)
         remember(memory, context="there")
         remember(memory, failed=True, context="there")
-        assert memory.record_of("dumpling", "wrap", "here") == Record(1, 0)
-        assert memory.record_of("dumpling", "wrap", "there") == Record(1, 1)
-        assert memory.record_of("dumpling", "wrap", "elsewhere") == Record(0, 0)
+        assert memory.success_record("dumpling", "wrap", "here") == SuccessRecord(1, 0)
+        assert memory.success_record("dumpling", "wrap", "there") == SuccessRecord(1, 1)
+        assert memory.success_record("dumpling", "wrap", "elsewhere") == SuccessRecord(0, 0)
 
 
 def test_successes_say_how_long_a_skill_takes(path: Path) -> None:
     with open_memory(path, WHO) as memory:
-        assert memory.usual("dumpling", "wrap") is None
+        assert memory.typical_duration("dumpling", "wrap") is None
         remember(memory, seconds=3.0)
-        assert str(memory.usual("dumpling", "wrap")) == "3.0 s, half of them 3.0 to 3.0 s"
+        assert str(memory.typical_duration("dumpling", "wrap")) == "3.0 s, half of them 3.0 to 3.0 s"
         for seconds in (1.0, 2.0, 4.0, 5.0):
             remember(memory, seconds=seconds)
         remember(memory, failed=True, seconds=60.0)
         remember(memory, counts=False, seconds=60.0)
-        assert memory.usual("dumpling", "wrap") == Usual(3.0, 2.0, 4.0, 5)
+        assert memory.typical_duration("dumpling", "wrap") == DurationStats(3.0, 2.0, 4.0, 5)
 
 
 def test_the_latest_successes_say_it(path: Path) -> None:
     with open_memory(path, WHO) as memory:
         for seconds in [9.0] * 20 + [2.0] * 101:
             remember(memory, seconds=seconds)
-        assert memory.usual("dumpling", "wrap") == Usual(2.0, 2.0, 2.0, 101)
+        assert memory.typical_duration("dumpling", "wrap") == DurationStats(2.0, 2.0, 2.0, 101)
 
 
 def test_a_step_is_known_before_it_ends_and_interrupted_if_it_never_does(path: Path) -> None:
     with open_memory(path, WHO) as memory:
-        memory.begin(STEP)
+        memory.start_episode(STEP)
         assert database(path, "SELECT skill, status FROM episodes") == [("wrap", None)]
     assert database(path, "SELECT skill, status FROM episodes") == [("wrap", "interrupted")]
 
@@ -104,20 +104,20 @@ with open_memory(Path({str(path)!r}), WHO) as memory:
 """
     assert subprocess.run([sys.executable, "-c", kill], check=False).returncode == -signal.SIGKILL
     with open_memory(path, WHO) as memory:
-        assert memory.record_of("dumpling", "wrap") == Record(1, 0)
-        assert memory.interrupt() == ["dumpling.wrap"]
-        assert memory.interrupt() == []
+        assert memory.success_record("dumpling", "wrap") == SuccessRecord(1, 0)
+        assert memory.mark_interrupted() == ["dumpling.wrap"]
+        assert memory.mark_interrupted() == []
 
 
 def test_facts_have_a_source_and_are_replaced(path: Path) -> None:
     with open_memory(path, WHO) as memory:
-        memory.learn("pot", {"x": 0.4}, "camera")
-        memory.learn("pot", {"x": 0.5}, "operator")
+        memory.set_fact("pot", {"x": 0.4}, "camera")
+        memory.set_fact("pot", {"x": 0.5}, "operator")
     with open_memory(path, WHO) as memory:
-        fact = memory.recall("pot")
+        fact = memory.get_fact("pot")
         assert fact is not None
         assert (fact.value, fact.source) == ({"x": 0.5}, "operator")
-        assert memory.recall("pan") is None
+        assert memory.get_fact("pan") is None
 
 
 def test_writes_are_durable(path: Path) -> None:
@@ -134,7 +134,7 @@ def test_a_newer_schema_is_refused(path: Path) -> None:
     database(path, f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     with (
         pytest.raises(
-            RefusedError, match=f"has schema {SCHEMA_VERSION + 1}; this version reads up to {SCHEMA_VERSION}"
+            AgentError, match=f"has schema {SCHEMA_VERSION + 1}; this version reads up to {SCHEMA_VERSION}"
         ),
         open_memory(path, WHO),
     ):
@@ -143,13 +143,13 @@ def test_a_newer_schema_is_refused(path: Path) -> None:
 
 def test_a_foreign_database_is_refused(path: Path) -> None:
     database(path, "CREATE TABLE songs (title TEXT)")
-    with pytest.raises(RefusedError, match="database of something else"), open_memory(path, WHO):
+    with pytest.raises(AgentError, match="database of something else"), open_memory(path, WHO):
         pass
 
 
 def test_a_file_that_is_no_database_is_refused_and_left_alone(path: Path) -> None:
     path.write_bytes(b"\x00garbage" * 1000)
-    with pytest.raises(RefusedError, match="damaged"), open_memory(path, WHO):
+    with pytest.raises(AgentError, match="damaged"), open_memory(path, WHO):
         pass
     assert path.read_bytes() == b"\x00garbage" * 1000
 
@@ -161,19 +161,19 @@ def test_a_torn_page_is_refused(path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[3 * 4096 : -4096] = b"\xff" * (len(content) - 4 * 4096)
     path.write_bytes(content)
-    with pytest.raises(RefusedError, match="damaged"), open_memory(path, WHO):
+    with pytest.raises(AgentError, match="damaged"), open_memory(path, WHO):
         pass
 
 
 def test_a_folder_in_place_of_the_database_is_refused(path: Path) -> None:
     path.mkdir()
-    with pytest.raises(RefusedError, match="cannot be opened"), open_memory(path, WHO):
+    with pytest.raises(AgentError, match="cannot be opened"), open_memory(path, WHO):
         pass
 
 
 def test_a_failing_write_is_a_refusal_with_the_reason(path: Path) -> None:
     with open_memory(path, WHO) as memory:
         memory._database.execute("PRAGMA query_only = ON")
-        with pytest.raises(RefusedError, match="memory failed"):
-            memory.begin(STEP)
+        with pytest.raises(AgentError, match="memory failed"):
+            memory.start_episode(STEP)
         memory._database.execute("PRAGMA query_only = OFF")

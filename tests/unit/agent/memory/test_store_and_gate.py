@@ -14,21 +14,21 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.agent import MEMORY, awake
+from aeros.agent.agent import MEMORY_FILE, start_agent
 from aeros.agent.identity import Identity
-from aeros.agent.memory.context import context_of
-from aeros.agent.memory.store import Beginning, Ending, open_memory
-from aeros.agent.world.world import measured_world
+from aeros.agent.memory.context import evidence_context
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
+from aeros.agent.world.world import world_from_readings
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
-from aeros.runtime.proving import prove
-from aeros.runtime.records.replay import Replay
+from aeros.runtime.proving import prove_configuration
+from aeros.runtime.records.replay import LogReplay
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.symbolic.plant import SymbolicPlant
-from aeros.spec.expr.doubles import as_doubles
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 
 WIPES = ("wipe", "wipe_again")
@@ -54,25 +54,25 @@ def configuration(tmp_path_factory: pytest.TempPathFactory) -> Configuration:
         assert manifest.count(old) == 1
         manifest = manifest.replace(old, new)
     (folder / "ecm.yaml").write_text(manifest, "utf-8")
-    return prove([folder], reference_site(), certified=False)[0]
+    return prove_configuration([folder], reference_site_path(), certified=False)[0]
 
 
 def remember(folder: Path, configuration: Configuration, tries: dict[str, tuple[int, int]]) -> None:
     """Successes and failures of each skill, in the context in which the task begins."""
     ecm = configuration.modules["clean_table"]
     plant = SymbolicPlant(
-        configuration.site, configuration.modules, 7, as_doubles(ecm.tasks["clean_table"].initial)
+        configuration.site, configuration.modules, 7, to_doubles(ecm.tasks["clean_table"].initial)
     )
-    world = measured_world(configuration.site.state, plant.observe(), plant.now())
+    world = world_from_readings(configuration.site.state, plant.observe(), plant.now())
     task = "clean_table.clean_table"
-    context = context_of(task, ecm, [ecm.skills[name] for name in WIPES], world)
+    context = evidence_context(task, ecm, [ecm.skills[name] for name in WIPES], world)
     folder.mkdir()
-    with open_memory(folder / MEMORY, Identity(uuid4(), "panda", "", 1)) as memory:
+    with open_memory(folder / MEMORY_FILE, Identity(uuid4(), "panda", "", 1)) as memory:
         for skill, (successes, failures) in tries.items():
             for failed in [False] * successes + [True] * failures:
-                beginning = Beginning(task, ecm.id, skill, "step", {}, 0.0, {}, context)
-                ending = Ending("finished", None, failed, "", 1.0, {}, counts=True)
-                memory.end(memory.begin(beginning), ending)
+                beginning = EpisodeStart(task, ecm.id, skill, "step", {}, 0.0, {}, context)
+                ending = EpisodeEnd("finished", None, failed, "", 1.0, {}, counts_toward_record=True)
+                memory.end_episode(memory.start_episode(beginning), ending)
 
 
 def decisions(
@@ -81,21 +81,21 @@ def decisions(
     """What was asked for and decided by an agent with these memories; each decided again by a gate alone."""
     folder.mkdir()
     remember(folder / "state", configuration, tries)
-    initial = as_doubles(configuration.modules["clean_table"].tasks["clean_table"].initial)
+    initial = to_doubles(configuration.modules["clean_table"].tasks["clean_table"].initial)
     plant = SymbolicPlant(configuration.site, configuration.modules, 7, initial)
     with (
         AuditLog(folder / "audit.jsonl", clock=lambda: 0.0) as audit,
         Executor(configuration, CompiledGate(configuration), plant, audit, run_in_process) as executor,
-        awake(folder / "state", "panda", executor) as agent,
+        start_agent(folder / "state", "panda", executor) as agent,
     ):
         agent.run("clean the table")
-    again = Replay(lambda _: configuration)
+    again = LogReplay(lambda _: configuration)
     records = [json.loads(line) for line in (folder / "audit.jsonl").read_text("utf-8").splitlines()]
     for record in records:
-        again.take(record)
-    assert again.disagreements == []
+        again.replay_record(record)
+    assert again.mismatches == []
     found = [one["details"] for one in records if one["event"] == "decision"]
-    assert again.agreed == len(found) > 10
+    assert again.matching_count == len(found) > 10
     return found
 
 

@@ -9,17 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from aeros.agent.planning.check_plan import Judge
-from aeros.agent.planning.classical import Engine, EngineError
-from aeros.agent.planning.pddl import ClassicalPlanner
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.check_plan import PlanChecker
+from aeros.agent.planning.classical import ClassicalEngineError, UnifiedPlanningEngine
+from aeros.agent.planning.pddl import PddlPlanner
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.smt import NoPlanError
-from aeros.agent.planning.task_graph import Step, TaskGraph, verify_plan
-from aeros.agent.world.world import measured_world
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph, verify_plan
+from aeros.agent.world.world import world_from_readings
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.model.model import Ecm
-from aeros.spec.planning.search_result import NotDecidedError
+from aeros.spec.planning.search_result import PlanUndecidedError
 from tests.differential.real_loop import Recording
 from tests.differential.reference_cases import REFERENCE, reference
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, site, skill
@@ -57,15 +57,15 @@ RISKY = module("dumpling", (*DUMPLING.skills.values(), BOIL), MAKE_DUMPLINGS)
 
 def planned(engine: Saying, ecm: Ecm = DUMPLING) -> TaskGraph:
     runtime = FakeRuntime()
-    world = measured_world(runtime.site.state, runtime.observe(), runtime.now())
-    return ClassicalPlanner(site(), engine).plan(Routed("dumpling", MAKE_DUMPLINGS), world, {"dumpling": ecm})
+    world = world_from_readings(runtime.site.state, runtime.observe(), runtime.now())
+    return PddlPlanner(site(), engine).plan(RoutedTask("dumpling", MAKE_DUMPLINGS), world, {"dumpling": ecm})
 
 
 def test_what_comes_of_failures_is_asked_for_too() -> None:
     engine = Saying(DO, [DO[0], *DO[2:]], DO)
     graph = planned(engine, RISKY)
     assert [step.skill for step in graph.steps] == ["prepare", "recover", "wrap", "boil"]
-    assert graph.steps[2] == Step("dumpling", "wrap", {}, 3, "recover")
+    assert graph.steps[2] == PlanStep("dumpling", "wrap", {}, 3, "recover")
     assert len(engine.asked) == 3  # the last: whether there is anything shorter by now
 
 
@@ -77,11 +77,11 @@ def test_what_comes_of_failures_is_asked_for_too() -> None:
         ([*DO[:2], "dumpling-wrap-misaligned"], "`dumpling-wrap-misaligned` where that is impossible"),
         (DO[:3], "the engine's plan ends before the goal"),
         ([], "the engine's plan ends before the goal"),
-        (EngineError("it crashed"), "the engine does not say: it crashed"),
+        (ClassicalEngineError("it crashed"), "the engine does not say: it crashed"),
     ],
 )
 def test_an_engine_that_is_wrong_is_not_followed(said: list[str] | Exception, why: str) -> None:
-    with pytest.raises(NotDecidedError) as undecided:
+    with pytest.raises(PlanUndecidedError) as undecided:
         planned(Saying(said))
     assert why in str(undecided.value)
 
@@ -94,7 +94,7 @@ def test_an_engine_that_finds_nothing_is_believed_to_have_found_nothing() -> Non
 def test_an_engine_that_goes_where_it_must_not_is_asked_for_another_plan_then_given_up() -> None:
     # From where it is spilt there is no plan, it says; so nothing may be boiled.
     engine = Saying(DO, None, DO)
-    with pytest.raises(NotDecidedError, match="uses `dumpling-boil-cooked` where that is excluded"):
+    with pytest.raises(PlanUndecidedError, match="uses `dumpling-boil-cooked` where that is excluded"):
         planned(engine, RISKY)
     boiling = engine.asked[-1].partition("dumpling-boil-cooked")[2].partition(":effect")[0]
     assert boiling.count("(not (and (dough_on_workspace)") == 1
@@ -113,13 +113,13 @@ def test_our_judge_finds_fault_with_a_real_engines_plan_only_where_it_is_to_be_m
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
     case = reference(name, 10)
     runtime = Recording(case.ecm, case.site, case.start, lambda _, names: names[0])
-    world = measured_world(case.site.state, runtime.observe(), runtime.now())
-    modules, routed = {name: case.ecm}, Routed(name, case.task)
+    world = world_from_readings(case.site.state, runtime.observe(), runtime.now())
+    modules, routed = {name: case.ecm}, RoutedTask(name, case.task)
     assert engines(), "unified_planning is installed and none of the engines that it could ask"
     for engine in engines():
-        graph = ClassicalPlanner(case.site, Engine(engine)).plan(routed, world, modules)
+        graph = PddlPlanner(case.site, UnifiedPlanningEngine(engine)).plan(routed, world, modules)
         assert verify_plan(graph, modules, case.site) == []
-        problems = Judge(routed, world, modules, case.site).problems(graph)
+        problems = PlanChecker(routed, world, modules, case.site).problems(graph)
         assert all(text.startswith("it ends, and the goal does not hold") for text in problems)
 
 
@@ -130,7 +130,7 @@ def run(folder: Path, *arguments: str) -> int:
 
 def test_a_run_by_a_real_engine_reaches_the_goal(tmp_path: Path) -> None:
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
-    assert run(tmp_path, "--planner", "pddl", "--engine", "pyperplan") == Exit.PROVED
+    assert run(tmp_path, "--planner", "pddl", "--engine", "pyperplan") == Exit.SUCCESS
 
 
 def test_an_engine_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,25 +7,25 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.planning.plan_json import MalformedPlanError, form_of, graph_of, read_json
-from aeros.agent.planning.task_graph import MOST_LEVELS, MOST_STEPS, PLANNED, Step, TaskGraph
+from aeros.agent.planning.plan_json import MalformedPlanError, parse_strict_json, plan_from_json, plan_to_json
+from aeros.agent.planning.task_graph import MAX_DEPTH, MAX_STEPS, PLAN_SPAN, PlanStep, TaskGraph
 from aeros.spec.model.step_graph import If, Seq
 from tests.unit.agent.dumplings import site, term
 
 WHERE = "wrapper_aligned and area == pot"
 GRAPH = TaskGraph(
     (
-        Step("dumpling", "prepare"),
-        Step("dumpling", "wrap", unless=term(f"{WHERE} or not wrapper_aligned")),
-        Seq((Step("dumpling", "boil", {"force": 0.1}, retry=2, on_failure="recover"),)),
-        If(term(WHERE), WHERE, Seq((Step("dumpling", "wrap"),)), Seq(()), PLANNED),
-        If(term(WHERE), WHERE, Seq(()), None, PLANNED),
+        PlanStep("dumpling", "prepare"),
+        PlanStep("dumpling", "wrap", unless=term(f"{WHERE} or not wrapper_aligned")),
+        Seq((PlanStep("dumpling", "boil", {"force": 0.1}, retry=2, on_failure="recover"),)),
+        If(term(WHERE), WHERE, Seq((PlanStep("dumpling", "wrap"),)), Seq(()), PLAN_SPAN),
+        If(term(WHERE), WHERE, Seq(()), None, PLAN_SPAN),
     )
 )
 
 
 def test_what_is_written_is_read_as_it_was() -> None:
-    assert graph_of(read_json(json.dumps(form_of(GRAPH))), site()) == GRAPH
+    assert plan_from_json(parse_strict_json(json.dumps(plan_to_json(GRAPH))), site()) == GRAPH
 
 
 def nested(levels: int) -> list[Any]:
@@ -57,13 +57,13 @@ STEP = {"skill": "dumpling.prepare"}
         ([{"if": "__import__('os')", "then": []}], "`plan[0].if` is no condition"),
         ([{"if": "(" * 1900, "then": []}], "`plan[0].if` is no condition"),
         ([{"if": "wrapper_aligned", "then": [], "do": []}], "`plan[0]` has a key that no plan has"),
-        (nested(MOST_LEVELS + 2), f"is nested more than {MOST_LEVELS} deep"),
-        ([STEP] * (2 * MOST_STEPS + 1), f"it has more than {2 * MOST_STEPS} parts"),
+        (nested(MAX_DEPTH + 2), f"is nested more than {MAX_DEPTH} deep"),
+        ([STEP] * (2 * MAX_STEPS + 1), f"it has more than {2 * MAX_STEPS} parts"),
     ],
 )
 def test_another_form_is_refused_with_its_place(form: Any, said: str) -> None:
     with pytest.raises(MalformedPlanError) as refusal:
-        graph_of(form, site())
+        plan_from_json(form, site())
     assert said in str(refusal.value)
 
 
@@ -81,4 +81,4 @@ def test_another_form_is_refused_with_its_place(form: Any, said: str) -> None:
 )
 def test_what_is_no_json_is_refused(text: str | bytes, said: str) -> None:
     with pytest.raises(MalformedPlanError, match=said):
-        read_json(text)
+        parse_strict_json(text)

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from aeros.agent.agent import awake
+from aeros.agent.agent import start_agent
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner, RulePlanner
-from aeros.agent.planning.routing import Routed
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.smt import SmtPlanner
-from aeros.agent.planning.task_graph import Step, TaskGraph
-from aeros.agent.world.world import World
-from aeros.runtime.ports import Ended
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.world.world import WorldModel
+from aeros.runtime.ports import EndedStep
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.model import Ecm
 from tests.unit.agent.dumplings import site
@@ -28,7 +28,7 @@ WITHIN = 3.0
 
 
 def run(folder: Path, runtime: FakeRuntime, planner: Planner, timeout: float | None = None) -> RunReport:
-    with awake(folder, "chef", runtime, planner, within=WITHIN) as agent:
+    with start_agent(folder, "chef", runtime, planner, within=WITHIN) as agent:
         return agent.run("Make dumplings!", timeout)
 
 
@@ -40,10 +40,10 @@ class Sleeping:
     def __init__(self, *skills: str) -> None:
         self.skills = skills
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         if world.predicates["dough_on_workspace"]:
             time.sleep(1000.0)
-        return TaskGraph(tuple(Step("dumpling", skill) for skill in self.skills))
+        return TaskGraph(tuple(PlanStep("dumpling", skill) for skill in self.skills))
 
 
 def told(runtime: FakeRuntime, kind: str) -> list[dict[str, object]]:
@@ -96,7 +96,7 @@ def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> No
     limits = replace(site().limits, replans=0, planning=Fraction(1, 2))
     runtime = FakeRuntime(at=replace(site(), limits=limits))
     runtime.state["dough_on_workspace"] = True
-    with awake(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
+    with start_agent(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
         agent.run("Make dumplings!")
     assert runtime.clock == 100.5
     (late,) = told(runtime, "plan-late")
@@ -114,7 +114,7 @@ class Stopped(FakeRuntime):
 def test_once_the_operator_has_stopped_everything_nobody_is_waited_for(tmp_path: Path) -> None:
     runtime = Stopped()
     runtime.state["dough_on_workspace"] = True
-    with awake(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
+    with start_agent(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
         report = agent.run("Make dumplings!")
     assert report.replans == 0
     assert runtime.clock == 102.0
@@ -124,7 +124,7 @@ def test_once_the_operator_has_stopped_everything_nobody_is_waited_for(tmp_path:
 class Changing(FakeRuntime):
     """What is measured changes as time goes on."""
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         ended = super().wait(until)
         if ended is None:
             self.state["wrapper_aligned"] = not self.state["wrapper_aligned"]
@@ -140,8 +140,8 @@ def test_what_was_found_to_lead_to_the_goal_from_another_world_is_not_followed(t
         return []
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("aeros.agent.planning.check_plan.Judge.problems", drowsy)
-        with awake(
+        patch.setattr("aeros.agent.planning.check_plan.PlanChecker.problems", drowsy)
+        with start_agent(
             tmp_path, "chef", runtime, Sleeping("prepare", "recover", "wrap", "boil"), within=2.0
         ) as agent:
             agent.run("Make dumplings!")
@@ -153,7 +153,7 @@ class Unable:
 
     name = "unable"
 
-    def plan(self, routed: Routed, world: World, modules: Mapping[str, Ecm]) -> TaskGraph:
+    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         raise LookupError("no idea")
 
 
@@ -161,7 +161,7 @@ def test_a_planner_that_breaks_off_beside_is_refused_as_in_place(tmp_path: Path)
     said = []
     for within in (None, WITHIN):
         runtime = FakeRuntime()
-        with awake(tmp_path / str(within), "chef", runtime, Unable(), within=within) as agent:
+        with start_agent(tmp_path / str(within), "chef", runtime, Unable(), within=within) as agent:
             said.append(agent.run("Make dumplings!").reason)
     assert said == ["the plan is rejected: the planner failed: LookupError: no idea"] * 2
 
@@ -169,7 +169,7 @@ def test_a_planner_that_breaks_off_beside_is_refused_as_in_place(tmp_path: Path)
 class Broken(FakeRuntime):
     """The runtime itself fails while somebody thinks."""
 
-    def wait(self, until: float = inf) -> Ended | None:
+    def wait(self, until: float = inf) -> EndedStep | None:
         raise InternalError("the plant is gone")
 
 

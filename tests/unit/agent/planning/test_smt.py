@@ -10,13 +10,13 @@ from aeros.agent.planning.base import Planner
 from aeros.agent.planning.smt import SmtPlanner
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate.configuration import configure
+from aeros.runtime.gate.configuration import make_configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.symbolic.outcomes import draw_outcome
 from aeros.sim.symbolic.plant import SymbolicPlant
-from aeros.spec.closed_loop.outcome_probabilities import shares_of
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.verification.certificate import certificate_for
 from tests.differential.real_loop import Recording, pursue
 from tests.differential.reference_cases import REFERENCE, in_small, reference
@@ -27,7 +27,7 @@ from tests.differential.test_prediction import Unwritten
 @pytest.mark.parametrize("name", REFERENCE)
 def test_it_reaches_the_goal_no_less_often_than_the_rules_do(name: str, replans: int) -> None:
     case = in_small(reference(name, replans))
-    shares = {key: shares_of(one.outcomes.values()) for key, one in case.ecm.skills.items()}
+    shares = {key: outcome_probabilities(one.outcomes.values()) for key, one in case.ecm.skills.items()}
 
     def reached(planner: Planner | None, seed: int) -> bool:
         runs = Counter[str]()
@@ -48,11 +48,13 @@ def test_it_reaches_the_goal_no_less_often_than_the_rules_do(name: str, replans:
 @pytest.mark.parametrize("name", REFERENCE)
 def test_the_whole_runtime_reaches_each_reference_goal_on_the_symbolic_plant(name: str) -> None:
     case = reference(name, 10)
-    configuration = configure(case.site, {case.ecm.id: (case.ecm, certificate_for(case.ecm, case.site, {}))})
+    configuration = make_configuration(
+        case.site, {case.ecm.id: (case.ecm, certificate_for(case.ecm, case.site, {}))}
+    )
     gate = CompiledGate(configuration, GateMode.COMPILED)
     log: AuditLog = Unwritten()
     for seed in range(4):
-        plant = SymbolicPlant(case.site, configuration.modules, seed, as_doubles(case.task.initial))
+        plant = SymbolicPlant(case.site, configuration.modules, seed, to_doubles(case.task.initial))
         executor = Executor(configuration, gate, plant, log, run_in_process)
         report = pursue(case.ecm, case.task, executor, SmtPlanner(case.site))
         assert report.reached, report.reason

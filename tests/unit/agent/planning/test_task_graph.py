@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from aeros.agent.planning.base import RulePlanner
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import LONGEST_REMARK, MOST_STEPS, Step, TaskGraph, verify_plan
-from aeros.agent.world.world import measured_world
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import MAX_REMARK_CHARS, MAX_STEPS, PlanStep, TaskGraph, verify_plan
+from aeros.agent.world.world import world_from_readings
 from aeros.runtime.ports import Reading
 from tests.unit.agent.dumplings import (
     DUMPLING,
@@ -22,7 +22,7 @@ from tests.unit.agent.dumplings import (
     skill,
 )
 
-NEEDY = skill("needy", outcome("done", {}), inputs={"force": replace(FORCE, default=None)})
+NEEDY = skill("needy", outcome("done", {}), inputs={"force": replace(FORCE, default_value=None)})
 MODULES = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), NEEDY))}
 
 
@@ -31,38 +31,44 @@ def problems(*steps: Any) -> list[str]:
 
 
 def planned(**measured: bool) -> list[str]:
-    world = measured_world(STATE, {name: Reading(value, 0.0) for name, value in measured.items()}, 0.0)
-    graph = RulePlanner().plan(Routed("dumpling", MAKE_DUMPLINGS), world, {"dumpling": DUMPLING})
+    world = world_from_readings(STATE, {name: Reading(value, 0.0) for name, value in measured.items()}, 0.0)
+    graph = RulePlanner().plan(RoutedTask("dumpling", MAKE_DUMPLINGS), world, {"dumpling": DUMPLING})
     assert verify_plan(graph, {"dumpling": DUMPLING}, site()) == []
     return [str(step) for step in graph.steps]
 
 
 def test_a_fitting_plan_has_no_problem() -> None:
-    assert problems(Step("dumpling", "wrap", retry=3, on_failure="recover"), Step("dumpling", "boil")) == []
-    assert problems(Step("dumpling", "boil", {"force": 0.25})) == []
-    assert problems(Step("dumpling", "needy", {"force": Fraction(1, 4)})) == []
+    assert (
+        problems(PlanStep("dumpling", "wrap", retry=3, on_failure="recover"), PlanStep("dumpling", "boil"))
+        == []
+    )
+    assert problems(PlanStep("dumpling", "boil", {"force": 0.25})) == []
+    assert problems(PlanStep("dumpling", "needy", {"force": Fraction(1, 4)})) == []
 
 
 @pytest.mark.parametrize(
     ("step", "problem"),
     [
-        (Step("pizza", "bake"), "no active module is named `pizza`"),
-        (Step("dumpling", "wrapp"), "has no skill `wrapp`; did you mean `wrap`?"),
-        (Step("dumpling", "wrap", {"force": 0.5}), "`force` is no input of it"),
-        (Step("dumpling", "needy"), "it needs the input `force`"),
-        (Step("dumpling", "boil", {"force": 2.0}), "the input `force` is outside 0 … 1"),
-        (Step("dumpling", "boil", {"force": "hard"}), "the input `force` is of type str"),
-        (Step("dumpling", "wrap", retry=4), "4 retries; this site allows 0 to 3"),
-        (Step("dumpling", "wrap", retry=-1), "-1 retries"),
-        (Step("dumpling", "wrap", retry=1, on_failure="pray"), "on_failure: `dumpling` has no skill `pray`"),
-        (Step("dumpling", "wrap", retry=1, on_failure="needy"), "on_failure `needy`: it needs the input"),
+        (PlanStep("pizza", "bake"), "no active module is named `pizza`"),
+        (PlanStep("dumpling", "wrapp"), "has no skill `wrapp`; did you mean `wrap`?"),
+        (PlanStep("dumpling", "wrap", {"force": 0.5}), "`force` is no input of it"),
+        (PlanStep("dumpling", "needy"), "it needs the input `force`"),
+        (PlanStep("dumpling", "boil", {"force": 2.0}), "the input `force` is outside 0 … 1"),
+        (PlanStep("dumpling", "boil", {"force": "hard"}), "the input `force` is of type str"),
+        (PlanStep("dumpling", "wrap", retry=4), "4 retries; this site allows 0 to 3"),
+        (PlanStep("dumpling", "wrap", retry=-1), "-1 retries"),
         (
-            Step("dumpling", "wrap", retry=1, on_failure="wrap"),
+            PlanStep("dumpling", "wrap", retry=1, on_failure="pray"),
+            "on_failure: `dumpling` has no skill `pray`",
+        ),
+        (PlanStep("dumpling", "wrap", retry=1, on_failure="needy"), "on_failure `needy`: it needs the input"),
+        (
+            PlanStep("dumpling", "wrap", retry=1, on_failure="wrap"),
             "in a circle: `dumpling.wrap` → `dumpling.wrap`",
         ),
-        (Step("dumpling", "wrap", retry=True), "`retry` is of type bool"),
-        (Step("dumpling", None), "`skill` is of type NoneType"),  # type: ignore[arg-type]
-        (Step("dumpling", "wrap", unless="never"), "`unless` is of type str"),  # type: ignore[arg-type]
+        (PlanStep("dumpling", "wrap", retry=True), "`retry` is of type bool"),
+        (PlanStep("dumpling", None), "`skill` is of type NoneType"),  # type: ignore[arg-type]
+        (PlanStep("dumpling", "wrap", unless="never"), "`unless` is of type str"),  # type: ignore[arg-type]
         ("wrap", "a str is not a step"),
     ],
 )
@@ -72,33 +78,33 @@ def test_a_problem_is_named_before_the_first_step(step: Any, problem: str) -> No
 
 
 def test_every_problem_is_named() -> None:
-    assert len(problems(Step("dumpling", "a", retry=9, on_failure="b"), Step("pizza", "bake"))) == 4
+    assert len(problems(PlanStep("dumpling", "a", retry=9, on_failure="b"), PlanStep("pizza", "bake"))) == 4
 
 
 def test_recoveries_must_not_go_round_in_a_circle_over_several_steps() -> None:
-    wrap = Step("dumpling", "wrap", retry=1, on_failure="recover")
-    recover = Step("dumpling", "recover", retry=1, on_failure="wrap")
+    wrap = PlanStep("dumpling", "wrap", retry=1, on_failure="recover")
+    recover = PlanStep("dumpling", "recover", retry=1, on_failure="wrap")
     (found,) = problems(wrap, recover)
     assert "circle" in found
 
 
-@pytest.mark.parametrize("graph", [None, "steps", TaskGraph(()), TaskGraph([Step("dumpling", "wrap")])])  # type: ignore[arg-type]
+@pytest.mark.parametrize("graph", [None, "steps", TaskGraph(()), TaskGraph([PlanStep("dumpling", "wrap")])])  # type: ignore[arg-type]
 def test_what_is_no_plan_is_rejected(graph: object) -> None:
     assert len(verify_plan(graph, MODULES, site())) == 1
 
 
 def test_a_remark_is_text_of_some_length() -> None:
-    steps = (Step("dumpling", "recover"),)
-    assert verify_plan(TaskGraph(steps, "x" * LONGEST_REMARK), MODULES, site()) == []
-    wrong: list[Any] = ["x" * (LONGEST_REMARK + 1), ["x"], None]
+    steps = (PlanStep("dumpling", "recover"),)
+    assert verify_plan(TaskGraph(steps, "x" * MAX_REMARK_CHARS), MODULES, site()) == []
+    wrong: list[Any] = ["x" * (MAX_REMARK_CHARS + 1), ["x"], None]
     for remark in wrong:
         assert "its remark is no text" in verify_plan(TaskGraph(steps, remark), MODULES, site())[0]
 
 
 def test_a_plan_has_a_greatest_length() -> None:
-    step = Step("dumpling", "recover")
-    assert problems(*[step] * MOST_STEPS) == []
-    assert "at most 100" in problems(*[step] * (MOST_STEPS + 1))[0]
+    step = PlanStep("dumpling", "recover")
+    assert problems(*[step] * MAX_STEPS) == []
+    assert "at most 100" in problems(*[step] * (MAX_STEPS + 1))[0]
 
 
 def test_rules_emit_what_is_not_measured_in_order() -> None:

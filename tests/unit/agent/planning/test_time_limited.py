@@ -15,12 +15,18 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.planning.time_limited import MOST_MEMORY, MOST_SAID, Beside, LateError, ThinkingFailedError
+from aeros.agent.planning.time_limited import (
+    MAX_ANSWER_BYTES,
+    MAX_MEMORY_BYTES,
+    PlannerProcess,
+    PlannerProcessError,
+    PlanningTimeoutError,
+)
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate.configuration import configure
+from aeros.runtime.gate.configuration import make_configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.ports import Completion, Ended, Monitor, Motion, StepRequest, StepStatus
+from aeros.runtime.ports import EndedStep, Monitor, MotionCompletion, MotionHandle, StepRequest, StepStatus
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.kinematic.plant import KinematicPlant
 from aeros.sim.kinematic.scenes import SCENES
@@ -40,7 +46,9 @@ def by_the_second() -> Callable[[], float]:
 
 def test_an_answer_that_comes_at_once_costs_no_time() -> None:
     runtime = FakeRuntime()
-    assert Beside(runtime, within=FOREVER)(lambda: {"plan": [1, "two", None]}) == {"plan": [1, "two", None]}
+    assert PlannerProcess(runtime, timeout_s=FOREVER)(lambda: {"plan": [1, "two", None]}) == {
+        "plan": [1, "two", None]
+    }
     assert runtime.clock == 100.0
 
 
@@ -48,19 +56,21 @@ def test_whole_seconds_of_thinking_pass_on_the_plants_clock() -> None:
     seen: list[float] = []
 
     class Seen(FakeRuntime):
-        def wait(self, until: float = inf) -> Ended | None:
+        def wait(self, until: float = inf) -> EndedStep | None:
             seen.append(until)
             return super().wait(until)
 
-    with pytest.raises(LateError, match=r"nothing came within 3\.5 s"):
-        Beside(Seen(), within=3.5, seconds=by_the_second())(lambda: time.sleep(FOREVER))
+    with pytest.raises(PlanningTimeoutError, match=r"nothing came within 3\.5 s"):
+        PlannerProcess(Seen(), timeout_s=3.5, seconds=by_the_second())(lambda: time.sleep(FOREVER))
     assert seen == [101.0, 102.0, 103.0, 103.5]
 
 
 def test_no_longer_than_the_task_may_take_is_waited() -> None:
     runtime = FakeRuntime()
-    with pytest.raises(LateError):
-        Beside(runtime, within=FOREVER, until=102.0, seconds=by_the_second())(lambda: time.sleep(FOREVER))
+    with pytest.raises(PlanningTimeoutError):
+        PlannerProcess(runtime, timeout_s=FOREVER, deadline=102.0, seconds=by_the_second())(
+            lambda: time.sleep(FOREVER)
+        )
     assert runtime.clock == 102.0
 
 
@@ -82,8 +92,8 @@ def test_who_is_late_is_gone_with_all_that_it_started(thinks: Callable[[Path], N
         told.write_text(str(os.getpid()))
         thinks(told)
 
-    with pytest.raises(LateError):
-        Beside(FakeRuntime(), within=0.5)(think)
+    with pytest.raises(PlanningTimeoutError):
+        PlannerProcess(FakeRuntime(), timeout_s=0.5)(think)
     assert is_gone(int(told.read_text()))
 
 
@@ -101,7 +111,7 @@ def is_gone(pid: int) -> bool:
 
 
 def takes_all_memory() -> int:
-    return len(bytearray(2 * MOST_MEMORY))
+    return len(bytearray(2 * MAX_MEMORY_BYTES))
 
 
 def raises() -> None:
@@ -116,13 +126,13 @@ def raises() -> None:
         (lambda: os._exit(3), "its process ended without an answer"),
         (lambda: os.kill(os.getpid(), signal.SIGKILL), "its process ended without an answer"),
         (takes_all_memory, "MemoryError"),
-        (lambda: "x" * MOST_SAID, f"its answer is longer than {MOST_SAID} bytes"),
+        (lambda: "x" * MAX_ANSWER_BYTES, f"its answer is longer than {MAX_ANSWER_BYTES} bytes"),
         (object, "TypeError: Object of type object is not JSON serializable"),
     ],
 )
 def test_however_thinking_breaks_off_it_is_said(think: Callable[[], Any], said: str) -> None:
-    with pytest.raises(ThinkingFailedError) as failure:
-        Beside(FakeRuntime(), within=FOREVER)(think)
+    with pytest.raises(PlannerProcessError) as failure:
+        PlannerProcess(FakeRuntime(), timeout_s=FOREVER)(think)
     assert str(failure.value).startswith(said)
 
 
@@ -132,7 +142,7 @@ def test_who_thinks_has_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
         os.write(2, b"said")
         return os.read(0, 10).decode()
 
-    assert Beside(FakeRuntime(), within=FOREVER)(speaks) == ""
+    assert PlannerProcess(FakeRuntime(), timeout_s=FOREVER)(speaks) == ""
     assert capfd.readouterr() == ("", "")
 
 
@@ -169,7 +179,7 @@ class Visited(KinematicPlant):
     seen: int | None = None
     stopped: int | None = None
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         def watched(now: float, measured: Mapping[str, Any]) -> str | None:
             self.tick += 1
             if now < self.comes:
@@ -187,7 +197,9 @@ class Visited(KinematicPlant):
 def busy() -> Iterator[tuple[Executor, Visited]]:
     """A robot that moves on behalf of somebody else."""
     case = reference("make_dumplings", 10)
-    configuration = configure(case.site, {case.ecm.id: (case.ecm, certificate_for(case.ecm, case.site, {}))})
+    configuration = make_configuration(
+        case.site, {case.ecm.id: (case.ecm, certificate_for(case.ecm, case.site, {}))}
+    )
     log: AuditLog = Unwritten()
     assert case.task.scene is not None
     plant = Visited(SCENES[case.task.scene](), 0)
@@ -202,8 +214,8 @@ def test_a_protective_stop_comes_in_the_tick_of_the_violation_while_a_planner_sl
     busy: tuple[Executor, Visited],
 ) -> None:
     executor, plant = busy
-    with pytest.raises(LateError):
-        Beside(executor, within=5.0, seconds=by_the_second())(lambda: time.sleep(10.0))
+    with pytest.raises(PlanningTimeoutError):
+        PlannerProcess(executor, timeout_s=5.0, seconds=by_the_second())(lambda: time.sleep(10.0))
     assert plant.seen is not None
     assert plant.stopped == plant.seen
     assert plant.now() == 5.0

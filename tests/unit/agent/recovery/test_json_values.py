@@ -8,32 +8,32 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.execution.step_attempt import Attempt
+from aeros.agent.execution.step_attempt import AttemptResult
 from aeros.agent.planning.base import RulePlanner
-from aeros.agent.planning.compositions import graph_of
-from aeros.agent.planning.routing import Routed
-from aeros.agent.planning.task_graph import Step, TaskGraph, verify_plan
-from aeros.agent.recovery.json_values import Writing
-from aeros.agent.world.world import World
+from aeros.agent.planning.compositions import composition_to_graph
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import PlanStep, TaskGraph, verify_plan
+from aeros.agent.recovery.json_values import ValueSerializer
+from aeros.agent.world.world import WorldModel
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Ecm, Site
 from aeros.spec.model.step_graph import If, Par, Seq
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 from tests.unit.agent.dumplings import SPAN, term
 
-WORLD = World(0.0, {}, {}, {})
+WORLD = WorldModel(0.0, {}, {}, {})
 
 
 def there_and_back(value: Any) -> Any:
-    writing = Writing((Attempt,))
-    return writing.read(json.loads(json.dumps(writing.write(value), allow_nan=False)))
+    writing = ValueSerializer((AttemptResult,))
+    return writing.decode(json.loads(json.dumps(writing.encode(value), allow_nan=False)))
 
 
 @pytest.fixture(scope="module")
 def site() -> Site:
-    found = load_site(reference_site(), Diagnostics())
+    found = load_site(reference_site_path(), Diagnostics())
     assert found is not None
     return found
 
@@ -47,7 +47,7 @@ def ecm(request: pytest.FixtureRequest, site: Site) -> Ecm:
 
 def test_plans_by_rules_read_back_as_they_were(ecm: Ecm, site: Site) -> None:
     for task in ecm.tasks.values():
-        plan = RulePlanner().plan(Routed(ecm.id, task), WORLD, {ecm.id: ecm})
+        plan = RulePlanner().plan(RoutedTask(ecm.id, task), WORLD, {ecm.id: ecm})
         again = there_and_back(plan)
         assert again == plan
         assert verify_plan(again, {ecm.id: ecm}, site) == []
@@ -55,7 +55,7 @@ def test_plans_by_rules_read_back_as_they_were(ecm: Ecm, site: Site) -> None:
 
 def test_compositions_read_back_as_they_were(ecm: Ecm, site: Site) -> None:
     for composition in ecm.compositions.values():
-        plan = graph_of(composition, ecm.id)
+        plan = composition_to_graph(composition, ecm.id)
         again = there_and_back(plan)
         # Where in a file a part stands is not kept: it says nothing of what is run.
         assert str(again) != ""
@@ -65,8 +65,8 @@ def test_compositions_read_back_as_they_were(ecm: Ecm, site: Site) -> None:
 
 
 def test_every_kind_of_part_is_written() -> None:
-    step = Step("kitchen", "knead", {"force": Fraction(1, 3), "at": (Fraction(1), 2.5)}, 1, id="one")
-    other = Step("kitchen", "boil", flows={"force": ("one", "felt")}, handler=step)
+    step = PlanStep("kitchen", "knead", {"force": Fraction(1, 3), "at": (Fraction(1), 2.5)}, 1, id="one")
+    other = PlanStep("kitchen", "boil", flows={"force": ("one", "felt")}, handler=step)
     condition = term("fill_level <= 0.25 and not wrapper_aligned and joint[j1] < 1")
     plan = TaskGraph((Par((step, other), SPAN), If(condition, "so", Seq((step,)), None, SPAN)))
     again = there_and_back(plan)
@@ -75,7 +75,7 @@ def test_every_kind_of_part_is_written() -> None:
 
 
 def test_an_attempt_is_written_as_it_was() -> None:
-    attempt = Attempt(failed=True, reason="“no”\n", repeatable=True, outputs={"felt": 0.1})
+    attempt = AttemptResult(failed=True, reason="“no”\n", is_retryable=True, outputs={"felt": 0.1})
     assert there_and_back(attempt) == attempt
 
 
@@ -95,9 +95,9 @@ def test_an_attempt_is_written_as_it_was() -> None:
 )
 def test_what_is_no_such_value_is_refused(written: Any) -> None:
     with pytest.raises(ValueError, match=r".+"):
-        Writing().read(written)
+        ValueSerializer().decode(written)
 
 
 def test_what_is_of_no_known_class_cannot_be_written() -> None:
     with pytest.raises(ValueError, match="a object cannot be written"):
-        Writing().write({"a": [object()]})
+        ValueSerializer().encode({"a": [object()]})

@@ -9,11 +9,11 @@ from typing import Any, cast
 import pytest
 
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.progress import Begun, Progress
-from aeros.agent.execution.uncertain_steps import Bars
-from aeros.agent.recovery.recover import Recovery, steps_told
-from aeros.agent.world.world import World, measured_world
-from aeros.runtime.ports import Head, Reading, Said, StepStatus
+from aeros.agent.execution.progress import PlanProgress, UnfinishedAttempt
+from aeros.agent.execution.uncertain_steps import UncertainSteps
+from aeros.agent.recovery.recover import ProgressRecovery, recorded_steps
+from aeros.agent.world.world import WorldModel, world_from_readings
+from aeros.runtime.ports import AuditEvent, LogHead, Reading, StepStatus
 from aeros.spec.model.model import Skill
 from tests.unit.agent.dumplings import STATE, module, outcome, skill
 
@@ -30,34 +30,34 @@ class Notes(Journal):
     def __init__(self) -> None:
         self.accounted: list[str] = []
 
-    def tell(self, kind: str, text: str, **details: Any) -> None:
+    def record(self, kind: str, text: str, **details: Any) -> None:
         assert kind == "step-accounted"
         self.accounted.append(details["how"])
 
 
-def world(**values: Any) -> World:
-    return measured_world(STATE, {name: Reading(value, 0.0) for name, value in values.items()}, 0.0)
+def world(**values: Any) -> WorldModel:
+    return world_from_readings(STATE, {name: Reading(value, 0.0) for name, value in values.items()}, 0.0)
 
 
-def began(sequence: int, name: str, **inputs: Any) -> Said:
-    return Said(sequence, "step-began", {"module": "m", "skill": name, "inputs": inputs})
+def began(sequence: int, name: str, **inputs: Any) -> AuditEvent:
+    return AuditEvent(sequence, "step-began", {"module": "m", "skill": name, "inputs": inputs})
 
 
-def ended(sequence: int, name: str, status: StepStatus, reason: str = "", **outputs: Any) -> Said:
+def ended(sequence: int, name: str, status: StepStatus, reason: str = "", **outputs: Any) -> AuditEvent:
     details = {"module": "m", "skill": name, "status": status.value, "reason": reason, "outputs": outputs}
-    return Said(sequence, "step-ended", details)
+    return AuditEvent(sequence, "step-ended", details)
 
 
 class Case:
     """A plan of one step, `one`, that was under way when the agent ended after ten records."""
 
-    def __init__(self, one: Skill, measured: World, before: Mapping[str, Any] | None = None) -> None:
-        self.one, self.notes, self.bars = one, Notes(), Bars()
-        self.progress = Progress()
-        self.progress.begin(AT, Begun("m", one.id, {}, before or {}, Head(5, "")))
-        self.recovery = Recovery({"m": module("m", (one,))}, measured, self.bars, self.notes)
+    def __init__(self, one: Skill, measured: WorldModel, before: Mapping[str, Any] | None = None) -> None:
+        self.one, self.notes, self.bars = one, Notes(), UncertainSteps()
+        self.progress = PlanProgress()
+        self.progress.start_attempt(AT, UnfinishedAttempt("m", one.id, {}, before or {}, LogHead(5, "")))
+        self.recovery = ProgressRecovery({"m": module("m", (one,))}, measured, self.bars, self.notes)
 
-    def recover(self, *said: Said, known: int = 10) -> None:
+    def recover(self, *said: AuditEvent, known: int = 10) -> None:
         self.recovery.recover(self.progress, said, known)
 
     @property
@@ -69,9 +69,9 @@ def test_a_step_that_the_record_does_not_know_never_began() -> None:
     case = Case(WRAP, world())
     case.recover()
     assert case.accounted == ["it never began"]
-    assert case.progress.tries(AT) == 0
-    assert case.progress.under_way() == []
-    assert case.bars.kept == ()
+    assert case.progress.attempt_count(AT) == 0
+    assert case.progress.unfinished_attempts() == []
+    assert case.bars.to_checkpoint == ()
 
 
 def test_a_beginning_before_the_step_was_begun_is_that_of_another() -> None:
@@ -84,18 +84,18 @@ def test_a_beginning_before_the_step_was_begun_is_that_of_another() -> None:
 def test_an_end_in_the_record_is_taken_with_its_outputs(known: int) -> None:
     case = Case(LOOK, world())
     case.recover(began(5, "look"), ended(6, "look", StepStatus.FINISHED, place="left"), known=known)
-    last = case.progress.last(AT)
+    last = case.progress.last_result(AT)
     assert last is not None
     assert (last.failed, last.outputs) == (False, {"place": "left"})
     assert case.accounted == ["it had ended: outcome `seen`"]
-    assert case.recovery.is_known
-    assert case.bars.kept == ()
+    assert case.recovery.is_position_known
+    assert case.bars.to_checkpoint == ()
 
 
 def test_a_failure_in_the_record_may_be_tried_again_although_nothing_measures_it() -> None:
     case = Case(LOOK, world())
     case.recover(began(5, "look"), ended(6, "look", StepStatus.RAISED, "the camera is dark"))
-    last = case.progress.last(AT)
+    last = case.progress.last_result(AT)
     assert last is not None
     assert last.failed
     assert "the camera is dark" in last.reason
@@ -112,7 +112,7 @@ def test_an_end_that_was_not_its_own_counts_as_an_interruption(status: StepStatu
 def test_an_interrupted_step_whose_effect_is_new_has_happened() -> None:
     case = Case(WRAP, world(dumpling_wrapped=True), {"dumpling_wrapped": False})
     case.recover(began(5, "wrap"))
-    last = case.progress.last(AT)
+    last = case.progress.last_result(AT)
     assert last is not None
     assert not last.failed
     assert case.accounted == ["it was interrupted, and `wrapped` is measured"]
@@ -121,40 +121,40 @@ def test_an_interrupted_step_whose_effect_is_new_has_happened() -> None:
 def test_an_interrupted_step_that_measurably_did_not_succeed_is_tried_again() -> None:
     case = Case(WRAP, world(dumpling_wrapped=False), {"dumpling_wrapped": False})
     case.recover(began(5, "wrap"))
-    assert case.progress.tries(AT) == 0
+    assert case.progress.attempt_count(AT) == 0
     assert case.accounted == ["it was interrupted, and no success of it is measured"]
-    assert case.bars.kept != ()
+    assert case.bars.to_checkpoint != ()
 
 
 @pytest.mark.parametrize("before", [True, None])
 def test_an_interrupted_step_of_which_nothing_can_be_told_is_barred(before: bool | None) -> None:
     case = Case(WRAP, world(dumpling_wrapped=True), {"dumpling_wrapped": before})
     case.recover(began(5, "wrap"))
-    last = case.progress.last(AT)
+    last = case.progress.last_result(AT)
     assert last is not None
     assert last.failed
-    assert not last.repeatable
+    assert not last.is_retryable
     assert "does not tell whether `wrapped` happened" in case.accounted[0]
-    assert len(case.bars.kept) == 1
+    assert len(case.bars.to_checkpoint) == 1
 
 
 def test_an_interrupted_step_that_may_be_run_twice_is_not_barred() -> None:
     case = Case(replace(WRAP, idempotent=True), world(dumpling_wrapped=True), {"dumpling_wrapped": True})
     case.recover(began(5, "wrap"))
-    assert case.progress.tries(AT) == 0
+    assert case.progress.attempt_count(AT) == 0
     assert case.accounted == ["it was interrupted, and may be run twice"]
-    assert case.bars.kept == ()
+    assert case.bars.to_checkpoint == ()
 
 
 def test_a_step_of_a_module_that_is_gone_has_failed() -> None:
     case = Case(WRAP, world())
-    said = Said(5, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}})
+    said = AuditEvent(5, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}})
     case.recover(said, began(12, "wrap"))
     # The beginning of another, before the checkpoint, is not that of this step.
     (how,) = case.accounted
     assert how == "it was interrupted, and what is measured does not tell whether `wrapped` happened"
     later = Case(WRAP, world())
-    later.recover(Said(10, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}}))
+    later.recover(AuditEvent(10, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}}))
     assert later.accounted == ["it never began", "it is not active any more"]
 
 
@@ -162,16 +162,16 @@ def test_a_step_of_a_module_that_is_gone_has_failed() -> None:
 def test_a_step_later_than_the_checkpoint_ends_the_plan(sequence: int, is_known: bool) -> None:
     case = Case(WRAP, world(dumpling_wrapped=False))
     case.recover(began(5, "wrap"), began(sequence, "wrap"))
-    assert case.recovery.is_known is is_known
+    assert case.recovery.is_position_known is is_known
 
 
 def test_ends_are_matched_with_beginnings_in_order() -> None:
-    told = steps_told(
+    told = recorded_steps(
         [
             began(1, "wrap", n=1),
             began(2, "look"),
             began(3, "wrap", n=2),
-            Said(4, "decision", {}),
+            AuditEvent(4, "decision", {}),
             ended(5, "wrap", StepStatus.DENIED, "no"),
             ended(6, "other", StepStatus.FINISHED),
             ended(7, "look", StepStatus.FINISHED, found=True),

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.execution.supervisor import start_problem
-from aeros.agent.world.values import Kept, UnusableValueError, exact
-from aeros.agent.world.world import Stamp, World, measured_world
+from aeros.agent.execution.supervisor import start_obstacle
+from aeros.agent.world.values import CachingConverter, UnusableValueError, to_exact
+from aeros.agent.world.world import MeasurementStamp, WorldModel, world_from_readings
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.shortfall import Shortfall
+from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.cause import Cause
 from tests.repo.tree import PYTHON, text_of
@@ -30,8 +30,8 @@ class Sly(float):
     """Looks like a number and could compare as it likes."""
 
 
-def world(**values: Any) -> World:
-    return measured_world(STATE, {name: Reading(value, NOW) for name, value in values.items()}, NOW)
+def world(**values: Any) -> WorldModel:
+    return world_from_readings(STATE, {name: Reading(value, NOW) for name, value in values.items()}, NOW)
 
 
 def test_known_values_are_exact() -> None:
@@ -86,7 +86,7 @@ def test_ranges_are_compared_exactly(low: Fraction, width: Fraction, steps: int,
     near = math.nextafter(float(low + width), math.inf * steps) if steps else float(low + width)
     value = near if other is None else other
     try:
-        found = exact(declared, value)
+        found = to_exact(declared, value)
     except UnusableValueError:
         assert not low <= Fraction(value) <= low + width
     else:
@@ -108,12 +108,12 @@ def test_ranges_are_compared_exactly(low: Fraction, width: Fraction, steps: int,
     ],
 )
 def test_a_value_is_known_up_to_its_maximum_age_and_not_from_the_future(time: Any, *, known: bool) -> None:
-    seen = measured_world(STATE, {"wrapper_aligned": Reading(True, time)}, NOW)
+    seen = world_from_readings(STATE, {"wrapper_aligned": Reading(True, time)}, NOW)
     assert ("wrapper_aligned" in seen.known) is known
 
 
 def test_a_variable_without_a_maximum_age_is_unknown() -> None:
-    seen = measured_world({"lid": state("lid", max_age=None)}, {"lid": Reading(True, NOW)}, NOW)
+    seen = world_from_readings({"lid": state("lid", max_age=None)}, {"lid": Reading(True, NOW)}, NOW)
     assert "lid" in seen.unknown
 
 
@@ -142,7 +142,7 @@ def test_what_is_not_declared_is_left_out() -> None:
 def test_a_condition_over_anything_unknown_is_unknown(condition: str) -> None:
     seen = world(wrapper_aligned=True)
     assert seen.evaluate(term(condition)) is None
-    assert "`dumpling_cooked` is not measured" in seen.why_not(term(condition))
+    assert "`dumpling_cooked` is not measured" in seen.unmet_reason(term(condition))
 
 
 def test_a_condition_without_variables_is_known() -> None:
@@ -154,15 +154,15 @@ def test_inputs_are_known_only_where_they_are_given() -> None:
     condition = term("inputs.force > 0")
     assert world().evaluate(condition) is None
     assert world().evaluate(condition, {"inputs.force": Fraction(1)}) is True
-    assert world().why_not(condition) == "`inputs.force` has no value"
+    assert world().unmet_reason(condition) == "`inputs.force` has no value"
 
 
 def test_an_action_parameter_is_never_known() -> None:
-    assert world().evaluate(t.Variable("speed", BOOL, t.Role.PARAMETER)) is None
+    assert world().evaluate(t.Variable("speed", BOOL, t.VariableRole.PARAMETER)) is None
 
 
 def test_why_not_shows_what_was_measured() -> None:
-    assert world(fill_level=0.25).why_not(term("fill_level > 0.5")) == "`fill_level` = 0.25"
+    assert world(fill_level=0.25).unmet_reason(term("fill_level > 0.5")) == "`fill_level` = 0.25"
 
 
 def test_predicates_are_bools_and_enums_with_unknown_as_none() -> None:
@@ -174,18 +174,18 @@ def test_predicates_are_bools_and_enums_with_unknown_as_none() -> None:
 
 
 def test_values_that_are_kept_are_those_that_are_measured() -> None:
-    kept = Kept()
+    kept = CachingConverter()
     for value in (True, True, False, 1, "yes", True):
         readings = {"wrapper_aligned": Reading(value, NOW)}
-        assert measured_world(STATE, readings, NOW, kept) == measured_world(STATE, readings, NOW)
+        assert world_from_readings(STATE, readings, NOW, kept) == world_from_readings(STATE, readings, NOW)
 
 
 def test_a_list_that_has_changed_is_not_kept_and_neither_is_what_is_declared_otherwise() -> None:
-    kept, place, fixed = Kept(), [0.1, 0.0, 1.0], (0.1, 0.0, 1.0)
-    assert kept(STATE["tool"], place) == exact(STATE["tool"], place)
+    kept, place, fixed = CachingConverter(), [0.1, 0.0, 1.0], (0.1, 0.0, 1.0)
+    assert kept(STATE["tool"], place) == to_exact(STATE["tool"], place)
     place[0] = 0.2
-    assert kept(STATE["tool"], place) == exact(STATE["tool"], place)
-    assert kept(STATE["tool"], fixed) == kept(STATE["tool"], fixed) == exact(STATE["tool"], fixed)
+    assert kept(STATE["tool"], place) == to_exact(STATE["tool"], place)
+    assert kept(STATE["tool"], fixed) == kept(STATE["tool"], fixed) == to_exact(STATE["tool"], fixed)
     with pytest.raises(UnusableValueError):
         kept(replace(STATE["tool"], range=(Fraction(0), Fraction(1, 2))), fixed)
 
@@ -206,8 +206,8 @@ _READINGS = st.dictionaries(
 def test_what_is_known_later_is_what_the_same_readings_would_say_then(
     readings: dict[str, Reading], passed: float
 ) -> None:
-    seen = measured_world(STATE, readings, NOW)
-    later, fresh = seen.at(NOW + passed), measured_world(STATE, readings, NOW + passed)
+    seen = world_from_readings(STATE, readings, NOW)
+    later, fresh = seen.at_time(NOW + passed), world_from_readings(STATE, readings, NOW + passed)
     assert later.known.items() <= seen.known.items()
     # But for a reading from the future: what was unknown stays so until it is measured again.
     assert later.known.items() <= fresh.known.items()
@@ -223,37 +223,37 @@ def test_what_is_known_later_is_what_the_same_readings_would_say_then(
 def test_it_does_not_matter_in_how_many_steps_time_goes_on(
     readings: dict[str, Reading], first: float, second: float
 ) -> None:
-    seen = measured_world(STATE, readings, NOW)
+    seen = world_from_readings(STATE, readings, NOW)
     end = NOW + first + second
-    assert seen.at(NOW + first).at(end).known == seen.at(end).known
+    assert seen.at_time(NOW + first).at_time(end).known == seen.at_time(end).known
 
 
 @given(_READINGS, _CONDITIONS)
 def test_unknown_never_satisfies_a_precondition(readings: dict[str, Reading], condition: str) -> None:
-    seen = measured_world(STATE, readings, NOW)
+    seen = world_from_readings(STATE, readings, NOW)
     careful = skill("careful", outcome("done", {}), precondition=condition)
     reads_unknown = any(name not in seen.known for name in t.variables_of(term(condition)))
     if reads_unknown:
-        assert start_problem("dumpling", careful, seen, {}) is not None
-        assert start_problem(
+        assert start_obstacle("dumpling", careful, seen, {}) is not None
+        assert start_obstacle(
             "dumpling", skill("careful", outcome("done", {}), precondition=f"not {condition}"), seen, {}
         )
-    assert (start_problem("dumpling", careful, seen, {}) is None) == (seen.evaluate(term(condition)) is True)
+    assert (start_obstacle("dumpling", careful, seen, {}) is None) == (seen.evaluate(term(condition)) is True)
 
 
 def test_every_known_value_has_its_stamp_source_and_age() -> None:
     camera = replace(state("lid"), sensor="camera")
-    seen = measured_world({"lid": camera, "pot": state("pot")}, {"lid": Reading(True, NOW - 2.0)}, NOW)
-    assert seen.stamps == {"lid": Stamp(NOW - 2.0, "camera", Fraction(5))}
+    seen = world_from_readings({"lid": camera, "pot": state("pot")}, {"lid": Reading(True, NOW - 2.0)}, NOW)
+    assert seen.stamps == {"lid": MeasurementStamp(NOW - 2.0, "camera", Fraction(5))}
     assert seen.age("lid") == 2.0
-    assert seen.at(NOW + 1.0).age("lid") == 3.0
-    assert seen.at(NOW + 4.0).stamps == {}
-    assert seen.at(NOW + 4.0).unknown["lid"] == "was measured 6 s ago; 5 s is allowed"
+    assert seen.at_time(NOW + 1.0).age("lid") == 3.0
+    assert seen.at_time(NOW + 4.0).stamps == {}
+    assert seen.at_time(NOW + 4.0).unknown["lid"] == "was measured 6 s ago; 5 s is allowed"
 
 
 @pytest.mark.parametrize("now", [math.nan, NOW - 10.0])
 def test_a_clock_that_fails_leaves_nothing_known(now: float) -> None:
-    assert world(wrapper_aligned=True).at(now).known == {}
+    assert world(wrapper_aligned=True).at_time(now).known == {}
 
 
 def test_only_readings_make_a_world() -> None:
@@ -268,7 +268,7 @@ def test_only_readings_make_a_world() -> None:
 
 
 def test_what_a_world_holds_is_never_replaced_but_why_steps_failed() -> None:
-    fields = {one.name for one in dataclass_fields(World)} - {"failures"}
+    fields = {one.name for one in dataclass_fields(WorldModel)} - {"failures"}
     replaced = [
         (path.as_posix(), keyword.arg)
         for path in PYTHON
@@ -283,9 +283,9 @@ def test_what_a_world_holds_is_never_replaced_but_why_steps_failed() -> None:
 
 @given(_READINGS, _CONDITIONS)
 def test_why_steps_failed_is_read_by_no_condition(readings: dict[str, Reading], condition: str) -> None:
-    seen = measured_world(STATE, readings, NOW)
-    part = Shortfall("wrapper_aligned", True, "exactly", False)
+    seen = world_from_readings(STATE, readings, NOW)
+    part = UnmetBound("wrapper_aligned", True, "exactly", False)
     told = replace(seen, failures=(Cause("rule", "r", "wrapper_aligned", shortfalls=(part,)),))
     assert told.evaluate(term(condition)) is seen.evaluate(term(condition))
-    assert told.why_not(term(condition)) == seen.why_not(term(condition))
-    assert told.at(NOW + 1.0).failures == ()
+    assert told.unmet_reason(term(condition)) == seen.unmet_reason(term(condition))
+    assert told.at_time(NOW + 1.0).failures == ()

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from aeros.apps.mcp.approvals import (
-    FOLDER,
-    HOLDS,
-    MOST_WAITING,
+    APPROVALS_FOLDER,
+    MAX_PENDING,
+    VALIDITY_S,
     ApprovalError,
     Approvals,
     approve,
-    refuse,
-    waiting_in,
+    pending_requests,
+    reject,
 )
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
@@ -26,49 +26,49 @@ WHAT = {"what": "execute", "client": "c", "steps": [{"skill": "a.b", "inputs": {
 
 def test_what_was_approved_is_taken_once(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
-    assert approvals.take(id_) is None
+    id_ = approvals.request(WHAT)
+    assert approvals.consume(id_) is None
     approve(tmp_path, id_)
-    found = approvals.take(id_)
+    found = approvals.consume(id_)
     assert found is not None
     assert found.id == id_
-    assert "uid" in found.by
-    assert approvals.take(id_) is None
-    assert approvals.waiting == []
+    assert "uid" in found.approved_by
+    assert approvals.consume(id_) is None
+    assert approvals.pending == []
 
 
 def test_to_ask_again_is_to_wait_on(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
-    assert approvals.ask(WHAT, id_) == id_
-    assert [one["id"] for one in waiting_in(tmp_path)] == [id_]
+    id_ = approvals.request(WHAT)
+    assert approvals.request(WHAT, id_) == id_
+    assert [one["id"] for one in pending_requests(tmp_path)] == [id_]
 
 
 def test_an_approval_of_something_else_is_none(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
-    path = tmp_path / FOLDER / f"{id_}.json"
+    id_ = approvals.request(WHAT)
+    path = tmp_path / APPROVALS_FOLDER / f"{id_}.json"
     path.write_text(path.read_text().replace("a.b", "a.harmless"))
     approve(tmp_path, id_)
-    assert approvals.take(id_) is None
+    assert approvals.consume(id_) is None
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"digest": "0", "by": "x", "at": 1.0}', "\x00"])
 def test_a_file_that_is_no_approval_approves_nothing(content: str, tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
-    (tmp_path / FOLDER / f"{id_}.approved").write_text(content)
-    assert approvals.take(id_) is None
+    id_ = approvals.request(WHAT)
+    (tmp_path / APPROVALS_FOLDER / f"{id_}.approved").write_text(content)
+    assert approvals.consume(id_) is None
 
 
 def test_an_approval_that_is_late_is_void(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
+    id_ = approvals.request(WHAT)
     approve(tmp_path, id_)
-    path = tmp_path / FOLDER / f"{id_}.approved"
+    path = tmp_path / APPROVALS_FOLDER / f"{id_}.approved"
     said = json.loads(path.read_text())
-    path.write_text(json.dumps({**said, "at": time.time() - HOLDS - 1}))
-    assert approvals.take(id_) is None
+    path.write_text(json.dumps({**said, "at": time.time() - VALIDITY_S - 1}))
+    assert approvals.consume(id_) is None
     approve_again = pytest.raises(ApprovalError, match="nothing called")
     with approve_again:
         approve(tmp_path, id_)
@@ -76,38 +76,38 @@ def test_an_approval_that_is_late_is_void(tmp_path: Path) -> None:
 
 def test_what_waits_too_long_is_void(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
+    id_ = approvals.request(WHAT)
     approve(tmp_path, id_)
     now = time.monotonic()
-    monkeypatch.setattr("aeros.apps.mcp.approvals.time.monotonic", lambda: now + HOLDS + 1)
-    assert approvals.take(id_) is None
-    assert approvals.is_refused(id_)
+    monkeypatch.setattr("aeros.apps.mcp.approvals.time.monotonic", lambda: now + VALIDITY_S + 1)
+    assert approvals.consume(id_) is None
+    assert approvals.is_rejected(id_)
 
 
 def test_what_an_earlier_server_left_is_void(tmp_path: Path) -> None:
-    id_ = Approvals(tmp_path).ask(WHAT)
+    id_ = Approvals(tmp_path).request(WHAT)
     approve(tmp_path, id_)
-    assert Approvals(tmp_path).take(id_) is None
-    assert waiting_in(tmp_path) == []
+    assert Approvals(tmp_path).consume(id_) is None
+    assert pending_requests(tmp_path) == []
 
 
 def test_a_refusal_is_known(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
-    assert not approvals.is_refused(id_)
-    refuse(tmp_path, id_)
-    assert approvals.is_refused(id_)
-    assert approvals.take(id_) is None
+    id_ = approvals.request(WHAT)
+    assert not approvals.is_rejected(id_)
+    reject(tmp_path, id_)
+    assert approvals.is_rejected(id_)
+    assert approvals.consume(id_) is None
 
 
 def test_a_client_cannot_fill_the_folder(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    for _ in range(MOST_WAITING):
-        approvals.ask(WHAT)
+    for _ in range(MAX_PENDING):
+        approvals.request(WHAT)
     with pytest.raises(ApprovalError, match="8 things wait"):
-        approvals.ask(WHAT)
-    approvals.forget_all()
-    assert waiting_in(tmp_path) == []
+        approvals.request(WHAT)
+    approvals.withdraw_all()
+    assert pending_requests(tmp_path) == []
 
 
 @pytest.mark.parametrize("id_", ["", "../../identity", "0" * 8, "zzzzzzzz", "a" * 9])
@@ -117,32 +117,32 @@ def test_only_what_waits_can_be_approved(id_: str, tmp_path: Path) -> None:
     with pytest.raises(ApprovalError, match="nothing called"):
         approve(tmp_path, id_)
     with pytest.raises(ApprovalError, match="nothing called"):
-        refuse(tmp_path, id_)
+        reject(tmp_path, id_)
 
 
 def test_a_link_is_not_followed(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
-    id_ = approvals.ask(WHAT)
+    id_ = approvals.request(WHAT)
     approve(tmp_path, id_)
-    approved = tmp_path / FOLDER / f"{id_}.approved"
+    approved = tmp_path / APPROVALS_FOLDER / f"{id_}.approved"
     approved.rename(tmp_path / "elsewhere")
     approved.symlink_to(tmp_path / "elsewhere")
-    assert approvals.take(id_) is None
+    assert approvals.consume(id_) is None
 
 
 def test_the_operator_lists_approves_and_refuses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     approvals = Approvals(tmp_path)
-    one, other = approvals.ask({**WHAT, "client": "evil\x1b[2J"}), approvals.ask({"what": "resume"})
+    one, other = approvals.request({**WHAT, "client": "evil\x1b[2J"}), approvals.request({"what": "resume"})
     state = ["--state", str(tmp_path)]
-    assert main(["approve", *state]) == Exit.PROVED
+    assert main(["approve", *state]) == Exit.SUCCESS
     listed = capsys.readouterr().out
     assert f"{one}  execute, asked for by evil\\x1b[2J, 0 s ago\n    a.b\n    until x\n" in listed
     assert f"{other}  resume" in listed
-    assert main(["approve", one, *state]) == Exit.PROVED
-    assert main(["approve", other, "--refuse", *state]) == Exit.PROVED
-    assert approvals.take(one) is not None
-    assert approvals.is_refused(other)
+    assert main(["approve", one, *state]) == Exit.SUCCESS
+    assert main(["approve", other, "--refuse", *state]) == Exit.SUCCESS
+    assert approvals.consume(one) is not None
+    assert approvals.is_rejected(other)
     assert main(["approve", one, *state]) == Exit.REJECTED
     assert main(["approve", "--refuse", *state]) == Exit.USAGE
-    assert main(["approve", "--format", "json", *state]) == Exit.PROVED
+    assert main(["approve", "--format", "json", *state]) == Exit.SUCCESS
     assert json.loads(capsys.readouterr().out.splitlines()[-1]) == []

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.identity import exclusive
+from aeros.agent.identity import lock_folder
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.log import verify_log
@@ -44,7 +44,7 @@ def as_client(folder: Path, talk: Callable[[Any], Awaitable[None]]) -> list[dict
     anyio.run(session)
     wait_for_release(folder / "state")
     log = folder / "out" / "audit.jsonl"
-    assert verify_log(log).sound
+    assert verify_log(log).is_sound
     return [json.loads(line) for line in log.read_text().splitlines()]
 
 
@@ -67,7 +67,7 @@ def test_a_client_sees_proposes_and_has_executed_what_the_operator_approves(tmp_
         waiting = (await client.call_tool("execute_plan", name)).structured_content
         seen["waiting"] = waiting["status"]
         id_ = waiting["operator"].split()[-1]
-        assert main(["approve", id_, "--state", str(tmp_path / "state")]) == Exit.PROVED
+        assert main(["approve", id_, "--state", str(tmp_path / "state")]) == Exit.SUCCESS
         seen["executed"] = (await client.call_tool("execute_plan", name)).structured_content["status"]
         refused = await client.call_tool(
             "propose_plan", {"steps": [{"skill": "a.b", "inputs": {"x": "y" * 2000}}]}
@@ -92,9 +92,9 @@ def test_another_terminal_pauses_and_stops_what_a_client_began(tmp_path: Path) -
 
     async def talk(client: Any) -> None:
         state = str(tmp_path / "state")
-        assert main(["pause", "--state", state]) == Exit.PROVED
+        assert main(["pause", "--state", state]) == Exit.SUCCESS
         seen.append((await client.call_tool("state", {})).structured_content["operator"])
-        assert main(["stop", "--state", state]) == Exit.PROVED
+        assert main(["stop", "--state", state]) == Exit.SUCCESS
         seen.append((await client.call_tool("state", {})).structured_content["operator"])
         seen.append((await client.call_tool("resume", {})).structured_content["status"])
 
@@ -118,11 +118,11 @@ def test_a_signal_ends_a_server_whose_client_says_nothing(number: int, tmp_path:
             time.sleep(0.05)
         server.send_signal(number)
         assert server.wait(60) == Exit.INTERRUPTED
-    assert verify_log(tmp_path / "out" / "audit.jsonl").sound
+    assert verify_log(tmp_path / "out" / "audit.jsonl").is_sound
 
 
 def test_a_robot_that_has_an_agent_gets_no_second_one(tmp_path: Path) -> None:
-    with exclusive(tmp_path / "state"):
+    with lock_folder(tmp_path / "state"):
         ended = subprocess.run(
             [sys.executable, *arguments(tmp_path)],
             stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=ROOT, timeout=60, check=False,
@@ -141,5 +141,5 @@ def test_what_is_no_message_neither_breaks_nor_fills_the_server(line: bytes, tmp
         timeout=60,
         check=False,
     )
-    assert ended.returncode == Exit.PROVED, ended.stderr
-    assert verify_log(tmp_path / "out" / "audit.jsonl").sound
+    assert ended.returncode == Exit.SUCCESS, ended.stderr
+    assert verify_log(tmp_path / "out" / "audit.jsonl").is_sound

@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from aeros.apps.mcp.tool_arguments import (
-    AskedStep,
-    RefusedCallError,
+    ProposedStep,
+    ToolCallError,
     check_call,
-    seconds_in,
-    steps_in,
-    text_in,
+    read_seconds,
+    read_steps,
+    read_text,
 )
 
 
@@ -38,7 +38,7 @@ def nested(depth: int) -> Any:
     ],
 )
 def test_a_call_is_refused(tool: str, arguments: dict[str, Any], why: str) -> None:
-    with pytest.raises(RefusedCallError, match=why):
+    with pytest.raises(ToolCallError, match=why):
         check_call(tool, arguments)
 
 
@@ -56,25 +56,25 @@ def test_a_call_is_refused(tool: str, arguments: dict[str, Any], why: str) -> No
     ],
 )
 def test_steps_are_refused(steps: Any, why: str) -> None:
-    with pytest.raises(RefusedCallError, match=why):
-        steps_in({"steps": steps}, 3)
+    with pytest.raises(ToolCallError, match=why):
+        read_steps({"steps": steps}, 3)
 
 
 def test_steps_are_taken() -> None:
     steps = [{"skill": "a.b"}, {"skill": "c.d", "inputs": {"at": "pot"}}]
-    assert steps_in({"steps": steps}, 3) == (AskedStep("a.b", {}), AskedStep("c.d", {"at": "pot"}))
+    assert read_steps({"steps": steps}, 3) == (ProposedStep("a.b", {}), ProposedStep("c.d", {"at": "pot"}))
 
 
 @pytest.mark.parametrize("seconds", ["1", True, -1, 301, None, [1]])
 def test_seconds_that_are_none_are_refused(seconds: Any) -> None:
-    with pytest.raises(RefusedCallError, match="from 0 to 300"):
-        seconds_in({"wait": seconds}, "wait")
+    with pytest.raises(ToolCallError, match="from 0 to 300"):
+        read_seconds({"wait": seconds}, "wait")
 
 
 def test_texts_and_seconds_are_taken() -> None:
-    assert seconds_in({"wait": 2}, "wait") == 2.0
-    assert seconds_in({}, "wait") == 0.0
-    assert text_in({"goal": "x"}, "goal") == "x"
-    assert text_in({}, "goal") is None
-    with pytest.raises(RefusedCallError, match="`goal` is a text"):
-        text_in({"goal": 3}, "goal")
+    assert read_seconds({"wait": 2}, "wait") == 2.0
+    assert read_seconds({}, "wait") == 0.0
+    assert read_text({"goal": "x"}, "goal") == "x"
+    assert read_text({}, "goal") is None
+    with pytest.raises(ToolCallError, match="`goal` is a text"):
+        read_text({"goal": 3}, "goal")

@@ -11,23 +11,23 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.agent import awake
+from aeros.agent.agent import start_agent
 from aeros.agent.planning.routing import route
-from aeros.apps.mcp.approvals import Approvals, approve, refuse, waiting_in
-from aeros.apps.mcp.plan_review import Judge
-from aeros.apps.mcp.robot import Heard, Parts, Proposed, Robot
-from aeros.apps.mcp.tool_arguments import RefusedCallError
-from aeros.apps.mcp.tools import MOST_PLANS, Tools
+from aeros.apps.mcp.approvals import Approvals, approve, pending_requests, reject
+from aeros.apps.mcp.plan_review import ClientPlanChecker
+from aeros.apps.mcp.robot import ClientPlanner, LatestMeasurements, McpRobotThread, RobotParts
+from aeros.apps.mcp.tool_arguments import ToolCallError
+from aeros.apps.mcp.tools import MAX_PLANS, Tools
 from aeros.runtime.audit.log import AuditLog, verify_log
-from aeros.runtime.execution.governor import Command, Fixed
+from aeros.runtime.execution.governor import FixedGovernor, OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.isolation.run_factory import SkillRuns
-from aeros.runtime.proving import prove
+from aeros.runtime.isolation.run_factory import SkillRunFactory
+from aeros.runtime.proving import prove_configuration
 from aeros.session.assembly import build_executor
 from aeros.sim.symbolic.plant import SymbolicPlant
-from aeros.spec.expr.doubles import as_doubles
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.model import Execute, McpPolicy
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 
 PREPARE = [{"skill": "make_dumplings.prepare"}]
@@ -35,17 +35,17 @@ LAID_OUT = "dough_on_workspace and filling_on_workspace"
 FREE = McpPolicy(Execute.ALLOWED)
 
 
-class _Operator(Fixed):
+class _Operator(FixedGovernor):
     """Says what it was asked for last, and does something when a record of some kind is written."""
 
     def __init__(self, configuration: Configuration) -> None:
         super().__init__(configuration)
         self.in_force = configuration
-        self.asked = Command.RUN
+        self.asked = OperatorCommand.RUN
         self.at_first: dict[str, Callable[[], None]] = {}
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         return self.asked
 
     @property
@@ -55,10 +55,10 @@ class _Operator(Fixed):
     def configuration(self) -> tuple[int, Configuration]:
         return self.generation, self.in_force
 
-    def acting(self, generation: int) -> AbstractContextManager[bool]:
+    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
         return nullcontext(generation == self.generation)
 
-    def ask(self, command: Command) -> None:
+    def ask(self, command: OperatorCommand) -> None:
         self.asked = command
 
     def hear(self, line: bytes) -> None:
@@ -70,7 +70,7 @@ class _Operator(Fixed):
 class Cell:
     """A robot on the symbolic plant, and a client of its tools."""
 
-    def __init__(self, tools: Tools, operator: _Operator, robot: Robot, folder: Path) -> None:
+    def __init__(self, tools: Tools, operator: _Operator, robot: McpRobotThread, folder: Path) -> None:
         self.tools, self.operator, self.robot, self.folder = tools, operator, robot, folder
 
     def call(self, tool: str, **arguments: Any) -> dict[str, Any]:
@@ -94,39 +94,42 @@ class Cell:
 
 @pytest.fixture(scope="module")
 def configuration() -> Configuration:
-    return prove([ROOT / "ecms" / "make_dumplings"], reference_site(), certified=False)[0]
+    return prove_configuration([ROOT / "ecms" / "make_dumplings"], reference_site_path(), certified=False)[0]
 
 
 @contextmanager
 def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: int = 0) -> Iterator[Cell]:
     configuration = replace(configuration, site=replace(configuration.site, mcp=policy))
     routed = route("make dumplings", configuration.modules)
-    operator, heard = _Operator(configuration), Heard()
+    operator, heard = _Operator(configuration), LatestMeasurements()
 
     @contextmanager
-    def opened() -> Iterator[Parts]:
+    def opened() -> Iterator[RobotParts]:
         site = configuration.site
-        plant = SymbolicPlant(site, configuration.modules, seed, as_doubles(routed.task.initial))
+        plant = SymbolicPlant(site, configuration.modules, seed, to_doubles(routed.task.initial))
         with (
-            SkillRuns(site, configuration.modules.values()) as skills,
+            SkillRunFactory(site, configuration.modules.values()) as skills,
             AuditLog(folder / "audit.jsonl", listener=operator.hear) as audit,
             build_executor(
                 configuration, plant, audit, skills, governor=operator, listeners=(heard,)
             ) as executor,
-            awake(
-                folder / "state", "panda", executor, planner := Proposed(Judge(lambda: executor.site))
+            start_agent(
+                folder / "state",
+                "panda",
+                executor,
+                planner := ClientPlanner(ClientPlanChecker(lambda: executor.site)),
             ) as agent,
         ):
-            yield Parts(executor, agent, planner)
+            yield RobotParts(executor, agent, planner)
 
-    robot = Robot(opened, "make dumplings", lambda: operator.ask(Command.STOP))
+    robot = McpRobotThread(opened, "make dumplings", lambda: operator.ask(OperatorCommand.STOP))
     try:
         approvals = Approvals(folder / "state")
         tools = Tools(robot, heard, routed, approvals, operator.ask, lambda: operator.command)
         yield Cell(tools, operator, robot, folder)
     finally:
         robot.close()
-    assert verify_log(folder / "audit.jsonl").sound
+    assert verify_log(folder / "audit.jsonl").is_sound
 
 
 @pytest.fixture
@@ -196,15 +199,15 @@ def test_plans_that_cannot_be_are_rejected(steps: list[dict[str, Any]], why: str
     "goal", ["dumpling_cooked and", "no_such_thing", "human_distance", "1 m >= 1 s", "x" * 999, "\x00"]
 )
 def test_a_goal_that_is_none_is_refused_with_its_place(goal: str, usual: Cell) -> None:
-    with pytest.raises(RefusedCallError, match="the goal is not understood"):
+    with pytest.raises(ToolCallError, match="the goal is not understood"):
         usual.call("propose_plan", steps=PREPARE, goal=goal)
 
 
 def test_accepted_plans_are_kept_up_to_a_number(usual: Cell) -> None:
     first = usual.proposed()
-    for _ in range(MOST_PLANS):
+    for _ in range(MAX_PLANS):
         usual.proposed()
-    with pytest.raises(RefusedCallError, match="no accepted plan of that name"):
+    with pytest.raises(ToolCallError, match="no accepted plan of that name"):
         usual.call("execute_plan", plan=first)
 
 
@@ -216,7 +219,7 @@ def test_nothing_is_executed_without_the_operator(usual: Cell) -> None:
     for _ in range(2):
         found = usual.call("execute_plan", plan=name)
         assert found["status"] == "waits for approval"
-    (asked,) = waiting_in(usual.folder / "state")
+    (asked,) = pending_requests(usual.folder / "state")
     assert found["operator"] == f"aeros approve {asked['id']}"
     assert (asked["client"], asked["goal"]) == ("a client 1.0", LAID_OUT)
     assert asked["steps"] == [{"skill": "make_dumplings.prepare", "inputs": {}}]
@@ -245,10 +248,10 @@ def test_what_is_approved_is_executed_once_and_who_asked_is_on_record(usual: Cel
 def test_what_the_operator_refuses_is_not_executed(usual: Cell) -> None:
     name = usual.proposed()
     id_ = usual.call("execute_plan", plan=name)["operator"].split()[-1]
-    refuse(usual.folder / "state", id_)
-    with pytest.raises(RefusedCallError, match="the operator did not approve it"):
+    reject(usual.folder / "state", id_)
+    with pytest.raises(ToolCallError, match="the operator did not approve it"):
         usual.call("execute_plan", plan=name)
-    with pytest.raises(RefusedCallError, match="no accepted plan"):
+    with pytest.raises(ToolCallError, match="no accepted plan"):
         usual.call("execute_plan", plan=name)
     assert usual.decisions() == 0
 
@@ -260,7 +263,7 @@ def test_a_site_may_let_plans_be_executed_at_once(free: Cell) -> None:
 
 def test_a_site_may_let_nothing_be_executed(configuration: Configuration, tmp_path: Path) -> None:
     with cell(configuration, tmp_path, McpPolicy(Execute.DENIED)) as one:
-        with pytest.raises(RefusedCallError, match="lets no client have a plan executed"):
+        with pytest.raises(ToolCallError, match="lets no client have a plan executed"):
             one.call("execute_plan", plan=one.proposed())
         assert one.noted("mcp-refused")[0]["tool"] == "execute_plan"
 
@@ -268,14 +271,14 @@ def test_a_site_may_let_nothing_be_executed(configuration: Configuration, tmp_pa
 def test_a_site_may_name_the_skills_and_the_number_of_steps(
     configuration: Configuration, tmp_path: Path
 ) -> None:
-    policy = McpPolicy(most_steps=2, skills=frozenset(("make_dumplings.boil",)))
+    policy = McpPolicy(max_steps=2, skills=frozenset(("make_dumplings.boil",)))
     with cell(configuration, tmp_path, policy) as one:
         assert [skill["skill"] for skill in one.call("list_skills")["skills"]] == ["make_dumplings.boil"]
         found = one.call("propose_plan", steps=PREPARE, goal=LAID_OUT)
         assert found["problems"] == [
             "step 1: this site's `policy.mcp.skills` does not have `make_dumplings.prepare`"
         ]
-        with pytest.raises(RefusedCallError, match="the plan has 3 steps; this site allows 2"):
+        with pytest.raises(ToolCallError, match="the plan has 3 steps; this site allows 2"):
             one.call("propose_plan", steps=PREPARE * 3)
 
 
@@ -301,11 +304,11 @@ def test_after_a_failure_the_client_is_to_propose_again(configuration: Configura
 
 def test_a_site_that_changes_is_followed(free: Cell) -> None:
     name = free.proposed()
-    stricter = replace(free.operator.in_force.site, mcp=McpPolicy(Execute.DENIED, most_steps=1))
+    stricter = replace(free.operator.in_force.site, mcp=McpPolicy(Execute.DENIED, max_steps=1))
     free.operator.in_force = replace(free.operator.in_force, site=stricter, digest="another")
-    with pytest.raises(RefusedCallError, match="lets no client have a plan executed"):
+    with pytest.raises(ToolCallError, match="lets no client have a plan executed"):
         free.call("execute_plan", plan=name)
-    with pytest.raises(RefusedCallError, match="this site allows 1"):
+    with pytest.raises(ToolCallError, match="this site allows 1"):
         free.call("propose_plan", steps=PREPARE * 2)
     assert free.call("list_skills")["most_steps"] == 1
     assert free.decisions() == 0
@@ -329,18 +332,18 @@ def test_a_plan_that_was_executed_is_not_there_to_be_executed_again(free: Cell) 
     first, second = free.proposed(), free.proposed()
     for name in (first, second):
         free.call("execute_plan", plan=name, wait=30)
-    with pytest.raises(RefusedCallError, match="no accepted plan of that name"):
+    with pytest.raises(ToolCallError, match="no accepted plan of that name"):
         free.call("execute_plan", plan=first)
 
 
 # Holding.
 
 
-@pytest.mark.parametrize("command", [Command.PAUSE, Command.STOP])
-def test_while_it_is_held_nothing_is_executed(command: Command, free: Cell) -> None:
+@pytest.mark.parametrize("command", [OperatorCommand.PAUSE, OperatorCommand.STOP])
+def test_while_it_is_held_nothing_is_executed(command: OperatorCommand, free: Cell) -> None:
     name = free.proposed()
     free.operator.ask(command)
-    with pytest.raises(RefusedCallError, match="the operator resumes it"):
+    with pytest.raises(ToolCallError, match="the operator resumes it"):
         free.call("execute_plan", plan=name)
     assert free.decisions() == 0
 
@@ -350,8 +353,8 @@ def test_a_stop_voids_what_was_accepted_and_approved(usual: Cell) -> None:
     id_ = usual.call("execute_plan", plan=name)["operator"].split()[-1]
     approve(usual.folder / "state", id_)
     assert usual.call("stop") == {"status": "stopped"}
-    usual.operator.ask(Command.RUN)
-    with pytest.raises(RefusedCallError, match="no accepted plan"):
+    usual.operator.ask(OperatorCommand.RUN)
+    with pytest.raises(ToolCallError, match="no accepted plan"):
         usual.call("execute_plan", plan=name)
     assert usual.decisions() == 0
 
@@ -366,7 +369,7 @@ def test_to_resume_needs_the_operator_whatever_the_site_says(
         id_ = one.call("resume")["operator"].split()[-1]
         assert one.call("resume")["operator"].split()[-1] == id_
         assert one.call("state")["operator"] == "pause"
-        refuse(tmp_path / "state", id_)
+        reject(tmp_path / "state", id_)
         again = one.call("resume")["operator"].split()[-1]
         assert again != id_
         approve(tmp_path / "state", again)
@@ -381,12 +384,12 @@ def test_a_pause_does_not_take_a_stop_back(free: Cell) -> None:
 
 
 def test_a_robot_that_is_busy_says_so_and_can_be_stopped(free: Cell) -> None:
-    free.operator.at_first["decision"] = lambda: free.operator.ask(Command.PAUSE)
+    free.operator.at_first["decision"] = lambda: free.operator.ask(OperatorCommand.PAUSE)
     name, other = free.proposed(), free.proposed()
     assert free.call("execute_plan", plan=name, wait=0.5) == {"status": "executing", "plan": name}
-    with pytest.raises(RefusedCallError, match=f"the robot is busy with plan {name}"):
+    with pytest.raises(ToolCallError, match=f"the robot is busy with plan {name}"):
         free.proposed()
-    with pytest.raises(RefusedCallError, match="the robot is busy"):
+    with pytest.raises(ToolCallError, match="the robot is busy"):
         free.call("execute_plan", plan=other)
     state = free.call("state")
     assert state["operator"] == "pause"
@@ -400,7 +403,7 @@ def test_a_robot_that_is_busy_says_so_and_can_be_stopped(free: Cell) -> None:
 
 def test_when_the_client_goes_the_robot_stops(configuration: Configuration, tmp_path: Path) -> None:
     with cell(configuration, tmp_path, FREE) as one:
-        one.operator.at_first["decision"] = lambda: one.operator.ask(Command.PAUSE)
+        one.operator.at_first["decision"] = lambda: one.operator.ask(OperatorCommand.PAUSE)
         one.call("execute_plan", plan=one.proposed(), wait=0.2)
         running = one.robot.running
         assert running is not None

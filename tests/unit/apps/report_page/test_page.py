@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from aeros.apps.report_page.page import page_of
-from aeros.apps.report_page.run_data import read_left
+from aeros.apps.report_page.run_data import read_run_data
 from aeros.runtime.audit.log import verify_log
 from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
 
@@ -79,7 +79,7 @@ def hostile_run(folder: Path, text: str) -> str:
         {"time": 0.8, "kind": "re-plan", "text": text, "details": {}},
     ]
     out = written_run(folder, records, trace)
-    return page_of(read_left(out), text, {}, text)
+    return page_of(read_run_data(out), text, {}, text)
 
 
 @pytest.mark.parametrize("text", HOSTILE)
@@ -126,7 +126,7 @@ def test_a_run_is_told_whole(tmp_path: Path) -> None:
 def test_a_denial_is_told_with_its_reasons(tmp_path: Path) -> None:
     reasons = [["AE750", "arm-standing", "somebody is so near"], ["AE730", "envelope", "outside"]]
     records = [("decision", decision(0.5, "DENY", reasons=reasons))]
-    page = page_of(read_left(written_run(tmp_path / "out", records)), "r", {}, "")
+    page = page_of(read_run_data(written_run(tmp_path / "out", records)), "r", {}, "")
     text = "".join(elements(page).text)
     assert "AE750 arm-standing: somebody is so near" in text
     assert "AE730 envelope: outside" in text
@@ -137,6 +137,6 @@ def test_what_follows_a_broken_link_is_not_shown(tmp_path: Path) -> None:
     out = written_run(tmp_path / "out", [("decision", decision(time)) for time in (1.0, 2.0, 3.0)])
     log = out / "audit.jsonl"
     log.write_text(log.read_text().replace('"time":2.0', '"time":2.5'))
-    left = read_left(out)
+    left = read_run_data(out)
     assert [one.time for one in left.decisions] == [1.0]
     assert "NOT SOUND: record 2 was edited" in "".join(elements(page_of(left, "r", {}, "")).text)

@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from aeros.apps.report_page.plots import COLOURS, Mark, marks_of, plot, sort_of, timeline
-from aeros.apps.report_page.run_data import Decided, Event, Left, Run
-from aeros.apps.report_page.series import Limit, Quantity
+from aeros.apps.report_page.plots import COLOURS, Mark, category_of, collect_marks, plot, timeline
+from aeros.apps.report_page.run_data import RecordedDecision, RunData, SkillExecution, TraceEvent
+from aeros.apps.report_page.series import Limit, PlottedQuantity
 
 
 def titles(svg: str) -> list[str]:
@@ -17,27 +17,27 @@ def titles(svg: str) -> list[str]:
     return [one.text or "" for one in root.iter() if one.tag.endswith("title")]
 
 
-def ended(status: str, *, failed: bool | None = None, reason: str = "") -> Run:
-    return Run("m.a", 1.0, None, 2.0, status, reason, "step", None, failed)
+def ended(status: str, *, failed: bool | None = None, reason: str = "") -> SkillExecution:
+    return SkillExecution("m.a", 1.0, None, 2.0, status, reason, "step", None, failed)
 
 
 def test_faults_stops_denials_and_re_plans_are_marked_in_order() -> None:
-    left = Left(
+    left = RunData(
         events=[
-            Event(4.0, "re-plan", "re-plan 1: it failed", {}),
-            Event(0.5, "fault", "the object slips", {}),
-            Event(0.7, "waiting", "waits 1 s", {}),
+            TraceEvent(4.0, "re-plan", "re-plan 1: it failed", {}),
+            TraceEvent(0.5, "fault", "the object slips", {}),
+            TraceEvent(0.7, "waiting", "waits 1 s", {}),
         ],
         decisions=[
-            Decided(
+            RecordedDecision(
                 1, 3.0, "DENY", "m.a", "move_tool", {}, {}, (("AE750", "arm-standing", "near"),), None, {}
             ),
-            Decided(2, 3.5, "ALLOW", "m.a", "move_tool", {}, {}, (), None, {}),
+            RecordedDecision(2, 3.5, "ALLOW", "m.a", "move_tool", {}, {}, (), None, {}),
         ],
         runs=[ended("stopped", reason="monitor:separation"), ended("finished"), ended("denied")],
-        changes=[(2.5, "paused")],
+        pause_changes=[(2.5, "paused")],
     )
-    assert marks_of(left) == [
+    assert collect_marks(left) == [
         Mark(0.5, "fault", "the object slips"),
         Mark(2.0, "stopped", "stop: m.a: monitor:separation"),
         Mark(2.5, "stopped", "paused by the operator"),
@@ -49,26 +49,26 @@ def test_faults_stops_denials_and_re_plans_are_marked_in_order() -> None:
 @pytest.mark.parametrize(
     ("run", "sort"),
     [
-        (Run("m.a", 0.0), "under way"),
+        (SkillExecution("m.a", 0.0), "under way"),
         (ended("finished", failed=False), "succeeded"),
         (ended("finished", failed=True), "failed"),
         (ended("denied", failed=True), "denied"),
         (ended("halted", failed=True), "stopped"),
     ],
 )
-def test_how_a_step_ended_is_its_colour(run: Run, sort: str) -> None:
-    assert sort_of(run) == sort
-    assert f'fill="{COLOURS[sort]}"' in timeline(Left(runs=[run]), [])
+def test_how_a_step_ended_is_its_colour(run: SkillExecution, sort: str) -> None:
+    assert category_of(run) == sort
+    assert f'fill="{COLOURS[sort]}"' in timeline(RunData(runs=[run]), [])
 
 
 def test_each_step_says_when_and_how() -> None:
-    shown = titles(timeline(Left(runs=[ended("halted", reason="the <operator> stops it")]), []))
+    shown = titles(timeline(RunData(runs=[ended("halted", reason="the <operator> stops it")]), []))
     assert "step m.a, 1.00 to 2.00 s: halted the <operator> stops it" in shown
 
 
 def test_bounds_are_drawn_from_decision_to_decision_with_their_rules() -> None:
     limits = [Limit(1.0, 0.9, "arm-separation"), Limit(3.0, None, ""), Limit(5.0, 1.2, "reduced-speed")]
-    quantity = Quantity("human_distance", "m", False, True, [(0.0, 3.0), (10.0, 2.0)], [], limits)
+    quantity = PlottedQuantity("human_distance", "m", False, True, [(0.0, 3.0), (10.0, 2.0)], [], limits)
     svg = plot(quantity, [Mark(2.0, "stopped", "stop")], 10.0)
     shown = titles(svg)
     assert "arm-separation: 0.9 m from 1.00 s" in shown
@@ -79,14 +79,16 @@ def test_bounds_are_drawn_from_decision_to_decision_with_their_rules() -> None:
 
 
 def test_what_was_asked_for_ends_with_its_action() -> None:
-    quantity = Quantity("move.speed", "m/s", True, True, [(1.0, 0.2), (3.0, None)], [Limit(1.0, 0.5, "r")])
+    quantity = PlottedQuantity(
+        "move.speed", "m/s", True, True, [(1.0, 0.2), (3.0, None)], [Limit(1.0, 0.5, "r")]
+    )
     assert re.findall(r"M([\d.]+) [\d.]+H([\d.]+)\"", plot(quantity, [], 10.0)) == [("280.0", "460.0")]
 
 
 def test_of_a_long_run_the_least_and_the_greatest_of_each_place_are_kept() -> None:
     points: list[tuple[float, float | None]] = [(n / 1000, 1.0) for n in range(200_000)]
     points[77_777] = (77.777, 0.1)
-    svg = plot(Quantity("x", "", False, True, points, [Limit(0.0, 2.0, "r")]), [], 200.0)
+    svg = plot(PlottedQuantity("x", "", False, True, points, [Limit(0.0, 2.0, "r")]), [], 200.0)
     assert len(svg) < 60_000
     (line,) = re.findall(r'<polyline points="([^"]*)"', svg)
     ordinates = {pair.partition(",")[2] for pair in line.split()}
@@ -94,10 +96,10 @@ def test_of_a_long_run_the_least_and_the_greatest_of_each_place_are_kept() -> No
 
 
 def test_a_value_far_beyond_its_bounds_leaves_them_legible() -> None:
-    quantity = Quantity("x", "m", False, True, [(0.0, 20.0), (1.0, 0.5)], [], [Limit(0.0, 1.0, "r")])
+    quantity = PlottedQuantity("x", "m", False, True, [(0.0, 20.0), (1.0, 0.5)], [], [Limit(0.0, 1.0, "r")])
     assert ">2.5 m<" in plot(quantity, [], 1.0)
 
 
 def test_a_run_in_which_nothing_happened_is_drawn_too() -> None:
-    assert titles(timeline(Left(), [])) == ["timeline of steps", "marks"]
-    plot(Quantity("x", "", False, True, [(0.0, 0.0)], [Limit(0.0, 0.0, "r")]), [], 0.0)
+    assert titles(timeline(RunData(), [])) == ["timeline of steps", "marks"]
+    plot(PlottedQuantity("x", "", False, True, [(0.0, 0.0)], [Limit(0.0, 0.0, "r")]), [], 0.0)

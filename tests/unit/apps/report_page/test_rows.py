@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from aeros.apps.report_page.rows import MOST_ROWS, rows_of
-from aeros.apps.report_page.run_data import Decided
+from aeros.apps.report_page.rows import MAX_ROWS, group_decisions
+from aeros.apps.report_page.run_data import RecordedDecision
 
 
 def decided(
     number: int, verdict: str = "ALLOW", skill: str = "a", kind: str = "move", rule: str = ""
-) -> Decided:
+) -> RecordedDecision:
     reasons = (("AE750", rule, f"said {number}"),) if rule else ()
-    return Decided(number, float(number), verdict, skill, kind, {}, {}, reasons, None, {})
+    return RecordedDecision(number, float(number), verdict, skill, kind, {}, {}, reasons, None, {})
 
 
-def shown(*decisions: Decided) -> list[tuple[int, int, int]]:
-    return [(row.first.sequence, row.last.sequence, row.count) for row in rows_of(decisions)[0]]
+def shown(*decisions: RecordedDecision) -> list[tuple[int, int, int]]:
+    return [(row.first.sequence, row.last.sequence, row.count) for row in group_decisions(decisions)[0]]
 
 
 def test_a_stretch_of_the_same_is_one_row() -> None:
@@ -36,10 +36,10 @@ def test_skills_at_the_same_time_do_not_break_each_others_rows() -> None:
 
 
 def test_of_too_many_rows_every_denial_is_kept() -> None:
-    kinds = [decided(2 * n, kind=f"k{n}") for n in range(MOST_ROWS)]
+    kinds = [decided(2 * n, kind=f"k{n}") for n in range(MAX_ROWS)]
     denials = [decided(2 * n + 1, "DENY", "b", f"k{n}", "r") for n in range(100)]
-    rows, left_out = rows_of(sorted(kinds + denials, key=lambda one: one.sequence))
-    assert len(rows) == MOST_ROWS
+    rows, left_out = group_decisions(sorted(kinds + denials, key=lambda one: one.sequence))
+    assert len(rows) == MAX_ROWS
     assert left_out == 100
-    assert sum(row.first.verdict == "DENY" for row in rows) == 100
+    assert sum(row.first.decision == "DENY" for row in rows) == 100
     assert [row.first.sequence for row in rows] == sorted(row.first.sequence for row in rows)

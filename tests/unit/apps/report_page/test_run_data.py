@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from aeros.apps.report_page.page import page_of
-from aeros.apps.report_page.run_data import Run, read_left
+from aeros.apps.report_page.run_data import SkillExecution, read_run_data
 from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
 
 
 def test_steps_are_told_with_role_and_outcome(tmp_path: Path) -> None:
-    left = read_left(run_symbolic(tmp_path))
-    assert [(run.skill.partition(".")[2], run.role, run.how, run.failed) for run in left.runs] == [
+    left = read_run_data(run_symbolic(tmp_path))
+    assert [(run.skill.partition(".")[2], run.role, run.result_text, run.failed) for run in left.runs] == [
         ("prepare", "step", "missed", True),
         ("prepare", "step", "laid_out", False),
         ("wrap", "step", "spoilt", True),
@@ -23,9 +23,9 @@ def test_steps_are_told_with_role_and_outcome(tmp_path: Path) -> None:
         ("wrap", "retry", "wrapped", False),
         ("boil", "step", "cooked", False),
     ]
-    assert left.runs[0].after is None
-    assert [run.after for run in left.runs[1:]] == left.runs[:-1]
-    assert left.trouble == []
+    assert left.runs[0].previous is None
+    assert [run.previous for run in left.runs[1:]] == left.runs[:-1]
+    assert left.problems == []
     assert left.samples
     assert left.samples == sorted(left.samples, key=lambda sample: sample[0])
 
@@ -34,7 +34,9 @@ def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Pat
     out = run_symbolic(tmp_path)
     trace = out / "trace.jsonl"
     trace.write_text(trace.read_text().replace('"missed"', '"laid_out"'))
-    assert read_left(out).trouble == ["trace.jsonl does not say what the record says that the agent told"]
+    assert read_run_data(out).problems == [
+        "trace.jsonl does not say what the record says that the agent told"
+    ]
 
 
 def test_a_fault_that_the_plant_told_is_no_contradiction(tmp_path: Path) -> None:
@@ -42,8 +44,8 @@ def test_a_fault_that_the_plant_told_is_no_contradiction(tmp_path: Path) -> None
     fault = {"time": 1.0, "kind": "fault", "text": "slips", "details": {}}
     trace = out / "trace.jsonl"
     trace.write_text(json.dumps(fault) + "\n" + trace.read_text())
-    left = read_left(out)
-    assert left.trouble == []
+    left = read_run_data(out)
+    assert left.problems == []
     assert left.events[0].text == "slips"
 
 
@@ -51,9 +53,9 @@ def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
     out = run_symbolic(tmp_path)
     (out / "trace.jsonl").unlink()
     (out / "measured.jsonl").unlink()
-    left = read_left(out)
+    left = read_run_data(out)
     assert len(left.runs) == 6
-    assert left.trouble == [
+    assert left.problems == [
         "trace.jsonl cannot be read: No such file or directory",
         "measured.jsonl cannot be read: No such file or directory",
     ]
@@ -61,10 +63,10 @@ def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
 
 
 def test_a_skill_that_did_not_come_to_its_own_end_is_told_by_how_it_ended() -> None:
-    run = Run("a.b", 0.0, None, 1.0, "denied", "no", "step", "missed", True)
-    assert run.how == "denied"
+    run = SkillExecution("a.b", 0.0, None, 1.0, "denied", "no", "step", "missed", True)
+    assert run.result_text == "denied"
     run.status = "finished"
-    assert run.how == "missed"
+    assert run.result_text == "missed"
 
 
 ODD: list[Any] = [None, 3, "x", [], {}, [[1, 2, 3]], {"a": [None]}, 1e999, True]
@@ -88,6 +90,6 @@ def test_details_of_another_form_are_passed_over(odd: object, tmp_path: Path) ->
              {"time": 1.0, "kind": odd, "text": odd, "details": odd}]  # fmt: skip
     for name in ("trace.jsonl", "measured.jsonl"):
         (out / name).write_text("\n".join(map(json.dumps, lines)) + "\n[[[\n\xff")
-    left = read_left(out)
-    assert left.chain.sound
+    left = read_run_data(out)
+    assert left.chain.is_sound
     assert "</html>" in page_of(left, "r", {}, "")

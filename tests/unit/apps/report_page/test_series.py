@@ -7,16 +7,16 @@ from typing import Any
 
 import pytest
 
-from aeros.apps.report_page.run_data import Decided, Left, Run
-from aeros.apps.report_page.series import MOST_MOMENTS, series_of
+from aeros.apps.report_page.run_data import RecordedDecision, RunData, SkillExecution
+from aeros.apps.report_page.series import MAX_SAMPLES, build_series
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 
 def reference() -> Site:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     return site
 
@@ -25,10 +25,10 @@ SITE = reference()
 SITES = {SITE.digest: SITE}
 
 
-def moving(time: float, speed: float, verdict: str = "ALLOW", **state: Any) -> Decided:
+def moving(time: float, speed: float, verdict: str = "ALLOW", **state: Any) -> RecordedDecision:
     parameters = {"target": [0.5, 0.0, 0.3], "yaw": 0.0, "speed": speed}
     readings = {name: [value, time] for name, value in state.items()}
-    return Decided(
+    return RecordedDecision(
         0, time, verdict, "arm.reach", "move_tool", parameters, parameters, (), SITE.digest, readings
     )
 
@@ -37,12 +37,12 @@ def sample(time: float, **state: Any) -> tuple[float, dict[str, Any]]:
     return time, {name: [value, time] for name, value in state.items()}
 
 
-def run_to(ended: float) -> Run:
-    return Run("arm.reach", 0.0, None, ended)
+def run_to(ended: float) -> SkillExecution:
+    return SkillExecution("arm.reach", 0.0, None, ended)
 
 
 def test_the_tightest_bound_is_in_force_from_decision_to_end() -> None:
-    left = Left(
+    left = RunData(
         decisions=[moving(1.0, 0.1, human_distance=3.0)],
         samples=[
             sample(0.5, human_distance=3.0),
@@ -51,7 +51,7 @@ def test_the_tightest_bound_is_in_force_from_decision_to_end() -> None:
         ],
         runs=[run_to(3.0)],
     )
-    distance = series_of(left, SITES).quantities["human_distance"]
+    distance = build_series(left, SITES).quantities["human_distance"]
     assert distance.points == [(0.5, 3.0), (1.0, 3.0), (2.0, 2.0), (4.0, 1.0)]
     assert [(limit.time, limit.rule) for limit in distance.lower] == [(1.0, "arm-separation"), (3.0, "")]
     assert distance.lower[0].value == pytest.approx(0.8995)
@@ -59,13 +59,13 @@ def test_the_tightest_bound_is_in_force_from_decision_to_end() -> None:
 
 
 def test_what_was_asked_for_is_shown_while_it_is_bounded() -> None:
-    left = Left(
+    left = RunData(
         decisions=[moving(1.0, 0.15, human_distance=3.0)],
         samples=[sample(2.0, human_distance=1.0), sample(2.5, human_distance=3.0)],
         runs=[run_to(3.0)],
     )
-    speed = series_of(left, SITES).quantities["move_tool.speed"]
-    assert speed.is_asked
+    speed = build_series(left, SITES).quantities["move_tool.speed"]
+    assert speed.is_requested
     assert [(limit.time, limit.value) for limit in speed.upper] == [
         (1.0, 0.5),
         (2.0, 0.2),
@@ -76,37 +76,37 @@ def test_what_was_asked_for_is_shown_while_it_is_bounded() -> None:
 
 
 def test_the_nearest_moment_of_each_rule_is_found_and_a_breach_is_negative() -> None:
-    left = Left(
+    left = RunData(
         decisions=[moving(1.0, 0.1, human_distance=3.0)],
         samples=[sample(2.0, human_distance=0.8), sample(2.5, human_distance=2.0)],
     )
-    nearest = series_of(left, SITES).nearest["arm-separation", "human_distance"]
+    nearest = build_series(left, SITES).closest_approaches["arm-separation", "human_distance"]
     assert (nearest.time, nearest.measured) == (2.0, 0.8)
     assert nearest.margin == pytest.approx(-0.0995)
 
 
 def test_of_a_family_the_nearest_member_is_named() -> None:
     still = [0.0] * 7
-    left = Left(
+    left = RunData(
         decisions=[moving(1.0, 0.1, joint_velocity=still)],
         samples=[sample(2.0, joint_velocity=[0.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
     )
-    nearest = series_of(left, SITES).nearest["joint-speeds", "joint_velocity"]
+    nearest = build_series(left, SITES).closest_approaches["joint-speeds", "joint_velocity"]
     assert (nearest.quantity, nearest.measured) == ("abs(joint_velocity[j2])", 2.0)
     assert nearest.margin == pytest.approx(0.175)
 
 
 def test_what_was_denied_bounds_nothing_and_so_does_a_site_that_is_not_at_hand() -> None:
-    denied = Left(decisions=[moving(1.0, 0.1, "DENY", human_distance=3.0)])
-    assert series_of(denied, SITES).quantities == {}
-    allowed = Left(decisions=[moving(1.0, 0.1, human_distance=3.0)])
-    assert series_of(allowed, {}).quantities == {}
+    denied = RunData(decisions=[moving(1.0, 0.1, "DENY", human_distance=3.0)])
+    assert build_series(denied, SITES).quantities == {}
+    allowed = RunData(decisions=[moving(1.0, 0.1, human_distance=3.0)])
+    assert build_series(allowed, {}).quantities == {}
 
 
 def test_of_a_long_run_some_moments_stand_for_all() -> None:
     samples: list[tuple[float, Mapping[str, Any]]] = [
-        sample(0.1 * n, human_distance=3.0) for n in range(3 * MOST_MOMENTS)
+        sample(0.1 * n, human_distance=3.0) for n in range(3 * MAX_SAMPLES)
     ]
-    series = series_of(Left(samples=samples), SITES)
-    assert series.step == 4
-    assert len(series.quantities["human_distance"].points) == 3 * MOST_MOMENTS
+    series = build_series(RunData(samples=samples), SITES)
+    assert series.sample_step == 4
+    assert len(series.quantities["human_distance"].points) == 3 * MAX_SAMPLES

@@ -9,9 +9,15 @@ from threading import Thread
 
 import pytest
 
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import exclusive
-from aeros.apps.watchdog.resumable_run import end_plant, end_task, forget, keep, restore
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import lock_folder
+from aeros.apps.watchdog.resumable_run import (
+    delete_run_options,
+    end_plant,
+    end_task,
+    load_run_options,
+    save_run_options,
+)
 from aeros.sim.kinematic.plant import make_plant
 from tests.unit.sim.hosting.hosted import Hosting
 
@@ -26,10 +32,10 @@ def test_what_was_asked_comes_back_wherever_it_is_resumed(
 ) -> None:
     state = tmp_path / "new" / "state"
     monkeypatch.chdir(tmp_path)
-    keep(asked(state))
+    save_run_options(asked(state))
     assert state.stat().st_mode & 0o777 == 0o700
     monkeypatch.chdir("/")
-    restored = restore(asked(state, instruction=None, seed=0, resume=True, crashes=9))
+    restored = load_run_options(asked(state, instruction=None, seed=0, resume=True, crashes=9))
     assert vars(restored) == {
         "instruction": "fetch",
         "seed": 3,
@@ -43,11 +49,11 @@ def test_what_was_asked_comes_back_wherever_it_is_resumed(
 
 
 def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
-    keep(asked(tmp_path))
-    forget(tmp_path)
-    forget(tmp_path)
-    with pytest.raises(RefusedError, match="there is nothing to resume"):
-        restore(asked(tmp_path))
+    save_run_options(asked(tmp_path))
+    delete_run_options(tmp_path)
+    delete_run_options(tmp_path)
+    with pytest.raises(AgentError, match="there is nothing to resume"):
+        load_run_options(asked(tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -55,21 +61,21 @@ def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_read_is_refused(content: str | bytes, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_bytes(content.encode() if isinstance(content, str) else content)
-    with pytest.raises(RefusedError, match="cannot be read"):
-        restore(asked(tmp_path))
+    with pytest.raises(AgentError, match="cannot be read"):
+        load_run_options(asked(tmp_path))
 
 
 def test_a_state_folder_that_cannot_be_written_is_refused_before_the_task_begins(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in its place")
-    with pytest.raises(RefusedError, match="cannot be written to"):
-        keep(asked(tmp_path / "file"))
+    with pytest.raises(AgentError, match="cannot be written to"):
+        save_run_options(asked(tmp_path / "file"))
     (tmp_path / "state" / "run.json").mkdir(parents=True)
-    with pytest.raises(RefusedError, match="cannot be written to"):
-        keep(asked(tmp_path / "state"))
+    with pytest.raises(AgentError, match="cannot be written to"):
+        save_run_options(asked(tmp_path / "state"))
 
 
 def test_a_task_that_has_ended_ends_its_plant(tmp_path: Path) -> None:
-    keep(asked(tmp_path))
+    save_run_options(asked(tmp_path))
     hosting = Hosting(make_plant("bare", 0))
     hosting.join().close()
     end_task(tmp_path, hosting.path)
@@ -88,7 +94,7 @@ def test_the_end_of_a_plant_is_waited_for(tmp_path: Path) -> None:
         end_plant(hosting.join(), tmp_path)
         order.append("waited")
 
-    with exclusive(tmp_path / "plant"):
+    with lock_folder(tmp_path / "plant"):
         waiting = Thread(target=wait)
         waiting.start()
         hosting.until("ended")

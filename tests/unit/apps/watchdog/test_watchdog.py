@@ -21,7 +21,7 @@ from aeros.exit_codes import Exit
 from aeros.experiments.trials.kills import VICTIMS, trial_of
 from aeros.runtime.audit.log import verify_log
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import Steering
+from aeros.runtime.registry.registry_governor import OperatorCommands
 from aeros.session.plant_factory import PlantSetupError, connect_plant
 from tests.repo.tree import ROOT
 from tests.unit.experiments.common import WHERE, premises
@@ -45,7 +45,7 @@ class Watched:
     @classmethod
     def paused(cls, folder: Path, *options: str) -> Watched:
         """One whose agent waits for the operator to resume, and has not ended, however slow we are."""
-        Steering(Registry(folder / "state").folder, resumed=False).close()
+        OperatorCommands(Registry(folder / "state").folder, resumed=False).close()
         asked("pause", folder / "state")
         watched = cls(folder, *options)
         watched.until(lambda: watched.phases()[-1:] == ["paused"])
@@ -97,14 +97,14 @@ class Watched:
 
 def asked(what: str, state: Path) -> None:
     """As the operator asks it, in a terminal."""
-    assert main([what, "--state", str(state)]) == Exit.PROVED
+    assert main([what, "--state", str(state)]) == Exit.SUCCESS
 
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_whoever_is_killed_the_task_ends_and_nothing_is_done_twice_or_lost(seed: int) -> None:
     modules = premises().configuration.modules
     trial = trial_of(seed, "symbolic", modules, 0.8, WHERE, longest=PATIENCE)
-    assert trial.broken == []
+    assert trial.violations == []
     assert set(trial.kills) <= set(VICTIMS)
 
 
@@ -123,14 +123,14 @@ def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
     anew = ["run", "make dumplings", "--plant", "symbolic", "--state", state, "--out", str(tmp_path / "anew")]
     assert main(anew) == Exit.REJECTED
     assert "this agent is in quarantine" in capsys.readouterr().err
-    assert main(["release", "--state", state]) == Exit.PROVED
+    assert main(["release", "--state", state]) == Exit.SUCCESS
     assert Quarantine(watched.state).reason() is None
     # The plant has waited, and the task goes on.
-    assert main(["run", "--resume", "--state", state]) == Exit.PROVED
+    assert main(["run", "--resume", "--state", state]) == Exit.SUCCESS
     log = str(watched.out / "audit.jsonl")
-    assert verify_log(Path(log)).sound
+    assert verify_log(Path(log)).is_sound
     capsys.readouterr()
-    assert main(["audit", "replay", log, "--ecms", str(ROOT / "ecms")]) == Exit.PROVED
+    assert main(["audit", "replay", log, "--ecms", str(ROOT / "ecms")]) == Exit.SUCCESS
     assert main(["run", "--resume", "--state", state]) == Exit.REJECTED
     assert "there is nothing to resume" in capsys.readouterr().err
 
@@ -169,9 +169,9 @@ def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> N
     os.kill(watched.agent(), signal.SIGSTOP)
     asked("resume", watched.state)
     code, said = watched.end()
-    assert code == Exit.PROVED, said
+    assert code == Exit.SUCCESS, said
     assert "it gave no sign of life for 8 s and was killed" in said
-    assert verify_log(watched.out / "audit.jsonl").sound
+    assert verify_log(watched.out / "audit.jsonl").is_sound
 
 
 def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_path: Path) -> None:
@@ -187,11 +187,11 @@ def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_pat
     records = len(watched.events())
     watched.process = watched.start("--resume")
     code, said = watched.end()
-    assert code == Exit.PROVED, said
+    assert code == Exit.SUCCESS, said
     assert "The task had ended.\n" in said
     assert "steps      3 run" in said
     assert (len(watched.events()), len(ended)) == (records, 1)
-    assert verify_log(watched.out / "audit.jsonl").sound
+    assert verify_log(watched.out / "audit.jsonl").is_sound
     assert not (watched.state / "run.json").exists()
 
 
@@ -213,7 +213,7 @@ def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(tmp_pat
     assert halted.returncode == Exit.REJECTED, halted.stdout + halted.stderr
     assert (watched.state / "run.json").exists()
     ended = subprocess.run(resume, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert ended.returncode == Exit.PROVED, ended.stdout + ended.stderr
+    assert ended.returncode == Exit.SUCCESS, ended.stdout + ended.stderr
     assert not (watched.state / "run.json").exists()
 
 
@@ -227,7 +227,7 @@ def test_a_second_one_is_refused_with_what_the_first_is_for(
     assert f"has an agent already: pid {watched.process.pid} on " in said
     assert "for “make dumplings”" in said
     asked("resume", watched.state)
-    assert watched.end()[0] == Exit.PROVED
+    assert watched.end()[0] == Exit.SUCCESS
 
 
 @pytest.mark.parametrize("arguments", [[], ["make dumplings", "--resume"]])

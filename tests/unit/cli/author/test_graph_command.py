@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.apps.drawings.drawing import Drawing, Edge, Node, dot, mermaid, svg
+from aeros.apps.drawings.drawing import Diagram, Edge, Node, dot, mermaid, svg
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 
@@ -22,7 +22,7 @@ def graph(*arguments: str) -> int:
 
 
 def test_the_rules_are_drawn_in_their_order(capsys: pytest.CaptureFixture[str]) -> None:
-    assert graph() == Exit.PROVED
+    assert graph() == Exit.SUCCESS
     assert capsys.readouterr().out == (
         '---\ntitle: "tidy: planning rules of clean_up"\n---\n'
         "flowchart TD\n"
@@ -39,7 +39,7 @@ def test_the_rules_are_drawn_in_their_order(capsys: pytest.CaptureFixture[str]) 
 
 
 def test_the_closed_loop_has_every_outcome(capsys: pytest.CaptureFixture[str]) -> None:
-    assert graph("--what", "closed-loop", "--format", "dot") == Exit.PROVED
+    assert graph("--what", "closed-loop", "--format", "dot") == Exit.SUCCESS
     shown = capsys.readouterr().out
     assert set(re.findall(r"(\w+) → (\w+)", shown)) == {
         ("pick_cloth", "picked"),
@@ -85,7 +85,7 @@ NESTED = (
 def test_a_composition_is_drawn_with_outcomes_conditions_and_handlers(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert main([*NESTED]) == Exit.PROVED
+    assert main([*NESTED]) == Exit.SUCCESS
     assert capsys.readouterr().out == (
         '---\ntitle: "sequence_in_a_branch_in_a_sequence: composition composed"\n---\n'
         "flowchart TD\n"
@@ -118,7 +118,7 @@ def test_a_composition_is_drawn_with_outcomes_conditions_and_handlers(
 
 
 def test_a_composition_in_the_language_of_graphviz(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*NESTED, "--composition", "composed", "--format", "dot"]) == Exit.PROVED
+    assert main([*NESTED, "--composition", "composed", "--format", "dot"]) == Exit.SUCCESS
     assert capsys.readouterr().out == (
         'digraph "sequence_in_a_branch_in_a_sequence: composition composed" {\n'
         "  node [fontname=sans]; edge [fontname=sans];\n"
@@ -152,7 +152,7 @@ def test_a_composition_in_the_language_of_graphviz(capsys: pytest.CaptureFixture
 
 
 def test_a_composition_as_an_image_needs_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*NESTED, "--format", "svg"]) == Exit.PROVED
+    assert main([*NESTED, "--format", "svg"]) == Exit.SUCCESS
     shown = capsys.readouterr().out
     tree = ET.fromstring(shown)  # noqa: S314 - our own output
     assert not re.search(r"href|url\((?!#head\))|<script|<style|@import", shown)
@@ -173,7 +173,7 @@ def test_an_outcome_that_never_happens_is_not_drawn(
             "mistaken: {", "mistaken: {probability: 0, "
         )
     )
-    assert main(["graph", str(tmp_path / "nested"), *NESTED[2:]]) == Exit.PROVED
+    assert main(["graph", str(tmp_path / "nested"), *NESTED[2:]]) == Exit.SUCCESS
     shown = capsys.readouterr().out
     assert "mistaken" not in shown
     assert "found" in shown
@@ -192,7 +192,7 @@ def test_a_module_without_compositions_has_none_to_draw(capsys: pytest.CaptureFi
     assert capsys.readouterr().err == "aeros: `always_slow` has no composition\n"
 
 
-HOSTILE = Drawing(
+HOSTILE = Diagram(
     'a "title" </title><script>',
     (Node("a", ('"]; end', "<b>&amp;</b>", "\x1b[31m\u202e"), "start"), Node("b", ("back\\slash",))),
     (Edge("a", "b", '"|<i>'), Edge("b", "a", "]]>"), Edge("b", "b", "again", dashed=True)),

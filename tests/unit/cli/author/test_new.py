@@ -10,7 +10,7 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 REPOSITORY = Path(__file__).parents[4]
 OTHER_SITE = REPOSITORY / "tests" / "corpus" / "site" / "table.yaml"
@@ -40,12 +40,12 @@ def _run(folder: Path, words: str, *arguments: str) -> int:
 
 
 def test_a_new_module_is_proved_and_runs_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert _new(tmp_path) == Exit.PROVED
+    assert _new(tmp_path) == Exit.SUCCESS
     assert _below(tmp_path) == FILES
-    assert main(["verify", str(tmp_path / "tidy")]) == Exit.PROVED
+    assert main(["verify", str(tmp_path / "tidy")]) == Exit.SUCCESS
     shown = capsys.readouterr().out
     assert "warning" not in shown
-    assert _run(tmp_path, "tidy", "--plant", "symbolic") == Exit.PROVED
+    assert _run(tmp_path, "tidy", "--plant", "symbolic") == Exit.SUCCESS
     shown = capsys.readouterr().out
     assert "goal       holding; measured on the symbolic plant: holding = true" in shown
     assert "0 denied" in shown
@@ -55,7 +55,7 @@ def test_a_new_module_is_proved_and_runs_at_once(tmp_path: Path, capsys: pytest.
 def test_a_new_module_runs_in_physics_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _new(tmp_path)
     main(["verify", str(tmp_path / "tidy")])
-    assert _run(tmp_path, "tidy", "--no-record") == Exit.PROVED
+    assert _run(tmp_path, "tidy", "--no-record") == Exit.SUCCESS
     assert "measured on the physics plant: holding = true" in capsys.readouterr().out
 
 
@@ -64,7 +64,7 @@ def test_the_commands_it_names_next_are_those_that_work(
 ) -> None:
     folder = tmp_path / "my modules"
     folder.mkdir()
-    assert _new(folder, "--task", "Pick it-up") == Exit.PROVED
+    assert _new(folder, "--task", "Pick it-up") == Exit.SUCCESS
     said = capsys.readouterr().out.splitlines()
     commands = [line.strip() for line in said[said.index("next:") + 1 :]]
     assert len(commands) == 2
@@ -96,8 +96,8 @@ def test_what_it_makes_is_well_formatted_python(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["true", "json", "x_1"])
 def test_any_name_of_the_right_form_will_do(name: str, tmp_path: Path) -> None:
-    assert _new(tmp_path, name=name) == Exit.PROVED
-    assert main(["verify", str(tmp_path / name)]) == Exit.PROVED
+    assert _new(tmp_path, name=name) == Exit.SUCCESS
+    assert main(["verify", str(tmp_path / name)]) == Exit.SUCCESS
 
 
 @pytest.mark.parametrize(
@@ -137,9 +137,9 @@ def test_words_that_could_not_ask_for_a_task_are_refused(
 
 @pytest.mark.parametrize("words", ["null", "12", "Räum auf"])
 def test_words_that_yaml_might_misread_still_ask_for_the_task(words: str, tmp_path: Path) -> None:
-    assert _new(tmp_path, f"--task={words}") == Exit.PROVED
-    assert main(["verify", str(tmp_path / "tidy")]) == Exit.PROVED
-    assert _run(tmp_path, f"please {words} now", "--plant", "symbolic") == Exit.PROVED
+    assert _new(tmp_path, f"--task={words}") == Exit.SUCCESS
+    assert main(["verify", str(tmp_path / "tidy")]) == Exit.SUCCESS
+    assert _run(tmp_path, f"please {words} now", "--plant", "symbolic") == Exit.SUCCESS
 
 
 def test_a_name_that_the_policy_grants_something_is_refused(
@@ -190,10 +190,10 @@ def test_a_place_that_cannot_be_written_to_is_refused(
 def test_for_a_site_of_ones_own_its_tests_verify_under_that_site(tmp_path: Path) -> None:
     site = tmp_path / "sites" / "cell.yaml"
     site.parent.mkdir()
-    site.write_text(reference_site().read_text().replace("id: panda_cell", "id: my_cell"))
+    site.write_text(reference_site_path().read_text().replace("id: panda_cell", "id: my_cell"))
     folder = tmp_path / "ecms"
     folder.mkdir()
-    assert _new(folder, "--site", str(site)) == Exit.PROVED
+    assert _new(folder, "--site", str(site)) == Exit.SUCCESS
     made = (folder / "test_tidy.py").read_text()
     assert (
         'main(["verify", str(HERE / "tidy"), "--no-lock", "--site", str(HERE / "../sites/cell.yaml")])'
@@ -216,7 +216,7 @@ def test_a_broken_site_is_refused_for_what_is_wrong_with_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     site = tmp_path / "cell.yaml"
-    shutil.copy(reference_site(), site)
+    shutil.copy(reference_site_path(), site)
     site.write_text(site.read_text().replace("require: not estop_pressed", "require: not estop_presed"))
     assert _new(tmp_path, "--site", str(site)) == Exit.REJECTED
     assert "AE202" in capsys.readouterr().err

@@ -16,7 +16,7 @@ ECMS = ["--ecms", str(ROOT / "ecms")]
 
 
 def test_a_plan_says_what_is_done_where_outcomes_differ(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", "make dumplings", *ECMS]) == Exit.PROVED
+    assert main(["plan", "make dumplings", *ECMS]) == Exit.SUCCESS
     assert capsys.readouterr().out.splitlines()[2:] == [
         "plan",
         "  make_dumplings.prepare, tried 4 times at most",
@@ -32,7 +32,7 @@ def test_a_plan_says_what_is_done_where_outcomes_differ(capsys: pytest.CaptureFi
 def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     goal = "object_grasped and not object_delivered"
     given = ["--goal", goal, "--start", "robot_at_target=true", "--start", "object_detected=true"]
-    assert main(["plan", *given, *ECMS, "--format", "json"]) == Exit.PROVED
+    assert main(["plan", *given, *ECMS, "--format", "json"]) == Exit.SUCCESS
     shown = json.loads(capsys.readouterr().out)
     assert shown["schema"] == "aeros/plan/1"
     assert shown["goal"] == goal
@@ -51,7 +51,7 @@ def test_where_there_is_no_plan_it_is_said_why(capsys: pytest.CaptureFixture[str
 
 
 def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", "--goal", "not table_wiped", *ECMS]) == Exit.PROVED
+    assert main(["plan", "--goal", "not table_wiped", *ECMS]) == Exit.SUCCESS
     assert "plan   nothing to do: the goal holds" in capsys.readouterr().out
 
 
@@ -81,7 +81,7 @@ def _run(folder: Path, *arguments: str) -> int:
 def test_a_run_may_pursue_another_goal_than_the_tasks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert _run(tmp_path, "--goal", "dumpling_wrapped and not dumpling_cooked") == Exit.PROVED
+    assert _run(tmp_path, "--goal", "dumpling_wrapped and not dumpling_cooked") == Exit.SUCCESS
     said = capsys.readouterr().out
     assert "goal       dumpling_wrapped and not dumpling_cooked; measured on the symbolic plant" in said
     assert "step make_dumplings.boil" not in said
@@ -90,7 +90,7 @@ def test_a_run_may_pursue_another_goal_than_the_tasks(
 def test_a_plan_may_lead_through_the_skills_of_several_modules(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert _run(tmp_path, "--goal", "dumpling_cooked and table_wiped") == Exit.PROVED
+    assert _run(tmp_path, "--goal", "dumpling_cooked and table_wiped") == Exit.SUCCESS
     said = capsys.readouterr().out
     assert "0 denied" in said
     for module in ("clean_table", "make_dumplings"):
@@ -141,7 +141,7 @@ def test_the_page_on_planning_shows_what_is_answered(
     [
         (
             "(make_dumplings.prepare)\n(make_dumplings.recover)\n(MAKE_DUMPLINGS.WRAP)\n(make_dumplings.boil)",
-            Exit.PROVED,
+            Exit.SUCCESS,
             "accepted  4 steps",
         ),
         (
@@ -188,7 +188,7 @@ def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFi
         "(clean_table.organize)\n(clean_table.wipe)\n(clean_table.organize)\n(clean_table.verify)"
     )
     arguments = ["check", str(tmp_path / "a.plan"), "clean the table", "--format", "json"]
-    assert main(["plan", *arguments, *ECMS]) == Exit.PROVED
+    assert main(["plan", *arguments, *ECMS]) == Exit.SUCCESS
     assert json.loads(capsys.readouterr().out) == {
         "schema": "aeros/plan-check/1",
         "steps": ["clean_table.organize", "clean_table.wipe", "clean_table.organize", "clean_table.verify"],
@@ -199,7 +199,7 @@ def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFi
 
 def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     unknown = ["--start", "wrapper_aligned=unknown"]
-    assert main(["plan", "make dumplings", *unknown, *ECMS, "--pddl", str(tmp_path / "pddl")]) == Exit.PROVED
+    assert main(["plan", "make dumplings", *unknown, *ECMS, "--pddl", str(tmp_path / "pddl")]) == Exit.SUCCESS
     domain = (tmp_path / "pddl" / "domain.pddl").read_text()
     assert "(:action make_dumplings-recover-aligned" in domain
     assert ":effect (and (wrapper_aligned) (not (unknown-wrapper_aligned)))" in domain

@@ -9,7 +9,7 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.verification.certificate import LOCK
 
@@ -38,7 +38,7 @@ def test_exit_codes_are_as_documented() -> None:
 
 
 def test_a_proved_module_gets_its_certificate(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert verify(module) == Exit.PROVED
+    assert verify(module) == Exit.SUCCESS
     assert json.loads((module / LOCK).read_text())["module"] == "left_to_the_gate"
     assert "2 guarded: the gate decides stop-button, slow-near-person" in capsys.readouterr().out
 
@@ -60,8 +60,8 @@ def test_the_certificate_of_a_module_that_is_now_rejected_is_stale(module: Path)
 
 
 def test_no_lock_neither_writes_nor_requires_one(module: Path) -> None:
-    assert verify(module, "--no-lock") == Exit.PROVED
-    assert verify(module, "--no-lock", "--check") == Exit.PROVED
+    assert verify(module, "--no-lock") == Exit.SUCCESS
+    assert verify(module, "--no-lock", "--check") == Exit.SUCCESS
     assert not (module / LOCK).exists()
 
 
@@ -72,7 +72,7 @@ def test_check_writes_nothing_and_requires_a_current_one(
     assert "error[AE901] certificate-missing: `left_to_the_gate`" in capsys.readouterr().out
     assert not (module / LOCK).exists()
     verify(module)
-    assert verify(module, "--check") == Exit.PROVED
+    assert verify(module, "--check") == Exit.SUCCESS
     (module / "skills.py").write_text((module / "skills.py").read_text() + "\n")
     capsys.readouterr()
     assert verify(module, "--check") == Exit.REJECTED
@@ -83,7 +83,7 @@ def test_an_unchanged_certificate_is_not_written_again(module: Path) -> None:
     verify(module)
     (module / LOCK).chmod(0o444)
     before = (module / LOCK).stat().st_mtime_ns
-    assert verify(module) == Exit.PROVED
+    assert verify(module) == Exit.SUCCESS
     assert (module / LOCK).stat().st_mtime_ns == before
 
 
@@ -91,7 +91,7 @@ def test_a_certificate_that_cannot_be_written_is_a_warning(
     module: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (module / LOCK).mkdir()  # stands in for a folder without permission to write, as root has every one
-    assert verify(module) == Exit.PROVED
+    assert verify(module) == Exit.SUCCESS
     shown = capsys.readouterr().out
     assert "warning[AE904] certificate-unwritable" in shown
     assert "use `--no-lock`" in shown
@@ -100,7 +100,7 @@ def test_a_certificate_that_cannot_be_written_is_a_warning(
 def test_a_spent_budget_is_undecided_and_never_a_pass(
     module: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
+    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
     assert verify(module, "--rlimit", 1) == Exit.UNDECIDED
     shown = capsys.readouterr().out
     assert "error[AE509] undecided" in shown
@@ -183,12 +183,12 @@ def test_a_folder_of_modules_is_searched_and_hidden_ones_are_not(
 ) -> None:
     shutil.copytree(module, module.parent / ".backup" / "module")
     shutil.copytree(CORPUS / "accepted" / "always_slow", module.parent / "deep" / "below")
-    assert verify(module.parent, "--format", "json") == Exit.PROVED
+    assert verify(module.parent, "--format", "json") == Exit.SUCCESS
     assert [one["name"] for one in report_of(capsys)["modules"]] == ["always_slow", "left_to_the_gate"]
 
 
 def test_a_module_given_twice_is_verified_once(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert verify(module, module / "ecm.yaml", "--format", "json") == Exit.PROVED
+    assert verify(module, module / "ecm.yaml", "--format", "json") == Exit.SUCCESS
     assert len(report_of(capsys)["modules"]) == 1
 
 
@@ -271,7 +271,7 @@ def test_an_internal_fault_is_our_bug_and_shows_no_traceback(
 
     monkeypatch.setattr("aeros.cli.author.verify.verify", broken)
     monkeypatch.delenv("AEROS_DEBUG", raising=False)
-    assert verify(module) == Exit.OUR_BUG
+    assert verify(module) == Exit.INTERNAL_ERROR
     shown = capsys.readouterr().err
     assert "a bug in aeros, not in your files: AssertionError: not in the scalar core" in shown
     assert "Traceback" not in shown

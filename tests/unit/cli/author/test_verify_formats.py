@@ -28,7 +28,7 @@ def verify(*arguments: object) -> int:
 @pytest.mark.parametrize(
     ("arguments", "status"),
     [
-        ([ACCEPTED, "--no-lock"], Exit.PROVED),
+        ([ACCEPTED, "--no-lock"], Exit.SUCCESS),
         ([REJECTED, "--no-lock"], Exit.REJECTED),
         ([NEEDS_THE_SOLVER, "--no-lock", "--rlimit", "1"], Exit.UNDECIDED),
         ([ACCEPTED, "--check"], Exit.REJECTED),

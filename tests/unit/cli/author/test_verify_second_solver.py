@@ -12,14 +12,14 @@ from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.backends import cvc5_solver
 from aeros.spec.backends.cvc5_solver import Cvc5
-from aeros.spec.backends.solver_results import Answer, Result
-from aeros.spec.backends.z3_solver import Session
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.verification.certificate import LOCK
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 SITE = str(CORPUS / "site" / "table.yaml")
-_honest = Cvc5.answer
-_OPPOSITE = {Result.SAT: Result.UNSAT, Result.UNSAT: Result.SAT}
+_honest = Cvc5.solve_script
+_OPPOSITE = {SatResult.SAT: SatResult.UNSAT, SatResult.UNSAT: SatResult.SAT}
 
 
 @pytest.fixture
@@ -35,24 +35,24 @@ def verify(*arguments: object) -> int:
     return main(["verify", *map(str, arguments), "--site", SITE, "--second-solver", "cvc5"])
 
 
-def _lies_of(monkeypatch: pytest.MonkeyPatch, truth: Result) -> None:
+def _lies_of(monkeypatch: pytest.MonkeyPatch, truth: SatResult) -> None:
     """A cvc5 that says the opposite wherever `truth` is the answer."""
 
-    def answer(self: Cvc5, script: str) -> Answer:
+    def answer(self: Cvc5, script: str) -> SolverAnswer:
         said = _honest(self, script)
-        return Answer(_OPPOSITE[said.result], {}) if said.result is truth else said
+        return SolverAnswer(_OPPOSITE[said.result], {}) if said.result is truth else said
 
     monkeypatch.setattr(Cvc5, "answer", answer)
 
 
-@pytest.mark.parametrize("truth", [Result.SAT, Result.UNSAT])
+@pytest.mark.parametrize("truth", [SatResult.SAT, SatResult.UNSAT])
 def test_a_second_solver_that_lies_ends_the_run_and_nothing_is_written(
-    truth: Result, module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    truth: SatResult, module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _lies_of(monkeypatch, truth)
     before = sorted(module.iterdir())
     output = module.parent / "report.json"
-    assert verify(module, "--format", "json", "--output", output) == Exit.OUR_BUG
+    assert verify(module, "--format", "json", "--output", output) == Exit.INTERNAL_ERROR
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "the solvers disagree about policy/" in shown.err
@@ -68,12 +68,12 @@ def test_a_second_solver_that_lies_ends_the_run_and_nothing_is_written(
 def test_kept_answers_are_examined_too(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["verify", str(module), "--site", SITE]) == Exit.PROVED
+    assert main(["verify", str(module), "--site", SITE]) == Exit.SUCCESS
     lock = (module / LOCK).read_bytes()
 
-    _lies_of(monkeypatch, Result.SAT)
-    monkeypatch.setattr(Session, "ask", None)  # Z3 is not asked again
-    assert verify(module) == Exit.OUR_BUG
+    _lies_of(monkeypatch, SatResult.SAT)
+    monkeypatch.setattr(IncrementalSolver, "ask", None)  # Z3 is not asked again
+    assert verify(module) == Exit.INTERNAL_ERROR
     assert f"about policy/wait/satisfiable ({SITE}):" in capsys.readouterr().err
     assert (module / LOCK).read_bytes() == lock
 
@@ -81,9 +81,9 @@ def test_kept_answers_are_examined_too(
 def test_a_question_that_no_file_can_take_is_shown(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    _lies_of(monkeypatch, Result.SAT)
+    _lies_of(monkeypatch, SatResult.SAT)
     monkeypatch.setattr("tempfile.tempdir", str(module / "not_there"))
-    assert verify(module) == Exit.OUR_BUG
+    assert verify(module) == Exit.INTERNAL_ERROR
     shown = capsys.readouterr().err
     assert "no file could take" in shown
     assert "(check-sat)" in shown
@@ -92,11 +92,11 @@ def test_a_question_that_no_file_can_take_is_shown(
 def test_agreement_is_told_and_changes_no_certificate(
     module: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["verify", str(module), "--site", SITE]) == Exit.PROVED
+    assert main(["verify", str(module), "--site", SITE]) == Exit.SUCCESS
     without = (module / LOCK).read_bytes()
     (module / LOCK).unlink()
     capsys.readouterr()
-    assert verify(module) == Exit.PROVED
+    assert verify(module) == Exit.SUCCESS
     assert re.search(r"^cvc5 [\d.]+ agreed on (\d+) of \1 questions$", capsys.readouterr().out, re.MULTILINE)
     assert (module / LOCK).read_bytes() == without
 
@@ -104,13 +104,13 @@ def test_agreement_is_told_and_changes_no_certificate(
 def test_what_is_beyond_the_second_solver_is_told_and_z3_stands(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Cvc5, "answer", lambda *_: Answer(Result.UNKNOWN, {}, "out of its depth"))
-    assert verify(module) == Exit.PROVED
+    monkeypatch.setattr(Cvc5, "answer", lambda *_: SolverAnswer(SatResult.UNKNOWN, {}, "out of its depth"))
+    assert verify(module) == Exit.SUCCESS
     shown = capsys.readouterr().out
     assert re.search(r"agreed on 0 of (\d+) questions; \1 undecided by it, where Z3's word stands", shown)
     assert re.search(r"^  safety/.*/slow-near-person \(.*ecm.yaml\): out of its depth$", shown, re.MULTILINE)
     assert (module / LOCK).exists()
-    assert verify(module, "--format", "json") == Exit.PROVED
+    assert verify(module, "--format", "json") == Exit.SUCCESS
     told = json.loads(capsys.readouterr().out)["second_solver"]
     assert told["agreed"] == 0
     assert len(told["undecided"]) == told["questions"] > 50

@@ -10,7 +10,7 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.experiments.trial_store import FILE
+from aeros.experiments.trial_store import TRIALS_FILE
 from tests.unit.experiments.common import groups, marks
 
 ECMS = str(Path(__file__).parents[4] / "ecms")
@@ -23,7 +23,7 @@ def run(out: Path, *arguments: str) -> int:
 
 
 def test_the_list_has_every_condition_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["experiment", "list"]) == Exit.PROVED
+    assert main(["experiment", "list"]) == Exit.SUCCESS
     lines = capsys.readouterr().out.splitlines()
     assert "4  Comparison with published baselines" in lines
     assert [line.split()[0] for line in lines if line.startswith("    8/aeros/clean_table/0.9")] == [
@@ -32,13 +32,13 @@ def test_the_list_has_every_condition_by_its_name(capsys: pytest.CaptureFixture[
 
 
 def test_a_run_leaves_trials_and_reports(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(tmp_path, ONE) == Exit.PROVED
+    assert run(tmp_path, ONE) == Exit.SUCCESS
     assert {path.name for path in tmp_path.iterdir()} == {
         "figures",
         "report.html",
         "report.md",
         "results.json",
-        FILE,
+        TRIALS_FILE,
     }
     said = capsys.readouterr().out
     assert "1 conditions, 1 of them different, 4 trials of each" in said
@@ -50,7 +50,7 @@ def test_a_run_leaves_trials_and_reports(tmp_path: Path, capsys: pytest.CaptureF
 @pytest.mark.physics
 def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     row = "9/wide_envelope"
-    assert run(tmp_path, "--plant", "physics", "--trials", "1", row) == Exit.PROVED
+    assert run(tmp_path, "--plant", "physics", "--trials", "1", row) == Exit.SUCCESS
     assert "0 with an interval that misses what is exact" in capsys.readouterr().out
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     assert [found["cells"]["violated"]["measured"] for found in one["rows"]] == [100.0, 0.0, 0.0]
@@ -58,7 +58,7 @@ def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.Capture
 
 
 def test_sessions_are_told_in_turn(tmp_path: Path) -> None:
-    assert run(tmp_path, "--trials", "2", "11/once") == Exit.PROVED
+    assert run(tmp_path, "--trials", "2", "11/once") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     assert [row["id"] for row in one["rows"]] == ["11/once/on", "11/once/off"]
     assert all(len(row["series"]["success"]["measured"]) == 50 for row in one["rows"])
@@ -66,7 +66,7 @@ def test_sessions_are_told_in_turn(tmp_path: Path) -> None:
 
 
 def test_scale_is_measured_whatever_the_plant(tmp_path: Path) -> None:
-    assert run(tmp_path, "--plant", "physics", "--trials", "2", "10/1") == Exit.PROVED
+    assert run(tmp_path, "--plant", "physics", "--trials", "2", "10/1") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     (row,) = one["rows"]
     assert row["cells"]["found"]["measured"] == 100.0
@@ -76,18 +76,18 @@ def test_scale_is_measured_whatever_the_plant(tmp_path: Path) -> None:
 def test_trials_that_are_there_are_taken_only_where_that_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(tmp_path, ONE) == Exit.PROVED
-    before = (tmp_path / FILE).read_bytes()
+    assert run(tmp_path, ONE) == Exit.SUCCESS
+    before = (tmp_path / TRIALS_FILE).read_bytes()
     assert run(tmp_path, ONE) == Exit.USAGE
     assert "go on with --resume" in capsys.readouterr().err
-    assert run(tmp_path, "--resume", "--trials", "5", ONE) == Exit.PROVED
-    after = (tmp_path / FILE).read_bytes()
+    assert run(tmp_path, "--resume", "--trials", "5", ONE) == Exit.SUCCESS
+    after = (tmp_path / TRIALS_FILE).read_bytes()
     assert after.startswith(before)
     assert after.count(b"\n") == 5
 
 
 def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_path: Path) -> None:
-    assert run(tmp_path, "13/behaviour_tree") == Exit.PROVED
+    assert run(tmp_path, "13/behaviour_tree") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     cells = {row["id"]: row["cells"]["success"] for row in one["rows"]}
     assert cells["13/behaviour_tree/make_dumplings/8"]["exact"] == pytest.approx(100 - 30 * (7 / 8) ** 2)
@@ -101,7 +101,7 @@ def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_pa
 
 @pytest.mark.parametrize("condition", ["8/flat/fetch_object/0.10", "13/flat/fetch_object/8"])
 def test_one_condition_of_what_is_varied_has_a_figure_of_its_own(tmp_path: Path, condition: str) -> None:
-    assert run(tmp_path, condition) == Exit.PROVED
+    assert run(tmp_path, condition) == Exit.SUCCESS
     number = condition.partition("/")[0]
     drawn = (tmp_path / "figures" / f"experiment-{number}.svg").read_text(encoding="utf-8")
     assert len(marks(drawn, "measured")) == 1
@@ -109,7 +109,7 @@ def test_one_condition_of_what_is_varied_has_a_figure_of_its_own(tmp_path: Path,
 
 def test_kills_are_tried_on_real_processes(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
-    assert main(["experiment", "12/agent", *options]) == Exit.PROVED
+    assert main(["experiment", "12/agent", *options]) == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     cells = one["rows"][0]["cells"]
     assert [cells[name]["measured"] for name in ("ended", "repeated", "lost", "moved")] == [100.0, 0, 0, 0]
@@ -118,7 +118,7 @@ def test_kills_are_tried_on_real_processes(tmp_path: Path) -> None:
 @pytest.mark.physics
 def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "2", "--ecms", ECMS, "--out", str(tmp_path))
-    assert main(["experiment", "14/latency/0", "14/latency/0.2", *options]) == Exit.PROVED
+    assert main(["experiment", "14/latency/0", "14/latency/0.2", *options]) == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     cells = [row["cells"] for row in one["rows"]]
     assert [cell["success"]["measured"] for cell in cells] == [100.0, 0.0]
@@ -129,7 +129,7 @@ def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
 @pytest.mark.physics
 def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
-    assert main(["experiment", "15/person/0", "15/person/1.5", *options]) == Exit.PROVED
+    assert main(["experiment", "15/person/0", "15/person/1.5", *options]) == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     assert [row["cells"]["reaction"]["measured"] for row in one["rows"]] == [0.0, 0.0]
     drawn = (tmp_path / "figures" / "experiment-15-person.svg").read_text(encoding="utf-8")
@@ -176,7 +176,7 @@ def test_what_is_not_installed_is_said_before_anything_is_tried(
     monkeypatch.setitem(sys.modules, package, None)
     assert run(tmp_path, "4/behaviour_tree") == Exit.USAGE
     assert said in capsys.readouterr().err
-    assert not (tmp_path / FILE).exists()
+    assert not (tmp_path / TRIALS_FILE).exists()
 
 
 def test_to_resume_takes_a_folder(capsys: pytest.CaptureFixture[str]) -> None:

@@ -42,17 +42,17 @@ def test_an_older_manifest_is_refused_until_it_is_migrated(
     said = capsys.readouterr().out
     assert "error[AE114] format-version: `aeros/ecm/0` is an older format" in said
     assert "help: run `aeros migrate tidy/ecm.yaml`" in said
-    assert main(["migrate", "tidy", "site.yaml"]) == Exit.PROVED
+    assert main(["migrate", "tidy", "site.yaml"]) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert "tidy/ecm.yaml: migrated: aeros/ecm/0 -> aeros/ecm/1\n  `time_limit` is `timeout`\n" in said
     assert "1 migrated, 1 current, 0 refused\n" in said
     assert "run `aeros verify` again" in said
     assert (here / "tidy" / "ecm.yaml").read_bytes() == (BASE / "tidy" / "ecm.yaml").read_bytes()
-    assert main(verify) == Exit.PROVED
-    assert main(["migrate", ".", "--check"]) == Exit.PROVED
+    assert main(verify) == Exit.SUCCESS
+    assert main(["migrate", ".", "--check"]) == Exit.SUCCESS
 
 
-@pytest.mark.parametrize(("option", "code"), [("--check", Exit.REJECTED), ("--diff", Exit.PROVED)])
+@pytest.mark.parametrize(("option", "code"), [("--check", Exit.REJECTED), ("--diff", Exit.SUCCESS)])
 def test_nothing_is_written_where_it_is_not_asked_for(
     here: Path, capsys: pytest.CaptureFixture[str], option: str, code: Exit
 ) -> None:
@@ -84,7 +84,7 @@ def test_mode_links_marks_and_line_ends_stay(here: Path) -> None:
     manifest.chmod(0o640)
     link = here / "link.yaml"
     link.symlink_to(manifest)
-    assert main(["migrate", str(link)]) == Exit.PROVED
+    assert main(["migrate", str(link)]) == Exit.SUCCESS
     assert link.is_symlink()
     expected = b"\xef\xbb\xbf" + (BASE / "tidy" / "ecm.yaml").read_bytes().replace(b"\n", b"\r\n")
     assert manifest.read_bytes() == expected
@@ -114,7 +114,7 @@ def test_in_a_folder_what_is_not_of_aeros_is_left_alone(
     (tmp_path / ".git").mkdir()
     (tmp_path / ".git" / "ecm.yaml").write_text("schema: aeros/ecm/9\n")
     (tmp_path / "elsewhere.yaml").symlink_to("/dev/null")
-    assert main(["migrate", str(tmp_path)]) == Exit.PROVED
+    assert main(["migrate", str(tmp_path)]) == Exit.SUCCESS
     assert capsys.readouterr().out == "0 migrated, 0 current, 0 refused\n"
 
 
@@ -143,11 +143,11 @@ def test_what_is_named_and_cannot_be_migrated_is_refused(
 
 
 def test_a_state_folder_is_migrated_once(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["migrate", str(state)]) == Exit.PROVED
+    assert main(["migrate", str(state)]) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert "2 migrated, 2 current, 0 refused\n" in said
     assert "aeros verify" not in said
-    assert main(["migrate", str(state), "--check"]) == Exit.PROVED
+    assert main(["migrate", str(state), "--check"]) == Exit.SUCCESS
     kept = json.loads((state / "checkpoint.json").read_text())
     assert kept["schema"] == 3
 
@@ -162,4 +162,4 @@ def test_where_an_agent_is_at_work_nothing_is_rewritten(
         assert main(["migrate", str(state)]) == Exit.REJECTED
     assert "refused: an agent is at work here" in capsys.readouterr().err
     assert (state / "checkpoint.json").read_bytes() == before
-    assert main(["migrate", str(state)]) == Exit.PROVED
+    assert main(["migrate", str(state)]) == Exit.SUCCESS

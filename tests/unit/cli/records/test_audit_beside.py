@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aeros.cli.records.show import why
+from aeros.cli.records.show import explain_record
 from aeros.runtime.audit.check import Record
 from aeros.runtime.audit.log import verify_log
 from tests.unit.runtime.together import Cart, asking, configuration, move, roll
@@ -20,12 +20,12 @@ def test_it_says_which_rule_where_and_beside_what(tmp_path: Path) -> None:
     found: list[Record] = []
     verify_log(cart.log, lambda record, _: found.append(record))
     decisions = [record for record in found if record["event"] == "decision"]
-    assert why(decisions[0], configuration().site) == []
-    said = why(decisions[1], configuration().site)
+    assert explain_record(decisions[0], configuration().site) == []
+    said = explain_record(decisions[1], configuration().site)
     assert said[0].startswith("AE751 charge-for-both: beside the `move` under way it breaks `charge >= 20 %`")
     assert said[2].strip().startswith("the joint rule is written at")
     assert "site.yaml:" in said[2]
     assert said[3].strip().startswith("`charge`")
     assert "12.5 %" in said[3]
     assert said[4] == f"it was asked for beside the actions of these records: {decisions[0]['sequence']}"
-    assert len(why(decisions[1], None)) == 3
+    assert len(explain_record(decisions[1], None)) == 3

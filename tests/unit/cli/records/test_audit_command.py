@@ -11,9 +11,9 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.runtime.audit.check import GENESIS, end_record
+from aeros.runtime.audit.check import GENESIS, seal_record
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.canonical_json import canonical
+from aeros.runtime.canonical_json import to_canonical_json
 from aeros.runtime.records.records import DecisionRecord, decision_details, session_details
 from tests.unit.runtime import bench
 
@@ -24,13 +24,13 @@ REPOSITORY = Path(__file__).parents[4]
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which a signed and anchored run on the symbolic plant has taken place."""
     folder = tmp_path_factory.mktemp("ran")
-    assert main(["audit", "keygen", "--out", str(folder / "key")]) == Exit.PROVED
+    assert main(["audit", "keygen", "--out", str(folder / "key")]) == Exit.SUCCESS
     code = main(
         ["run", "make dumplings", "--ecms", str(REPOSITORY / "ecms"), "--plant", "symbolic", "--seed", "7",
          "--state", str(folder / "state"), "--out", str(folder / "out"), "--audit-key", str(folder / "key"),
          "--anchor", str(folder / "anchor")]
     )  # fmt: skip
-    assert code == Exit.PROVED
+    assert code == Exit.SUCCESS
     return folder
 
 
@@ -70,16 +70,16 @@ def test_verify_says_what_it_checked_and_what_nobody_could_notice(
     ran: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     count = len(lines_of(ran))
-    assert audit("verify", ran) == Exit.PROVED
+    assert audit("verify", ran) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"chain        sound, {count} records: {decisions_in(ran)} allowed, 0 attenuated, 0 denied" in said
     assert "signatures   not checked: no --public-key, though 5 checkpoints are in the log" in said
     assert "NOT NOTICED  a tail cut off\n" in said
-    assert audit("verify", ran, *with_key(ran)) == Exit.PROVED
+    assert audit("verify", ran, *with_key(ran)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"signatures   sound, of the first {count} records; the log is closed by its writer" in said
     assert "NOT NOTICED  a tail cut off right after an earlier checkpoint\n" in said
-    assert audit("verify", ran, *with_anchor(ran)) == Exit.PROVED
+    assert audit("verify", ran, *with_anchor(ran)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"anchor       the first {count} records are all there" in said
     assert "NOT NOTICED" not in said
@@ -90,7 +90,7 @@ def rewritten(folder: Path) -> None:
     for record in map(json.loads, lines_of(folder)):
         body = {**record, "previous": previous, "written": 1.5}
         del body["hash"]
-        line, previous = end_record(canonical(body))
+        line, previous = seal_record(to_canonical_json(body))
         lines.append(line)
     (folder / "out" / "audit.jsonl").write_bytes(b"".join(lines))
 
@@ -133,9 +133,9 @@ def test_verify_finds_what_it_says_it_finds(
 ) -> None:
     tamper(folder)
     for options, why in (((), alone), (with_key(folder), key), (with_anchor(folder), anchor)):
-        assert audit("verify", folder, *options) == (Exit.REJECTED if why else Exit.PROVED)
+        assert audit("verify", folder, *options) == (Exit.REJECTED if why else Exit.SUCCESS)
         assert f"NOT SOUND: {why}" in capsys.readouterr().out or not why
-        assert audit("verify", folder, *options, "--format", "json") in (Exit.PROVED, Exit.REJECTED)
+        assert audit("verify", folder, *options, "--format", "json") in (Exit.SUCCESS, Exit.REJECTED)
         report = json.loads(capsys.readouterr().out)
         assert report["sound"] == (not why)
         assert why in report["why"]
@@ -145,7 +145,7 @@ def test_verify_says_how_much_of_a_log_that_was_not_closed_is_vouched_for(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "out" / "audit.jsonl").write_bytes(b"".join(lines_of(folder)[:10]))
-    assert audit("verify", folder, *with_key(folder)) == Exit.PROVED
+    assert audit("verify", folder, *with_key(folder)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert (
         "sound, of the first 2 records; the log is not closed: its writer is at work, or was killed" in said
@@ -177,7 +177,7 @@ def run(folder: Path, *options: str) -> int:
 
 def test_a_key_in_the_agents_folder_is_used_unasked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copy(folder / "key", folder / "state" / "audit.key")
-    assert run(folder) == Exit.PROVED
+    assert run(folder) == Exit.SUCCESS
     assert "chain sound, signed\n" in capsys.readouterr().out
 
 
@@ -230,7 +230,7 @@ def decided(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def shown(folder: Path, capsys: pytest.CaptureFixture[str], *options: str) -> list[int]:
-    assert audit("show", folder, *options, "--format", "json") == Exit.PROVED
+    assert audit("show", folder, *options, "--format", "json") == Exit.SUCCESS
     return [json.loads(line)["sequence"] for line in capsys.readouterr().out.splitlines()]
 
 
@@ -257,7 +257,7 @@ def test_show_shows_what_was_asked_for(
 
 
 def test_show_says_why_in_words(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert audit("show", decided, "--site", str(bench.SITE)) == Exit.PROVED
+    assert audit("show", decided, "--site", str(bench.SITE)) == Exit.SUCCESS
     said = capsys.readouterr().out
     for words in (
         "DENY       handling.quickly asks for move(speed=0.0625, target=[0.25, 0.125, 0.25]) at 100.000 s",
@@ -279,7 +279,7 @@ def test_show_says_why_in_words(decided: Path, capsys: pytest.CaptureFixture[str
 
 def test_show_says_that_another_site_governed(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
     site = str(REPOSITORY / "tests" / "corpus" / "site" / "table.yaml")
-    assert audit("show", decided, "--site", site) == Exit.PROVED
+    assert audit("show", decided, "--site", site) == Exit.SUCCESS
     assert "record 0 opens a session that another site file governed" in capsys.readouterr().err
 
 
@@ -304,7 +304,7 @@ def test_show_takes_whatever_a_sound_chain_holds(tmp_path: Path, capsys: pytest.
         for one in strange:
             log.append("decision", one)
     for options in ((), ("--format", "json"), ("--skill", "x", "--kind", "y", "--rule", "z")):
-        assert audit("show", tmp_path, "--site", str(bench.SITE), *options) == Exit.PROVED
+        assert audit("show", tmp_path, "--site", str(bench.SITE), *options) == Exit.SUCCESS
     assert "at no time" in capsys.readouterr().out
 
 
@@ -325,7 +325,7 @@ def test_an_unsound_log_is_read_up_to_where_it_is_sound(
 
 @pytest.mark.parametrize("gate", ["compiled", "shadow"])
 def test_a_run_is_decided_the_same_again(gate: str, ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert audit("replay", ran, "--ecms", str(REPOSITORY / "ecms"), "--gate", gate) == Exit.PROVED
+    assert audit("replay", ran, "--ecms", str(REPOSITORY / "ecms"), "--gate", gate) == Exit.SUCCESS
     assert f"{decisions_in(ran)} decisions come out the same; 0 do not" in capsys.readouterr().out
 
 
@@ -333,7 +333,7 @@ def test_replay_names_what_does_not_come_out_the_same(
     decided: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     own = ("--site", str(bench.SITE), "--ecms", str(bench.MODULE))
-    assert audit("replay", decided, *own) == Exit.PROVED
+    assert audit("replay", decided, *own) == Exit.SUCCESS
     assert "9 decisions come out the same" in capsys.readouterr().out
     path = decided / "out" / "audit.jsonl"
     opened, record = map(json.loads, path.read_bytes().splitlines()[:2])
@@ -361,12 +361,12 @@ def test_replay_takes_what_was_in_force_on_this_robot(
         ("activate", "handling"),
     ]
     for change in changes:
-        assert main([*change, *state]) == Exit.PROVED, capsys.readouterr().err
-    assert audit("replay", decided, *state) == Exit.PROVED
+        assert main([*change, *state]) == Exit.SUCCESS, capsys.readouterr().err
+    assert audit("replay", decided, *state) == Exit.SUCCESS
     assert "9 decisions come out the same" in capsys.readouterr().out
     for verb in ("deactivate", "remove"):
-        assert main([verb, "handling", *state]) == Exit.PROVED
-    assert audit("replay", decided, *state) == Exit.PROVED
+        assert main([verb, "handling", *state]) == Exit.SUCCESS
+    assert audit("replay", decided, *state) == Exit.SUCCESS
     shutil.rmtree(tmp_path / "state" / "registry" / "modules")
     capsys.readouterr()
     assert audit("replay", decided, *state) == Exit.REJECTED

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.apps.why.causal_chain import Run
+from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.main import main
 from aeros.runtime.audit.log import AuditLog
-from aeros.spec.expr.shortfall import Shortfall
-from aeros.spec.model.cause import Cause, told
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause, causes_to_json
 from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
 
@@ -26,7 +26,7 @@ NEAR = Cause(
     "human_distance >= 500 mm",
     "ISO 13855",
     "cell.yaml:299",
-    (Shortfall("human_distance", 0.41, "at least", 0.5, "m"),),
+    (UnmetBound("human_distance", 0.41, "at least", 0.5, "m"),),
     "AE750",
 )
 SKILL = {"module": "tidy", "skill": "wipe"}
@@ -40,7 +40,7 @@ def note(event: str, **details: Any) -> tuple[str, Mapping[str, Any]]:
 
 STARTED = note("step-started", skill="tidy.wipe")
 GRIP = {"kind": "grip", "parameters": {}}
-WHY = {"causes": told([NEAR])}
+WHY = {"causes": causes_to_json([NEAR])}
 DENIED: Events = [
     STARTED,
     ("decision", {**SKILL, "verdict": "DENY", "asked": GRIP, **WHY}),
@@ -114,10 +114,10 @@ def test_programs_get_the_rule_the_value_and_the_bound(
         ),
         (
             [
-                note("step-not-started", skill="tidy.wipe", reason="no", causes=told([
+                note("step-not-started", skill="tidy.wipe", reason="no", causes=causes_to_json([
                     Cause("precondition", "tidy.wipe", "cloth_held", "", "", (
-                        Shortfall("cloth_held", False, "exactly", True),
-                        Shortfall("dirt", None, "known", True, why="is not measured"),
+                        UnmetBound("cloth_held", False, "exactly", True),
+                        UnmetBound("dirt", None, "known", True, reason="is not measured"),
                     )),
                 ])),
                 FAILED,
@@ -258,7 +258,7 @@ def test_whatever_a_log_holds_is_explained_without_a_traceback(
         {"event": "note" if noted else event, "details": {"event": event, "details": told} if noted else told}
         for event, noted, told in listed
     ]
-    run = Run(records)
-    assert run.why_it_ended().headline is not None
+    run = RunLog(records)
+    assert run.explain_end().headline is not None
     for step in run.steps:
-        assert run.why_step(step).headline
+        assert run.explain_step(step).headline

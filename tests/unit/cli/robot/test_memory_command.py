@@ -6,9 +6,9 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.agent import MEMORY
-from aeros.agent.identity import Identity, exclusive
-from aeros.agent.memory.store import Beginning, Ending, open_memory
+from aeros.agent.agent import MEMORY_FILE
+from aeros.agent.identity import Identity, lock_folder
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
 from aeros.cli.main import main
 
 CONTEXT = json.dumps({"task": "cook.cook", "code": "0123456789abcdef", "predicates": {"lid_on": True}})
@@ -16,7 +16,7 @@ CONTEXT = json.dumps({"task": "cook.cook", "code": "0123456789abcdef", "predicat
 
 @pytest.fixture
 def state(tmp_path: Path) -> Path:
-    with open_memory(tmp_path / MEMORY, Identity(uuid4(), "chef", "", 1)) as memory:
+    with open_memory(tmp_path / MEMORY_FILE, Identity(uuid4(), "chef", "", 1)) as memory:
         for failed, reason, seconds in (
             (False, "", 4.0),
             (False, "", 6.0),
@@ -24,12 +24,14 @@ def state(tmp_path: Path) -> Path:
             (True, "100% of it\x1b[2J spilt", 5.0),
         ):
             inputs, seen = {"force": 0.5}, {"lid_on": True}
-            beginning = Beginning("cook.cook", "cook", "boil", "step", inputs, 1.0, seen, CONTEXT)
+            beginning = EpisodeStart("cook.cook", "cook", "boil", "step", inputs, 1.0, seen, CONTEXT)
             outcome = None if failed else "cooked"
-            ending = Ending("finished", outcome, failed, reason, 1.0 + seconds, seen, counts=True)
-            memory.end(memory.begin(beginning), ending)
-        memory.begin(Beginning("cook.cook", "cook", "steam", "retry", {}, 9.0, {}, CONTEXT))
-        memory.learn("last run of cook.cook", {"reached": False}, "session 1")
+            ending = EpisodeEnd(
+                "finished", outcome, failed, reason, 1.0 + seconds, seen, counts_toward_record=True
+            )
+            memory.end_episode(memory.start_episode(beginning), ending)
+        memory.start_episode(EpisodeStart("cook.cook", "cook", "steam", "retry", {}, 9.0, {}, CONTEXT))
+        memory.set_fact("last run of cook.cook", {"reached": False}, "session 1")
     return tmp_path
 
 
@@ -123,7 +125,7 @@ def test_export_is_everything_a_line_each(state: Path, capsys: pytest.CaptureFix
 def test_what_is_remembered_can_be_read_while_the_agent_is_awake(
     state: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with exclusive(state), open_memory(state / MEMORY, Identity(uuid4(), "chef", "", 2)):
+    with lock_folder(state), open_memory(state / MEMORY_FILE, Identity(uuid4(), "chef", "", 2)):
         assert run(capsys, "show", "--state", str(state))[0] == 0
         code, _, err = run(capsys, "forget", "--session", "1", "--yes", "--state", str(state))
     assert code == 1
@@ -171,7 +173,7 @@ def test_wrong_usage_is_said(capsys: pytest.CaptureFixture[str], wrong: tuple[st
 
 
 def test_a_damaged_memory_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / MEMORY).write_bytes(b"\x00garbage" * 1000)
+    (tmp_path / MEMORY_FILE).write_bytes(b"\x00garbage" * 1000)
     code, _, err = run(capsys, "show", "--state", str(tmp_path))
     assert code == 1
     assert "damaged" in err

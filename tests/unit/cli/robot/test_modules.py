@@ -11,7 +11,7 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.agent import MEMORY
+from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.identity import Identity
 from aeros.agent.memory.store import open_memory
 from aeros.cli.main import main
@@ -94,7 +94,7 @@ def test_a_broken_assumption_is_listed_beside_the_module_of_that_version(
 ) -> None:
     run("install", str(BASE / "tidy"))
     capsys.readouterr()
-    with open_memory(robot / MEMORY, Identity(uuid4(), "chef", "", 1)) as memory:
+    with open_memory(robot / MEMORY_FILE, Identity(uuid4(), "chef", "", 1)) as memory:
         for version, time in (("0.9.0", 1.0), ("1.0.0", 2.0), ("1.0.0", 3.0)):
             details = {
                 "module": "tidy",
@@ -103,7 +103,7 @@ def test_a_broken_assumption_is_listed_beside_the_module_of_that_version(
                 "declared": ["wiped", "missed"],
             }
             proof = {"certificate": "ab" * 32, "obligations": ["closed-loop/clean/progress"], "halted": False}
-            memory.remember(time, "broken-assumption", details | proof)
+            memory.add_event(time, "broken-assumption", details | proof)
     assert run("list") == 0
     assert capsys.readouterr().out.splitlines()[1:] == [
         "broken: tidy.wipe came to none of `wiped`, `missed`, 2 times, last in session 1 at 3.00 s; "
@@ -118,7 +118,7 @@ def test_a_memory_that_cannot_be_read_keeps_nothing_from_being_listed(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run("install", str(BASE / "tidy"))
-    (robot / MEMORY).write_text("no database at all, and longer than its header")
+    (robot / MEMORY_FILE).write_text("no database at all, and longer than its header")
     capsys.readouterr()
     assert run("list") == 0
     said = capsys.readouterr()

@@ -34,7 +34,7 @@ class Fed:
 
     def run(self, raw: bytes, *arguments: str) -> list[Any]:
         self._monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(raw)))
-        assert main([*BENCH, *arguments]) == Exit.PROVED
+        assert main([*BENCH, *arguments]) == Exit.SUCCESS
         captured = self._capsys.readouterr()
         assert captured.err == ""
         return [json.loads(line) for line in captured.out.splitlines()]
@@ -181,7 +181,7 @@ def test_it_is_a_filter_that_answers_each_line_before_the_next_comes() -> None:
             assert json.loads(process.stdout.readline())["verdict"] == "DENY"
         process.stdin.close()
         assert process.stdout.read() == b""
-        assert process.wait(30) == Exit.PROVED
+        assert process.wait(30) == Exit.SUCCESS
 
 
 def test_explanations_are_text_or_json_and_decisions_are_json_or_text(
@@ -197,7 +197,7 @@ def test_explanations_are_text_or_json_and_decisions_are_json_or_text(
         (["--format", "text"], "ALLOW move(target="),
     ):
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(good)))
-        assert main([*BENCH, "--skill", "quickly", *arguments]) == Exit.PROVED
+        assert main([*BENCH, "--skill", "quickly", *arguments]) == Exit.SUCCESS
         assert expected in capsys.readouterr().out
 
 
@@ -214,9 +214,9 @@ def test_examples_hold_whole_numbers_and_histories(
         "--skill",
         "feed",
     ]
-    assert main([*counting, "--example"]) == Exit.PROVED
+    assert main([*counting, "--example"]) == Exit.SUCCESS
     (line,) = capsys.readouterr().out.splitlines()
     assert "count within 60 s (pressed and (not (previously pressed)))" in json.loads(line)["state"]
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(line.encode())))
-    assert main(counting) == Exit.PROVED
+    assert main(counting) == Exit.SUCCESS
     assert json.loads(capsys.readouterr().out)["verdict"] == "ALLOW"

@@ -12,9 +12,9 @@ from rosbags.rosbag2 import Reader
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.log import verify_log
-from aeros.runtime.isolation.layers import Layer
-from aeros.runtime.isolation.zygote_pool import Nursery
-from aeros.spec.text.discovery import reference_site
+from aeros.runtime.isolation.layers import IsolationLayer
+from aeros.runtime.isolation.zygote_pool import ZygotePool
+from aeros.spec.text.discovery import reference_site_path
 
 REPOSITORY = Path(__file__).parents[4]
 
@@ -30,7 +30,7 @@ def _run(folder: Path, *arguments: str, instruction: str = "make dumplings") -> 
 def test_the_same_seed_ends_the_same_under_every_gate(
     gate: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert _run(tmp_path, "--plant", "symbolic", "--seed", "7", "--gate", gate) == Exit.PROVED
+    assert _run(tmp_path, "--plant", "symbolic", "--seed", "7", "--gate", gate) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert "goal reached" in said
     assert "steps      6 run, 1 retries, 1 recoveries, 1 re-plans" in said
@@ -41,7 +41,7 @@ def test_the_same_seed_ends_the_same_under_every_gate(
 def test_every_task_is_done_on_the_kinematic_plant(
     instruction: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert _run(tmp_path, "--plant", "kinematic", instruction=instruction) == Exit.PROVED
+    assert _run(tmp_path, "--plant", "kinematic", instruction=instruction) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert "measured on the kinematic plant" in said
     assert "0 attenuated, 0 denied" in said
@@ -55,13 +55,13 @@ def test_a_scene_that_is_not_there_is_refused(
     shutil.copytree(REPOSITORY / "ecms" / "make_dumplings", module)
     manifest = module / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("scene: dumpling_bench", "scene: kitchen"))
-    assert main(["verify", str(module), "--no-cache"]) == Exit.PROVED
+    assert main(["verify", str(module), "--no-cache"]) == Exit.SUCCESS
     assert _run(tmp_path, "--plant", plant, "--ecms", str(module)) == Exit.REJECTED
     assert "the task's scene is `kitchen`, but there is only bare, table, fetch" in capsys.readouterr().err
 
 
 def test_a_run_leaves_a_trace_and_a_sound_audit_log(tmp_path: Path) -> None:
-    assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
+    assert _run(tmp_path, "--plant", "symbolic") == Exit.SUCCESS
     events = [json.loads(line) for line in (tmp_path / "out" / "trace.jsonl").read_text().splitlines()]
     assert [event["kind"] for event in events][:2] == ["routed", "lifecycle"]
     assert events[-1]["kind"] == "run-ended"
@@ -123,7 +123,7 @@ def test_a_skill_that_asks_for_more_than_it_declares_is_denied_and_nothing_moves
     shutil.copytree(REPOSITORY / "ecms" / "make_dumplings", module)
     code = (module / "skills.py").read_text()
     (module / "skills.py").write_text(code.replace("\nSPEED = 0.45", "\nSPEED = 0.9"))
-    assert main(["verify", str(module)]) == Exit.PROVED
+    assert main(["verify", str(module)]) == Exit.SUCCESS
     assert _run(tmp_path, "--plant", "symbolic", "--ecms", str(module)) == Exit.REJECTED
     assert "AE730" in capsys.readouterr().out
     lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
@@ -131,21 +131,21 @@ def test_a_skill_that_asks_for_more_than_it_declares_is_denied_and_nothing_moves
     assert decisions[-1]["details"]["verdict"] == "DENY"
 
 
-def _lacking_host(preload: object) -> Nursery:
-    host = Nursery(["math"])
-    host.missing = {**host.missing, Layer.LANDLOCK: "left out by a test"}
+def _lacking_host(preload: object) -> ZygotePool:
+    host = ZygotePool(["math"])
+    host.missing = {**host.missing, IsolationLayer.LANDLOCK: "left out by a test"}
     return host
 
 
 def _strict_site(folder: Path) -> Path:
-    text = Path(reference_site()).read_text()
+    text = Path(reference_site_path()).read_text()
     warns = next(line for line in text.splitlines() if "missing: warn" in line)
     (folder / "site.yaml").write_text(text.replace(warns, "    missing: refuse"))
     return folder / "site.yaml"
 
 
 def test_the_record_says_where_skill_code_ran_and_behind_what(tmp_path: Path) -> None:
-    assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
+    assert _run(tmp_path, "--plant", "symbolic") == Exit.SUCCESS
     lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
     (record,) = [json.loads(line) for line in lines if '"event":"isolation"' in line]
     assert record["details"]["isolated"] == ["clean_table", "fetch_object", "make_dumplings"]
@@ -155,17 +155,17 @@ def test_the_record_says_where_skill_code_ran_and_behind_what(tmp_path: Path) ->
 
 def test_isolated_or_trusted_the_same_seed_makes_the_same_decisions(tmp_path: Path) -> None:
     trusting = tmp_path / "trusting.yaml"
-    text = Path(reference_site()).read_text()
+    text = Path(reference_site_path()).read_text()
     warns = next(line for line in text.splitlines() if "missing: warn" in line)
     trusting.write_text(text.replace(warns, "    trusted: [clean_table, fetch_object, make_dumplings]"))
     shutil.copytree(REPOSITORY / "ecms", tmp_path / "ecms")
-    assert main(["verify", str(tmp_path / "ecms"), "--site", str(trusting)]) == Exit.PROVED
+    assert main(["verify", str(tmp_path / "ecms"), "--site", str(trusting)]) == Exit.SUCCESS
     ways = {
         "isolated": [],
         "trusted": ["--site", str(trusting), "--ecms", str(tmp_path / "ecms")],
     }
     for way, arguments in ways.items():
-        assert _run(tmp_path / way, "--plant", "symbolic", "--seed", "7", *arguments) == Exit.PROVED
+        assert _run(tmp_path / way, "--plant", "symbolic", "--seed", "7", *arguments) == Exit.SUCCESS
     isolated, trusted = (_decided(tmp_path / way / "out" / "audit.jsonl") for way in ways)
     assert isolated == trusted
     assert len(isolated) > 50
@@ -181,8 +181,8 @@ def _decided(log: Path) -> list[dict[str, object]]:
 def test_less_isolation_than_the_site_requires_is_said_loudly(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("aeros.runtime.isolation.run_factory.Nursery", _lacking_host)
-    assert _run(tmp_path, "--plant", "symbolic") == Exit.PROVED
+    monkeypatch.setattr("aeros.runtime.isolation.run_factory.ZygotePool", _lacking_host)
+    assert _run(tmp_path, "--plant", "symbolic") == Exit.SUCCESS
     assert "isolated less than the site requires (landlock: left out by a test" in capsys.readouterr().err
     assert "missing: left out by a test" in (tmp_path / "out" / "audit.jsonl").read_text()
 
@@ -192,8 +192,8 @@ def test_less_isolation_than_the_site_requires_is_refused_before_anything_starts
 ) -> None:
     site = str(_strict_site(tmp_path))
     shutil.copytree(REPOSITORY / "ecms", tmp_path / "ecms")
-    assert main(["verify", str(tmp_path / "ecms"), "--site", site]) == Exit.PROVED
-    monkeypatch.setattr("aeros.runtime.isolation.run_factory.Nursery", _lacking_host)
+    assert main(["verify", str(tmp_path / "ecms"), "--site", site]) == Exit.SUCCESS
+    monkeypatch.setattr("aeros.runtime.isolation.run_factory.ZygotePool", _lacking_host)
     arguments = ["--plant", "symbolic", "--site", site, "--ecms", str(tmp_path / "ecms")]
     assert _run(tmp_path, *arguments) == Exit.REJECTED
     assert "this host lacks (landlock: left out by a test)" in capsys.readouterr().err
@@ -202,7 +202,7 @@ def test_less_isolation_than_the_site_requires_is_refused_before_anything_starts
 
 @pytest.mark.physics
 def test_a_dumpling_is_made_on_physics_and_filmed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert _run(tmp_path, "--seed", "3") == Exit.PROVED
+    assert _run(tmp_path, "--seed", "3") == Exit.SUCCESS
     assert "measured on the physics plant: dumpling_cooked = true" in capsys.readouterr().out
     assert (tmp_path / "out" / "run.webp").read_bytes()[8:12] == b"WEBP"
 
@@ -211,7 +211,7 @@ def test_a_bag_holds_each_decision_and_where_the_joints_were(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bag = tmp_path / "bag"
-    assert _run(tmp_path, "--plant", "symbolic", "--bag", str(bag)) == Exit.PROVED
+    assert _run(tmp_path, "--plant", "symbolic", "--bag", str(bag)) == Exit.SUCCESS
     assert f"bag        {bag}/\n" in capsys.readouterr().out
     with Reader(bag) as reader:
         counts = {one.topic: one.msgcount for one in reader.connections}

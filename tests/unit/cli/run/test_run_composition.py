@@ -84,7 +84,7 @@ def fetching(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = text.replace("  detect:\n", OPEN_HAND, 1).replace("tasks:\n", AT_ONCE, 1)
     manifest.write_text(text)
     code.write_text(code.read_text() + CODE)
-    assert main(["verify", str(folder)]) == Exit.PROVED
+    assert main(["verify", str(folder)]) == Exit.SUCCESS
     return folder
 
 
@@ -101,7 +101,7 @@ def _events(folder: Path) -> list[dict[str, Any]]:
 
 def _records(folder: Path, event: str) -> list[dict[str, Any]]:
     log = folder / "out" / "audit.jsonl"
-    assert verify_log(log).sound
+    assert verify_log(log).is_sound
     records = [json.loads(line) for line in log.read_text().splitlines()]
     return [{**one["details"], "sequence": one["sequence"]} for one in records if one["event"] == event]
 
@@ -109,7 +109,7 @@ def _records(folder: Path, event: str) -> list[dict[str, Any]]:
 @pytest.mark.parametrize("gate", ["compiled", "z3", "shadow"])
 def test_a_composition_reaches_the_goal_on_declared_outcomes(gate: str, tmp_path: Path) -> None:
     arguments = ("--composition", "fetch_once", "--plant", "symbolic", "--gate", gate)
-    assert _run(tmp_path, REPOSITORY / "ecms", *arguments) == Exit.PROVED
+    assert _run(tmp_path, REPOSITORY / "ecms", *arguments) == Exit.SUCCESS
     started = [one["details"]["skill"] for one in _events(tmp_path) if one["kind"] == "step-started"]
     assert started == [f"fetch_object.{skill}" for skill in ("navigate", "detect", "grasp", "deliver")]
 
@@ -117,7 +117,7 @@ def test_a_composition_reaches_the_goal_on_declared_outcomes(gate: str, tmp_path
 @pytest.mark.parametrize("plant", ["symbolic", pytest.param("physics", marks=pytest.mark.physics)])
 def test_the_hand_opens_while_the_base_drives(plant: str, fetching: Path, tmp_path: Path) -> None:
     arguments = ("--composition", "fetch_at_once", "--plant", plant, "--gate", "shadow")
-    assert _run(tmp_path, fetching, *arguments) == Exit.PROVED
+    assert _run(tmp_path, fetching, *arguments) == Exit.SUCCESS
     events = _events(tmp_path)
     ended = {one["details"]["skill"]: one["time"] for one in events if one["kind"] == "step-ended"}
     began = {one["details"]["skill"]: one["time"] for one in events if one["kind"] == "step-started"}
@@ -141,7 +141,7 @@ def test_the_hand_opens_while_the_base_drives(plant: str, fetching: Path, tmp_pa
     assert ("move_base", ["grip"]) in beside
     assert (
         main(["audit", "replay", str(tmp_path / "out" / "audit.jsonl"), "--ecms", str(fetching)])
-        == Exit.PROVED
+        == Exit.SUCCESS
     )
 
 

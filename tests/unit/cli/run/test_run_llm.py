@@ -38,7 +38,7 @@ def test_what_a_model_proposes_is_verified_then_decided_by_the_gate_and_the_key_
     monkeypatch.setenv(LLM_KEY, KEY)
     hasty = {"plan": [step("boil")]}
     with stub(says(hasty), says(GOOD)) as server:
-        assert _run(tmp_path, "--llm-url", server.url, "--llm-model", "stub") == Exit.PROVED
+        assert _run(tmp_path, "--llm-url", server.url, "--llm-model", "stub") == Exit.SUCCESS
     said = capsys.readouterr()
     assert "goal reached" in said.out
     assert "(try 2 of 3)" in said.out
@@ -55,9 +55,9 @@ def test_where_a_model_does_not_help_the_rules_do_or_for_another_goal_a_search(
     pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
     with stub(says("I am a teapot.")) as server:
         asked = ["--llm-url", server.url, "--llm-model", "stub"]
-        assert _run(tmp_path / "rules", *asked) == Exit.PROVED
+        assert _run(tmp_path / "rules", *asked) == Exit.SUCCESS
         assert "planned by rules instead, as the language model has no plan" in capsys.readouterr().out
-        assert _run(tmp_path / "smt", *asked, "--goal", "dumpling_wrapped") == Exit.PROVED
+        assert _run(tmp_path / "smt", *asked, "--goal", "dumpling_wrapped") == Exit.SUCCESS
         assert "planned by smt instead, as the language model has no plan" in capsys.readouterr().out
 
 

@@ -19,7 +19,7 @@ def report(**changed: Any) -> RunReport:
 
 
 def test_the_summary_holds_the_numbers_of_the_report() -> None:
-    modules = [SimpleNamespace(obligation_count=20, guarded_count=3)] * 2
+    modules = [SimpleNamespace(claim_count=20, runtime_checked_count=3)] * 2
     proof = cast("Any", SimpleNamespace(modules=modules))
     said = summary(proof, report(), "symbolic", 12.34, 5.67)
     assert said.splitlines() == [

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.latest_run import note_run
+from aeros.cli.latest_run import save_latest_run
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.log import verify_log
@@ -30,7 +30,7 @@ def test_it_says_how_the_latest_run_of_this_robot_ended(
     out = run_symbolic(tmp_path)
     capsys.readouterr()
     state = ["--state", str(tmp_path / "state")]
-    assert main(["top", *state]) == Exit.PROVED
+    assert main(["top", *state]) == Exit.SUCCESS
     said = capsys.readouterr().out
     allowed = verify_log(out / "audit.jsonl").decisions.allowed
     for words in (
@@ -43,7 +43,7 @@ def test_it_says_how_the_latest_run_of_this_robot_ended(
         "dumpling_cooked                true  0.00 s ago",
     ):
         assert words in said
-    assert main(["top", *state, "--once", "--format", "json"]) == Exit.PROVED
+    assert main(["top", *state, "--once", "--format", "json"]) == Exit.SUCCESS
     view = json.loads(capsys.readouterr().out)
     assert (view["schema"], view["folder"]) == ("aeros/top/1", str(out))
     assert view["ended"] == {"reached": True, "reason": None}
@@ -59,7 +59,7 @@ def test_a_run_whose_process_is_gone_is_not_said_to_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = written_run(tmp_path / "out", [("decision", decision(1.0))])
-    assert main(["top", "--run", str(out), "--state", str(tmp_path)]) == Exit.PROVED
+    assert main(["top", "--run", str(out), "--state", str(tmp_path)]) == Exit.SUCCESS
     assert "its process is gone, and no end is recorded" in capsys.readouterr().out
 
 
@@ -70,7 +70,7 @@ def test_what_a_module_says_does_not_reach_the_terminal(
     denied = decision(1.0, "DENY", hostile, reasons=[["AE750", hostile, hostile]])
     trace = [{"time": 0.0, "kind": "plan", "text": hostile, "details": {"steps": [hostile]}}]
     out = written_run(tmp_path / "out", [("decision", denied)], trace)
-    assert main(["top", "--run", str(out), "--state", str(tmp_path)]) == Exit.PROVED
+    assert main(["top", "--run", str(out), "--state", str(tmp_path)]) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert "\\x1b[2J" in said
     assert not {"\x1b", "\x07", "\r"} & set(said)
@@ -90,7 +90,7 @@ def _read_until(master: int, wanted: bytes, patience: float = 60.0) -> bytes:
 @pytest.mark.parametrize("how", ["ctrl-c", "terminate", "hang up"])
 def test_however_it_is_left_the_terminal_is_whole(how: str, tmp_path: Path) -> None:
     out = written_run(tmp_path / "out", [("decision", decision(1.0))])
-    note_run(tmp_path, out)
+    save_latest_run(tmp_path, out)
     master, slave = pty.openpty()
     before = termios.tcgetattr(slave)
     with subprocess.Popen(
@@ -107,7 +107,7 @@ def test_however_it_is_left_the_terminal_is_whole(how: str, tmp_path: Path) -> N
         left = _read_until(master, LEAVE)
         assert LEAVE in left
         assert b"Traceback" not in left
-        assert top.wait(30) == Exit.PROVED
+        assert top.wait(30) == Exit.SUCCESS
     assert termios.tcgetattr(slave) == before
     os.close(master)
     os.close(slave)
@@ -127,7 +127,7 @@ def test_elsewhere_than_on_a_terminal_it_follows_to_the_end(tmp_path: Path) -> N
              "--format", "json", "--every", "0.05"],
             capture_output=True, text=True, timeout=60, check=True,
         )  # fmt: skip
-        assert run.wait(60) == Exit.PROVED
+        assert run.wait(60) == Exit.SUCCESS
     views = [json.loads(line) for line in ended.stdout.splitlines()]
     times = [view["time"] for view in views]
     assert times == sorted(times)

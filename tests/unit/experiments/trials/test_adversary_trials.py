@@ -7,19 +7,21 @@ from fractions import Fraction
 import pytest
 
 from aeros.experiments.catalogue import Row, catalogue
-from aeros.experiments.condition import Condition
-from aeros.experiments.trial_kinds import Found
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.adversaries import KIND
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from tests.unit.experiments.common import premises
 
 ROWS = {row.id: row for row in catalogue("physics")[9].rows}
 MODULES = tuple(dict.fromkeys(row.variant for row in ROWS.values()))
 
 
-def trial(row: Row, **changed: object) -> Found:
-    condition = Condition.of(row.condition.kind, row.condition.plant, {**row.condition.settings, **changed})
-    with KIND.opened(condition, premises()) as one:
+def trial(row: Row, **changed: object) -> Findings:
+    condition = TrialCondition.create(
+        row.condition.kind, row.condition.plant, {**row.condition.settings, **changed}
+    )
+    with KIND.open(condition, premises()) as one:
         return one(0)
 
 
@@ -43,7 +45,7 @@ def test_only_where_nothing_is_in_its_way_does_a_module_do_harm(module: str) -> 
 def test_what_is_refused_is_refused_as_it_is_said(module: str) -> None:
     row = ROWS[f"9/{module}/both"]
     refused = row.condition.settings["refused"]
-    expected = KIND.expected(row.condition, premises())
+    expected = KIND.expected_values(row.condition, premises())
     assert expected == {"violated": 0.0, "installed": float(not refused)}
     if refused:
         # Nothing of a plant is needed: nothing runs.
@@ -79,5 +81,5 @@ def test_the_limits_that_are_written_again_are_those_of_the_rules(
 ) -> None:
     (term,) = (one.terms[kind] for one in premises().configuration.site.rules if one.id == rule)
     bound = Fraction(str(ROWS["9/knife/open"].condition.settings["limits"][limit]))
-    assert holds(term, {parameter: bound})
-    assert not holds(term, {parameter: bound + Fraction(1, 1000)})
+    assert is_true(term, {parameter: bound})
+    assert not is_true(term, {parameter: bound + Fraction(1, 1000)})

@@ -14,7 +14,7 @@ import pytest
 from aeros.experiments.trial_plants import _CountingPlant
 from aeros.experiments.trials import task
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.ports import Body, Completion, Motionless, Plan, Plant, Trajectory
+from aeros.runtime.ports import MotionCompletion, NoMotion, PlannedMotion, Plant, RobotBody, Trajectory
 from aeros.skill import Action, act
 from aeros.spec.model.model import Durability
 from tests.unit.experiments.common import condition, premises
@@ -35,7 +35,7 @@ def test_steps_and_actions_are_those_of_the_record(
     found = []
     for seed in range(4):
         # A kind that has run nothing, so that there is nothing to be followed: each is rehearsed, and made.
-        with task.Tasks().opened(condition(architecture=architecture), premises()) as trial:
+        with task.TaskTrials().open(condition(architecture=architecture), premises()) as trial:
             found.append(trial(seed))
     records = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     events = Counter(one["event"] for one in records)
@@ -47,17 +47,17 @@ def test_steps_and_actions_are_those_of_the_record(
 class Planning:
     """A plant that plans what it is told to."""
 
-    def __init__(self, *plans: Plan) -> None:
+    def __init__(self, *plans: PlannedMotion) -> None:
         self._plans = iter(plans)
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         return next(self._plans)
 
 
 def test_each_corner_of_a_planned_path_is_a_solution_and_nothing_else_is() -> None:
     still = ((0.0,) * 7,) * 4
     moved = ((0.0,) * 7, (0.1,) * 7, (0.2,) * 7, (0.3,) * 7)
-    body, nowhere = Body((), (0.0, 0.0, 0.0), ()), (0.0, 0.0, 0.0)
+    body, nowhere = RobotBody((), (0.0, 0.0, 0.0), ()), (0.0, 0.0, 0.0)
 
     def along(*paths: Any) -> Trajectory:
         return Trajectory(body, paths, nowhere, nowhere, 1.0)
@@ -66,8 +66,8 @@ def test_each_corner_of_a_planned_path_is_a_solution_and_nothing_else_is() -> No
         along((moved, moved, moved)),
         along((moved, moved), (moved,)),
         along((still,)),
-        Motionless("it waits"),
-        Completion(False, "unreachable"),
+        NoMotion("it waits"),
+        MotionCompletion(False, "unreachable"),
     )
     counts = {"ik_solutions": 0}
     plant = _CountingPlant(cast(Plant, Planning(*plans)), counts)

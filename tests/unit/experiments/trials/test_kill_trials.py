@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from aeros.experiments.condition import Condition
-from aeros.experiments.trials.kill_logs import moved, repeated
-from aeros.experiments.trials.kills import KIND, Stamps, Trial, found_in
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.trials.kill_logs import motion_without_agent, repeated_skills
+from aeros.experiments.trials.kills import KIND, KillTrial, PlantLogTimes, findings_of
 from tests.unit.experiments.common import premises
 
 MODULES = premises().configuration.modules
@@ -27,9 +27,9 @@ BOILED = [told("skill-began"), told("skill-ended", dumpling_cooked=True)]
 
 
 def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None:
-    assert repeated(BOILED, MODULES) == []
-    assert repeated([*BOILED, told("skill-began", dumpling_cooked=False)], MODULES) == []
-    (found,) = repeated([*BOILED, told("skill-began", at=7.0, dumpling_cooked=True)], MODULES)
+    assert repeated_skills(BOILED, MODULES) == []
+    assert repeated_skills([*BOILED, told("skill-began", dumpling_cooked=False)], MODULES) == []
+    (found,) = repeated_skills([*BOILED, told("skill-began", at=7.0, dumpling_cooked=True)], MODULES)
     assert found.startswith("once: make_dumplings.boil at 7.00 s")
 
 
@@ -43,25 +43,27 @@ def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None
     ],
 )
 def test_what_moves_while_nobody_is_there_is_found(log: list[dict[str, Any]], said: str) -> None:
-    (found,) = moved(log, "symbolic")
+    (found,) = motion_without_agent(log, "symbolic")
     assert said in found
-    assert moved([told("let-go"), told("connected")], "symbolic") == []
+    assert motion_without_agent([told("let-go"), told("connected")], "symbolic") == []
 
 
 def test_what_was_found_is_counted_by_its_kind() -> None:
-    trial = Trial(0, ["agent"], broken=["once: a", "once: b", "stopped: c", "what the agent said"])
-    found = found_in(trial)
+    trial = KillTrial(0, ["agent"], violations=["once: a", "once: b", "stopped: c", "what the agent said"])
+    found = findings_of(trial)
     assert (found["repeated"], found["lost"], found["moved"], found["ended"]) == (2, 0, True, True)
     assert "to_stop_s" not in found
-    trial = Trial(0, broken=["ended: no record says so", "kept: x"], to_stop=[0.1, 0.3], to_resume=[2.0])
-    found = found_in(trial)
+    trial = KillTrial(
+        0, violations=["ended: no record says so", "kept: x"], stop_times_s=[0.1, 0.3], resume_times_s=[2.0]
+    )
+    found = findings_of(trial)
     assert (found["lost"], found["ended"], found["to_resume_s"]) == (1, False, 2.0)
     assert found["to_stop_s"] == pytest.approx(0.2)
 
 
 def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: Path) -> None:
     log = tmp_path / "plant.jsonl"
-    stamps = Stamps(log)
+    stamps = PlantLogTimes(log)
     killed, told = [], 0
     with log.open("a", encoding="utf-8", buffering=1) as file:
         for events in (["skill-began", "let-go", "skill-began"], ["skill-began"], []):
@@ -73,8 +75,8 @@ def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: 
                 while len(stamps._lines) < told and time.monotonic() < killed[0] + 60.0:
                     time.sleep(0.001)
     stamps.end()
-    stops, resumes = stamps.since(killed)
-    assert stamps.since([]) == ([], [])
+    stops, resumes = stamps.stop_and_resume_times(killed)
+    assert stamps.stop_and_resume_times([]) == ([], [])
     (stop,), (first, second) = stops, resumes
     # What began between kill and rest was begun by an agent that had not noticed yet.
     assert 0.12 <= stop < first
@@ -84,5 +86,5 @@ def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: 
 
 def test_what_docs_promise_is_what_is_predicted() -> None:
     settings = {"instruction": "make dumplings", "victims": ["agent"], "on": "symbolic"}
-    expected = KIND.expected(Condition.of("kills", "physics", settings), premises())
+    expected = KIND.expected_values(TrialCondition.create("kills", "physics", settings), premises())
     assert expected == {"ended": 1.0, "repeated": 0.0, "lost": 0.0, "moved": 0.0}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.experiments.condition import Condition
-from aeros.experiments.trial_kinds import Found
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.reaction import KIND
-from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from tests.unit.experiments.common import premises
 
 pytestmark = pytest.mark.physics
@@ -15,9 +15,9 @@ pytestmark = pytest.mark.physics
 SETTINGS = {"task": "make_dumplings", "skill": "prepare", "person": "at_the_bench"}
 
 
-def tried(latency: str) -> Found:
-    condition = Condition.of("reaction", "physics", {**SETTINGS, "latency": latency})
-    with KIND.opened(condition, premises()) as trial:
+def tried(latency: str) -> Findings:
+    condition = TrialCondition.create("reaction", "physics", {**SETTINGS, "latency": latency})
+    with KIND.open(condition, premises()) as trial:
         return trial(0)
 
 
@@ -32,11 +32,15 @@ def test_the_stop_is_made_in_the_tick_of_the_hazard_whether_anybody_thinks_or_no
 
 
 def test_without_a_monitor_the_hazard_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Monitors, "__call__", lambda *_: None)
+    monkeypatch.setattr(RuntimeMonitor, "__call__", lambda *_: None)
     found = tried("0")
     assert (found["hazards"], found["stopped"], found["reached"]) == (1, 0, False)
 
 
 def test_what_is_predicted_is_what_a_plant_is_held_to() -> None:
-    condition = Condition.of("reaction", "physics", {**SETTINGS, "latency": "10"})
-    assert KIND.expected(condition, premises()) == {"success": 1.0, "stopped": 1.0, "reaction_ticks": 0.0}
+    condition = TrialCondition.create("reaction", "physics", {**SETTINGS, "latency": "10"})
+    assert KIND.expected_values(condition, premises()) == {
+        "success": 1.0,
+        "stopped": 1.0,
+        "reaction_ticks": 0.0,
+    }

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from aeros.experiments.trials.referee import Referee
+from aeros.experiments.trials.referee import LimitReferee
 from aeros.sim.clock import TICK
-from aeros.sim.sensors import Truth
+from aeros.sim.sensors import GroundTruth
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.experiments.common import premises
 
@@ -26,10 +26,10 @@ AT_REST: dict[str, Any] = {
 }
 
 
-def judged(ticks: Iterable[dict[str, Any]]) -> Referee:
-    referee = Referee(SITE, LIMITS)
+def judged(ticks: Iterable[dict[str, Any]]) -> LimitReferee:
+    referee = LimitReferee(SITE, LIMITS)
     for tick, changed in enumerate(ticks):
-        referee(Truth(tick, {**AT_REST, **changed}))
+        referee(GroundTruth(tick, {**AT_REST, **changed}))
     return referee
 
 
@@ -95,4 +95,4 @@ def test_a_base_off_its_floor_is_off_by_so_much() -> None:
 def test_a_site_without_such_limits_is_no_site_to_judge_by(lacking: str) -> None:
     nothing: Any = () if lacking == "quotas" else {}
     with pytest.raises(MisuseError, match="to judge by"):
-        Referee(replace(SITE, **{lacking: nothing}), LIMITS)
+        LimitReferee(replace(SITE, **{lacking: nothing}), LIMITS)

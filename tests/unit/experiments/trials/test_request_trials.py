@@ -7,17 +7,17 @@ from typing import Any
 import pytest
 
 from aeros.experiments.catalogue import read_data
-from aeros.experiments.condition import Condition
-from aeros.experiments.trial_kinds import Found
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.requests import KIND
 from tests.unit.experiments.common import premises
 
 REQUESTS: list[dict[str, Any]] = read_data("requests.toml")["request"]
 
 
-def trials(seeds: range, requests: list[dict[str, Any]], *, policy: bool) -> list[Found]:
-    condition = Condition.of("requests", "symbolic", {"policy": policy, "requests": requests})
-    with KIND.opened(condition, premises()) as trial:
+def trials(seeds: range, requests: list[dict[str, Any]], *, policy: bool) -> list[Findings]:
+    condition = TrialCondition.create("requests", "symbolic", {"policy": policy, "requests": requests})
+    with KIND.open(condition, premises()) as trial:
         return [trial(seed) for seed in seeds]
 
 

@@ -4,34 +4,34 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.experiments.condition import Condition
-from aeros.experiments.trial_kinds import Found
-from aeros.experiments.trials.sensors import KIND, sensor_of
-from aeros.runtime.monitor.monitor import Monitors
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.trial_kinds import Findings
+from aeros.experiments.trials.sensors import KIND, sensor_model
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.sim.sensors import SensorModel
 from tests.unit.experiments.common import premises
 
 SETTINGS = {"task": "fetch_object", "person": "across_the_room", "of": "human_distance"}
 
 
-def condition(**sensor: str) -> Condition:
-    return Condition.of("sensors", "physics", {**SETTINGS, **sensor})
+def condition(**sensor: str) -> TrialCondition:
+    return TrialCondition.create("sensors", "physics", {**SETTINGS, **sensor})
 
 
-def tried(seed: int = 0, **sensor: str) -> Found:
-    with KIND.opened(condition(**sensor), premises()) as trial:
+def tried(seed: int = 0, **sensor: str) -> Findings:
+    with KIND.open(condition(**sensor), premises()) as trial:
         return trial(seed)
 
 
 def test_a_sensor_is_as_it_is_declared() -> None:
-    assert sensor_of({"latency": "0.08"}) == SensorModel(latency=0.08)
-    assert sensor_of({"noise": "1/20"}) == SensorModel(noise=0.05)
-    assert sensor_of({"dropout": "1"}) == SensorModel(dropout=1.0)
+    assert sensor_model({"latency": "0.08"}) == SensorModel(latency=0.08)
+    assert sensor_model({"noise": "1/20"}) == SensorModel(noise=0.05)
+    assert sensor_model({"dropout": "1"}) == SensorModel(dropout=1.0)
 
 
 def test_nothing_is_promised_of_a_sensor_that_lies() -> None:
-    assert KIND.expected(condition(latency="0.2"), premises()) == {"violated": 0.0}
-    assert KIND.expected(condition(noise="0.2"), premises()) == {}
+    assert KIND.expected_values(condition(latency="0.2"), premises()) == {"violated": 0.0}
+    assert KIND.expected_values(condition(noise="0.2"), premises()) == {}
 
 
 @pytest.mark.physics
@@ -53,7 +53,7 @@ def test_readings_that_are_too_old_keep_the_robot_where_it_is() -> None:
 
 @pytest.mark.physics
 def test_without_a_monitor_the_referee_says_what_is_violated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Monitors, "__call__", lambda *_: None)
+    monkeypatch.setattr(RuntimeMonitor, "__call__", lambda *_: None)
     found = tried(latency="0")
     assert found["violated"]
     assert "reduced-speed-near-person" in found["rules"]

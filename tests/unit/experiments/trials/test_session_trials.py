@@ -8,19 +8,19 @@ from typing import Any
 import pytest
 
 from aeros.experiments.catalogue import catalogue
-from aeros.experiments.condition import Condition
-from aeros.experiments.trial_kinds import Found
+from aeros.experiments.condition import TrialCondition
+from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.sessions import KIND, _rate
 from tests.unit.experiments.common import ROOT, premises
 
 
-def settings(plant: str, row: str, changed: Mapping[str, Any]) -> Condition:
+def settings(plant: str, row: str, changed: Mapping[str, Any]) -> TrialCondition:
     rows = {one.id: one for one in catalogue(plant)[11].rows}
-    return Condition.of("sessions", plant, {**rows[f"11/{row}"].condition.settings, **changed})
+    return TrialCondition.create("sessions", plant, {**rows[f"11/{row}"].condition.settings, **changed})
 
 
-def trials(count: int, row: str, plant: str = "symbolic", **changed: Any) -> list[Found]:
-    with KIND.opened(settings(plant, row, changed), premises()) as trial:
+def trials(count: int, row: str, plant: str = "symbolic", **changed: Any) -> list[Findings]:
+    with KIND.open(settings(plant, row, changed), premises()) as trial:
         return [trial(seed) for seed in range(count)]
 
 
@@ -32,7 +32,7 @@ ALWAYS = {"skill": "around", "outcome": "missed", "rates": [[0, 0.0]]}
 def test_what_is_measured_agrees_with_what_is_exact(row: str) -> None:
     changed: dict[str, Any] = {"sessions": 12, "first": NEVER, "second": ALWAYS}
     found = trials(20, row, **changed)
-    exact = KIND.expected(settings("symbolic", row, changed), premises())
+    exact = KIND.expected_values(settings("symbolic", row, changed), premises())
     assert not isinstance(exact, str)
     mean = sum(one["successes"] for one in found) / 20
     assert mean == pytest.approx(exact["successes"], rel=0.1)
@@ -52,7 +52,7 @@ def test_planned_again_a_session_succeeds_after_more_tries() -> None:
     found = trials(4, "again/off", **changed)
     assert all(one["reached"] for one in found)
     assert any(one["tries"] > 1 for one in found)
-    assert KIND.expected(settings("symbolic", "again/off", changed), premises()) == (
+    assert KIND.expected_values(settings("symbolic", "again/off", changed), premises()) == (
         "its sessions have several tries each, and how many follows from chance"
     )
 
@@ -70,7 +70,7 @@ def test_a_rate_changes_evenly_between_points(number: int, rate: float) -> None:
 
 def test_what_is_traced_adds_up_to_what_is_expected() -> None:
     condition = settings("symbolic", "once/on", {})
-    exact, traced = KIND.expected(condition, premises()), KIND.traced(condition)
+    exact, traced = KIND.expected_values(condition, premises()), KIND.expected_series(condition)
     assert not isinstance(exact, str)
     assert sum(traced["success"]) == pytest.approx(exact["successes"])
     assert sum(traced["best"]) - sum(traced["success"]) == pytest.approx(exact["regret"])
@@ -79,7 +79,7 @@ def test_what_is_traced_adds_up_to_what_is_expected() -> None:
 
 def test_what_the_page_says_of_memory_is_what_is_exact() -> None:
     on, off = (settings("symbolic", f"once/{memory}", {}) for memory in ("on", "off"))
-    with_memory, without = (KIND.traced(one)["success"] for one in (on, off))
+    with_memory, without = (KIND.expected_series(one)["success"] for one in (on, off))
     pairs = zip(with_memory, without, strict=True)
     worse = [number for number, (one, other) in enumerate(pairs, 1) if one < other - 1e-9]
     page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8").replace("\n", " ")

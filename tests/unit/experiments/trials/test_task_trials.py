@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 from aeros.experiments.statistics import wilson
-from aeros.experiments.trial_kinds import Found
+from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.task import KIND
 from tests.unit.experiments.common import condition, premises, told
 
 
-def trials(seeds: range, **changed: Any) -> list[Found]:
-    with KIND.opened(condition(**changed), premises()) as trial:
+def trials(seeds: range, **changed: Any) -> list[Findings]:
+    with KIND.open(condition(**changed), premises()) as trial:
         return [trial(seed) for seed in seeds]
 
 
@@ -21,7 +21,7 @@ def trials(seeds: range, **changed: Any) -> list[Found]:
 def test_what_is_measured_agrees_with_what_is_exact(architecture: str) -> None:
     changed = {"architecture": architecture, "task": "fetch_object"}
     found = trials(range(60), **changed)
-    exact = KIND.expected(condition(**changed), premises())
+    exact = KIND.expected_values(condition(**changed), premises())
     assert not isinstance(exact, str)
     low, high = wilson(sum(one["reached"] for one in found), len(found))
     assert low <= exact["success"] <= high
@@ -62,7 +62,7 @@ def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_n
     changed = {"architecture": "aeros", "rate": "1"}
     (found,) = trials(range(1), **changed)
     assert 1 + found["replans"] + found["retries"] == 29
-    exact = KIND.expected(condition(**changed), premises())
+    exact = KIND.expected_values(condition(**changed), premises())
     assert not isinstance(exact, str)
     assert 1 + exact["replans"] + exact["retries"] == 33
 
@@ -75,7 +75,7 @@ def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed(
     in_time = trials(range(1), **{**changed, "options": {**options, "again": 0.0}})
     assert (found["late"], found["replans"]) == (2, 2)
     assert (in_time[0]["late"], in_time[0]["replans"], in_time[0]["steps"]) == (0, 2, found["steps"])
-    assert "what is left of the plan before" in str(KIND.expected(condition(**changed), premises()))
+    assert "what is left of the plan before" in str(KIND.expected_values(condition(**changed), premises()))
 
 
 def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> None:
@@ -83,7 +83,7 @@ def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> No
     options = {"within": 1.5, "first": 0.0, "again": 0.0}
     (here,), (beside,) = (trials(range(1), **changed, options=one) for one in ({}, options))
     assert beside["steps"] == here["steps"]
-    assert KIND.expected(condition(**changed, options=options), premises()) == KIND.expected(
+    assert KIND.expected_values(condition(**changed, options=options), premises()) == KIND.expected_values(
         condition(**changed), premises()
     )
 
@@ -92,7 +92,7 @@ def test_without_a_first_plan_nothing_is_begun_as_is_predicted() -> None:
     options = {"replans": 1, "within": 0.3, "first": 5.0, "again": 5.0}
     changed = {"architecture": "aeros", "options": options}
     (found,) = trials(range(1), **changed)
-    expected = KIND.expected(condition(**changed), premises())
+    expected = KIND.expected_values(condition(**changed), premises())
     assert not isinstance(expected, str)
     assert (found["reached"], found["steps"], found["replans"], found["late"]) == (False, 0, 1, 2)
     assert (expected["success"], expected["invocations"], expected["replans"]) == (0.0, 0.0, 1.0)

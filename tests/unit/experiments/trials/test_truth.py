@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from aeros.experiments.trials.truth import Referee, Refereed
-from aeros.runtime.ports import Completion, Motion, Plant
-from aeros.sim.sensors import Truth
+from aeros.experiments.trials.truth import InvariantReferee, RefereedPlant
+from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant
+from aeros.sim.sensors import GroundTruth
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
 from tests.unit.experiments.common import premises
@@ -15,14 +15,14 @@ SITE = premises().configuration.site
 GRIP = act("grip", width=0.05, force=5.0)
 
 
-def truth(**changed: Any) -> Truth:
+def truth(**changed: Any) -> GroundTruth:
     plant = SymbolicPlant(SITE, {}, 0)
-    return Truth(0, {**{name: one.value for name, one in plant.observe().items()}, **changed})
+    return GroundTruth(0, {**{name: one.value for name, one in plant.observe().items()}, **changed})
 
 
 def broken(person: float, **parameters: float) -> tuple[str, ...]:
-    referee = Referee(SITE, "human_distance", lambda _: None)
-    referee.moving[Motion(1)] = act("move_base", x=1.0, y=0.0, **parameters)
+    referee = InvariantReferee(SITE, "human_distance", lambda _: None)
+    referee.moving[MotionHandle(1)] = act("move_base", x=1.0, y=0.0, **parameters)
     referee(truth(human_distance=person))
     return referee.broken
 
@@ -35,20 +35,20 @@ def test_a_rule_is_broken_by_what_is_true_for_a_motion_as_it_was_decided() -> No
 
 
 def test_what_rests_breaks_nothing() -> None:
-    told: list[Truth] = []
-    referee = Referee(SITE, "human_distance", told.append)
+    told: list[GroundTruth] = []
+    referee = InvariantReferee(SITE, "human_distance", told.append)
     referee(truth(human_distance=0.0))
     assert (referee.broken, len(told)) == ((), 1)
 
 
 def test_a_plant_tells_what_moves_until_it_has_ended() -> None:
-    referee = Referee(SITE, "human_distance", lambda _: None)
+    referee = InvariantReferee(SITE, "human_distance", lambda _: None)
     named: list[str] = []
-    plant = Refereed(cast(Plant, SymbolicPlant(SITE, {}, 0)), referee, named.append)
+    plant = RefereedPlant(cast(Plant, SymbolicPlant(SITE, {}, 0)), referee, named.append)
     motion = plant.begin(GRIP)
-    assert not isinstance(motion, Completion)
+    assert not isinstance(motion, MotionCompletion)
     assert referee.moving == {motion: GRIP}
-    assert plant.advance(lambda *_: None, 100.0) == {motion: Completion(True)}
+    assert plant.advance(lambda *_: None, 100.0) == {motion: MotionCompletion(True)}
     assert (referee.moving, named) == ({}, [])
     plant.begin(GRIP)
     assert plant.advance(lambda *_: "a-rule", 100.0)

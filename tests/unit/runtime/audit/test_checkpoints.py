@@ -8,10 +8,15 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, end_record, verify_log
-from aeros.runtime.audit.checkpoints import EVERY, AnchorError, Signing, verify_signed
+from aeros.runtime.audit.check import GENESIS, seal_record, verify_log
+from aeros.runtime.audit.checkpoints import (
+    CHECKPOINT_INTERVAL,
+    AnchorError,
+    SigningConfiguration,
+    verify_signed,
+)
 from aeros.runtime.audit.keys import (
-    KeyRefusedError,
+    InvalidKeyError,
     PublicKey,
     SigningKey,
     make_key,
@@ -19,7 +24,7 @@ from aeros.runtime.audit.keys import (
     read_signing_key,
 )
 from aeros.runtime.audit.log import AuditError, AuditLog
-from aeros.runtime.canonical_json import canonical
+from aeros.runtime.canonical_json import to_canonical_json
 
 
 @pytest.fixture(autouse=True)
@@ -52,7 +57,7 @@ def anchor(tmp_path: Path) -> Path:
 
 
 def write(log: Path, key: SigningKey, anchor: Path | None = None, count: int = 3) -> list[bytes]:
-    with AuditLog(log, signing=Signing(key, anchor)) as opened:
+    with AuditLog(log, signing=SigningConfiguration(key, anchor)) as opened:
         for number in range(count):
             opened.append("event", {"number": number})
     return log.read_bytes().splitlines(keepends=True)
@@ -64,7 +69,7 @@ def rehashed(records: list[dict[str, Any]]) -> bytes:
     for sequence, record in enumerate(records):
         body = {**record, "sequence": sequence, "previous": previous}
         body.pop("hash", None)
-        line, previous = end_record(canonical(body))
+        line, previous = seal_record(to_canonical_json(body))
         lines.append(line)
     return b"".join(lines)
 
@@ -79,13 +84,17 @@ def events(log: Path) -> list[str]:
 def test_a_log_is_signed_when_it_is_opened_every_so_often_and_when_it_is_closed(
     log: Path, key: SigningKey
 ) -> None:
-    write(log, key, count=EVERY + 5)
+    write(log, key, count=CHECKPOINT_INTERVAL + 5)
     found = events(log)
     assert found[:2] == ["log-began", "checkpoint"]
-    assert [place for place, event in enumerate(found) if event == "checkpoint"] == [1, EVERY + 2, EVERY + 8]
-    assert found.count("event") == EVERY + 5
+    assert [place for place, event in enumerate(found) if event == "checkpoint"] == [
+        1,
+        CHECKPOINT_INTERVAL + 2,
+        CHECKPOINT_INTERVAL + 8,
+    ]
+    assert found.count("event") == CHECKPOINT_INTERVAL + 5
     report = verify_signed(log, key.public)
-    assert (report.chain.sound, report.signed, report.closed) == (True, len(found), True)
+    assert (report.chain.is_sound, report.signed, report.closed) == (True, len(found), True)
     assert report.anchored == 0
 
 
@@ -93,16 +102,16 @@ def test_a_log_that_was_begun_without_a_key_is_signed_from_the_first_record_on(
     log: Path, key: SigningKey
 ) -> None:
     with AuditLog(log) as opened:
-        for number in range(2 * EVERY):
+        for number in range(2 * CHECKPOINT_INTERVAL):
             opened.append("event", {"number": number})
     write(log, key, count=0)
-    assert verify_signed(log, key.public).signed == 2 * EVERY + 2
+    assert verify_signed(log, key.public).signed == 2 * CHECKPOINT_INTERVAL + 2
 
 
 def test_two_logs_of_the_same_moment_are_told_apart(log: Path, key: SigningKey, tmp_path: Path) -> None:
     other = tmp_path / "other.jsonl"
     for path in (log, other):
-        AuditLog(path, clock=lambda: 1.5, signing=Signing(key)).close()
+        AuditLog(path, clock=lambda: 1.5, signing=SigningConfiguration(key)).close()
     assert log.read_bytes() != other.read_bytes()
 
 
@@ -110,7 +119,7 @@ def test_the_anchor_is_the_newest_checkpoint(log: Path, key: SigningKey, anchor:
     lines = write(log, key, anchor)
     assert json.loads(anchor.read_bytes()) == json.loads(lines[-1])["details"]
     report = verify_signed(log, key.public, anchor)
-    assert (report.chain.why, report.anchored) == ("", len(lines))
+    assert (report.chain.reason, report.anchored) == ("", len(lines))
 
 
 def test_the_log_is_durable_before_its_anchor_names_it(
@@ -125,7 +134,7 @@ def test_the_log_is_durable_before_its_anchor_names_it(
         return replace(path, target)
 
     monkeypatch.setattr(Path, "replace", spy)
-    AuditLog(log, signing=Signing(key, anchor)).close()
+    AuditLog(log, signing=SigningConfiguration(key, anchor)).close()
     assert done == ["log synced", "log synced", "anchored", "log synced", "anchored"]
 
 
@@ -133,10 +142,10 @@ def test_an_anchor_that_cannot_be_written_is_an_audit_error(
     log: Path, key: SigningKey, tmp_path: Path
 ) -> None:
     with pytest.raises(AuditError, match=r"its anchor .* cannot be written"):
-        AuditLog(log, signing=Signing(key, tmp_path / "absent" / "anchor"))
-    opened = AuditLog(log, signing=Signing(key, tmp_path / "anchor"))
+        AuditLog(log, signing=SigningConfiguration(key, tmp_path / "absent" / "anchor"))
+    opened = AuditLog(log, signing=SigningConfiguration(key, tmp_path / "anchor"))
     (tmp_path / "anchor.new").mkdir()
-    for number in range(EVERY - 1):
+    for number in range(CHECKPOINT_INTERVAL - 1):
         opened.append("event", {"number": number})
     with pytest.raises(AuditError, match=r"its anchor .* cannot be written"):
         opened.append("event", {})
@@ -146,16 +155,19 @@ def test_an_anchor_that_cannot_be_written_is_an_audit_error(
 
 
 def test_a_crash_is_mended_in_a_signed_log(log: Path, key: SigningKey, anchor: Path) -> None:
-    opened = AuditLog(log, signing=Signing(key, anchor))
-    for number in range(EVERY - 1):
+    opened = AuditLog(log, signing=SigningConfiguration(key, anchor))
+    for number in range(CHECKPOINT_INTERVAL - 1):
         opened.append("event", {"number": number})
     os.close(opened._file)  # as a kill would
     with log.open("ab") as file:
         file.write(b'{"torn')
-    assert verify_signed(log, key.public, anchor).chain.why == f"record {EVERY + 1} is cut short"
-    write(log, key, anchor, count=EVERY)
-    assert events(log)[EVERY + 1 : EVERY + 3] == ["tail-mended", "checkpoint"]
-    assert verify_signed(log, key.public, anchor).chain.sound
+    assert (
+        verify_signed(log, key.public, anchor).chain.reason
+        == f"record {CHECKPOINT_INTERVAL + 1} is cut short"
+    )
+    write(log, key, anchor, count=CHECKPOINT_INTERVAL)
+    assert events(log)[CHECKPOINT_INTERVAL + 1 : CHECKPOINT_INTERVAL + 3] == ["tail-mended", "checkpoint"]
+    assert verify_signed(log, key.public, anchor).chain.is_sound
 
 
 # What is noticed.
@@ -164,11 +176,11 @@ def test_a_crash_is_mended_in_a_signed_log(log: Path, key: SigningKey, anchor: P
 def test_a_cut_tail_is_noticed_by_the_anchor_alone(log: Path, key: SigningKey, anchor: Path) -> None:
     lines = write(log, key, anchor)
     log.write_bytes(b"".join(lines[:2]))
-    assert verify_log(log).sound
+    assert verify_log(log).is_sound
     by_key = verify_signed(log, key.public)
-    assert (by_key.chain.sound, by_key.closed) == (True, False)
+    assert (by_key.chain.is_sound, by_key.closed) == (True, False)
     by_anchor = verify_signed(log, key.public, anchor).chain
-    assert (by_anchor.bad_record, by_anchor.why) == (
+    assert (by_anchor.bad_record, by_anchor.reason) == (
         2,
         "the log was cut: it ends before record 5, which the anchor holds",
     )
@@ -178,16 +190,17 @@ def test_a_rewrite_of_the_whole_is_noticed_by_the_key(log: Path, key: SigningKey
     records = [json.loads(line) for line in write(log, key)]
     records[3]["details"] = {"number": 7}
     log.write_bytes(rehashed(records))
-    assert verify_log(log).sound
+    assert verify_log(log).is_sound
     found = verify_signed(log, key.public).chain
     assert found.bad_record == 5
-    assert found.why == "the checkpoint in record 5 was signed for other records than those before it"
+    assert found.reason == "the checkpoint in record 5 was signed for other records than those before it"
 
 
 def test_a_rewrite_with_another_key_is_noticed(log: Path, key: SigningKey, stranger: SigningKey) -> None:
     write(log, stranger)
     assert (
-        verify_signed(log, key.public).chain.why == "the checkpoint in record 1 is not signed with this key"
+        verify_signed(log, key.public).chain.reason
+        == "the checkpoint in record 1 is not signed with this key"
     )
 
 
@@ -197,17 +210,20 @@ def test_a_log_without_checkpoints_is_not_signed(log: Path, key: SigningKey) -> 
             for number in range(count):
                 opened.append("event", {"number": number})
         found = verify_signed(log, key.public).chain
-        assert (found.bad_record, found.why) == (count, "no checkpoint of this key is in the log")
+        assert (found.bad_record, found.reason) == (count, "no checkpoint of this key is in the log")
 
 
 def test_an_end_that_should_hold_checkpoints_and_does_not_is_noticed(log: Path, key: SigningKey) -> None:
-    records = [json.loads(line) for line in write(log, key, count=2 * EVERY)]
+    records = [json.loads(line) for line in write(log, key, count=2 * CHECKPOINT_INTERVAL)]
     kept = [record for record in records if record["event"] != "checkpoint" or record["sequence"] == 1]
-    log.write_bytes(rehashed(kept[: EVERY + 2]))
+    log.write_bytes(rehashed(kept[: CHECKPOINT_INTERVAL + 2]))
     assert verify_signed(log, key.public).signed == 2
-    log.write_bytes(rehashed(kept[: EVERY + 3]))
+    log.write_bytes(rehashed(kept[: CHECKPOINT_INTERVAL + 3]))
     found = verify_signed(log, key.public).chain
-    assert found.why == f"record {EVERY + 2} should be a checkpoint: {EVERY} records before it are not signed"
+    assert (
+        found.reason
+        == f"record {CHECKPOINT_INTERVAL + 2} should be a checkpoint: {CHECKPOINT_INTERVAL} records before it are not signed"
+    )
 
 
 def test_another_log_of_the_same_key_is_noticed_by_the_anchor(
@@ -215,9 +231,9 @@ def test_another_log_of_the_same_key_is_noticed_by_the_anchor(
 ) -> None:
     write(log, key, anchor)
     write(tmp_path / "other", key)
-    assert verify_signed(tmp_path / "other", key.public).chain.sound
+    assert verify_signed(tmp_path / "other", key.public).chain.is_sound
     found = verify_signed(tmp_path / "other", key.public, anchor).chain
-    assert found.why == "the anchor is of another log, or this one was rewritten from its first record"
+    assert found.reason == "the anchor is of another log, or this one was rewritten from its first record"
 
 
 def test_whoever_has_the_key_cannot_rewrite_what_is_anchored(
@@ -227,9 +243,9 @@ def test_whoever_has_the_key_cannot_rewrite_what_is_anchored(
     log.write_bytes(b"".join(before[:2]))
     for number in range(2):
         write(log, key, count=number)
-    assert verify_signed(log, key.public).chain.sound
+    assert verify_signed(log, key.public).chain.is_sound
     found = verify_signed(log, key.public, anchor).chain
-    assert found.why == "record 2 is not the checkpoint that the anchor holds: the log was rewritten"
+    assert found.reason == "record 2 is not the checkpoint that the anchor holds: the log was rewritten"
 
 
 def test_a_forged_checkpoint_is_noticed_field_by_field(log: Path, key: SigningKey) -> None:
@@ -265,7 +281,7 @@ def test_a_log_that_was_cut_is_not_continued_over_its_anchor(
     for kept, why in ((2, "the log was cut"), (0, "each log has its own anchor")):
         log.write_bytes(b"".join(lines[:kept]))
         with pytest.raises(AuditError, match=why):
-            AuditLog(log, signing=Signing(key, anchor))
+            AuditLog(log, signing=SigningConfiguration(key, anchor))
         assert log.read_bytes() == b"".join(lines[:kept])
     assert anchor.read_bytes() == before
 
@@ -273,7 +289,7 @@ def test_a_log_that_was_cut_is_not_continued_over_its_anchor(
 def test_a_log_of_another_key_is_not_continued(log: Path, key: SigningKey, stranger: SigningKey) -> None:
     write(log, stranger)
     with pytest.raises(AuditError, match="not signed with this key"):
-        AuditLog(log, signing=Signing(key))
+        AuditLog(log, signing=SigningConfiguration(key))
 
 
 @pytest.mark.parametrize(
@@ -295,13 +311,13 @@ def test_what_is_no_anchor_is_refused(
     with pytest.raises(AnchorError, match=why):
         verify_signed(log, key.public, anchor)
     with pytest.raises(AuditError, match=why):
-        AuditLog(log, signing=Signing(key, anchor))
+        AuditLog(log, signing=SigningConfiguration(key, anchor))
     assert anchor.read_bytes() == content
 
 
 def test_an_anchor_without_our_signature_is_refused(log: Path, key: SigningKey, anchor: Path) -> None:
     write(log, key, anchor)
-    anchor.write_bytes(canonical({**json.loads(anchor.read_bytes()), "sequence": 2}))
+    anchor.write_bytes(to_canonical_json({**json.loads(anchor.read_bytes()), "sequence": 2}))
     with pytest.raises(AnchorError, match="is not signed with this key"):
         verify_signed(log, key.public, anchor)
 
@@ -315,14 +331,14 @@ def test_the_private_key_is_the_owners_alone_and_never_overwritten(tmp_path: Pat
     assert path.stat().st_mode & 0o777 == 0o600
     assert read_public_key(public).id == read_signing_key(path).public.id
     content = path.read_bytes()
-    with pytest.raises(KeyRefusedError, match="is there already"):
+    with pytest.raises(InvalidKeyError, match="is there already"):
         make_key(path)
     public.unlink()
-    with pytest.raises(KeyRefusedError, match="cannot be written: File exists"):
+    with pytest.raises(InvalidKeyError, match="cannot be written: File exists"):
         make_key(path)
     assert path.read_bytes() == content
     path.chmod(0o640)
-    with pytest.raises(KeyRefusedError, match="is open to others"):
+    with pytest.raises(InvalidKeyError, match="is open to others"):
         read_signing_key(path)
 
 
@@ -332,17 +348,17 @@ def test_what_is_no_key_is_refused(read: Callable[[Path], SigningKey | PublicKey
     from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
 
     path = tmp_path / "key"
-    with pytest.raises(KeyRefusedError, match="cannot be read"):
+    with pytest.raises(InvalidKeyError, match="cannot be read"):
         read(path)
     path.write_bytes(b"nonsense")
     path.chmod(0o600)
-    with pytest.raises(KeyRefusedError, match="is not a p"):
+    with pytest.raises(InvalidKeyError, match="is not a p"):
         read(path)
     other = generate_private_key(SECP256R1())
     private = other.private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, form.NoEncryption())
     public = other.public_key().public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
     path.write_bytes(private if read is read_signing_key else public)
-    with pytest.raises(KeyRefusedError, match="not an Ed25519 one"):
+    with pytest.raises(InvalidKeyError, match="not an Ed25519 one"):
         read(path)
 
 
@@ -353,5 +369,5 @@ def test_without_cryptography_signing_says_what_to_install(
 
     monkeypatch.setitem(sys.modules, "cryptography.hazmat.primitives.asymmetric.ed25519", None)
     for refused in (make_key, read_signing_key, read_public_key):
-        with pytest.raises(KeyRefusedError, match=r"pip install 'aeros\[audit\]'"):
+        with pytest.raises(InvalidKeyError, match=r"pip install 'aeros\[audit\]'"):
             refused(tmp_path / "key")

@@ -8,10 +8,10 @@ from random import Random
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, end_record
-from aeros.runtime.audit.log import BATCH, AuditError, AuditLog, DecisionCounts, verify_log
-from aeros.runtime.canonical_json import MOST_SIZE, canonical
-from aeros.runtime.gate.decision import Verdict
+from aeros.runtime.audit.check import GENESIS, seal_record
+from aeros.runtime.audit.log import SYNC_BATCH, AuditError, AuditLog, DecisionCounts, verify_log
+from aeros.runtime.canonical_json import MAX_SIZE, to_canonical_json
+from aeros.runtime.gate.decision import DecisionKind
 from aeros.spec.model.model import Durability
 
 
@@ -37,7 +37,7 @@ def write(path: Path, count: int = 5) -> list[bytes]:
 def test_a_log_is_one_sound_chain(log_path: Path) -> None:
     lines = write(log_path)
     report = verify_log(log_path)
-    assert (report.sound, report.records, report.why) == (True, 5, "")
+    assert (report.is_sound, report.records, report.reason) == (True, 5, "")
     records = [json.loads(line) for line in lines]
     assert [record["sequence"] for record in records] == [0, 1, 2, 3, 4]
     assert [record["previous"] for record in records[1:]] == [record["hash"] for record in records[:-1]]
@@ -73,7 +73,7 @@ def test_a_crash_at_any_byte_of_the_last_record_is_mended_and_noted(log_path: Pa
     for kept in range(1, len(lines[-1])):
         log_path.write_bytes(sound + lines[-1][:kept])
         torn = verify_log(log_path)
-        assert (torn.sound, torn.bad_record, torn.why) == (False, 4, "record 4 is cut short")
+        assert (torn.is_sound, torn.bad_record, torn.reason) == (False, 4, "record 4 is cut short")
         with AuditLog(log_path) as log:
             assert log.append("event", {"after": "crash"}) == 5
         mended = [json.loads(line) for line in log_path.read_bytes().splitlines()]
@@ -93,7 +93,7 @@ def test_a_crash_while_mending_is_mended_too(log_path: Path) -> None:
         log_path.write_bytes(sound + note[:kept] + torn[kept:])
         with AuditLog(log_path) as log:
             log.append("event", {})
-        assert verify_log(log_path).sound
+        assert verify_log(log_path).is_sound
         assert b"tail-mended" in log_path.read_bytes()
 
 
@@ -133,7 +133,7 @@ def test_deleted_repeated_and_reordered_records_are_found(
     lines = write(log_path)
     log_path.write_bytes(b"".join(lines[number] for number in order))
     report = verify_log(log_path)
-    assert (report.bad_record, report.why) == (bad, why)
+    assert (report.bad_record, report.reason) == (bad, why)
     with pytest.raises(AuditError, match="is not sound"):
         AuditLog(log_path)
 
@@ -142,14 +142,14 @@ def test_a_forged_record_with_a_right_hash_breaks_the_chain_after_it(log_path: P
     lines = write(log_path)
     forged = {**json.loads(lines[2]), "event": "forged"}
     del forged["hash"]
-    log_path.write_bytes(b"".join([*lines[:2], end_record(canonical(forged))[0], *lines[3:]]))
+    log_path.write_bytes(b"".join([*lines[:2], seal_record(to_canonical_json(forged))[0], *lines[3:]]))
     report = verify_log(log_path)
-    assert (report.bad_record, report.why) == (3, "record 3 does not follow the one before it")
+    assert (report.bad_record, report.reason) == (3, "record 3 does not follow the one before it")
 
 
 @pytest.mark.parametrize("body", [b"[]", b"{}", b'{"sequence":true}', b'{"event":"decision"}', b"x" * 9])
 def test_a_line_with_a_right_hash_that_is_no_record_is_found(log_path: Path, body: bytes) -> None:
-    log_path.write_bytes(end_record(body)[0])
+    log_path.write_bytes(seal_record(body)[0])
     assert verify_log(log_path).bad_record == 0
 
 
@@ -169,10 +169,10 @@ def test_a_line_with_a_right_hash_that_is_no_record_is_found(log_path: Path, bod
 )
 def test_a_record_with_a_right_hash_has_one_spelling(log_path: Path, spelt: bytes) -> None:
     place = b'"previous":"' + GENESIS.encode() + b'","sequence":0'
-    log_path.write_bytes(end_record(spelt % place)[0])
-    assert (verify_log(log_path).bad_record, verify_log(log_path).why) == (0, "record 0 is not a record")
-    log_path.write_bytes(end_record(b'{"details":{},"event":"note",%b,"written":1.5}' % place)[0])
-    assert verify_log(log_path).sound
+    log_path.write_bytes(seal_record(spelt % place)[0])
+    assert (verify_log(log_path).bad_record, verify_log(log_path).reason) == (0, "record 0 is not a record")
+    log_path.write_bytes(seal_record(b'{"details":{},"event":"note",%b,"written":1.5}' % place)[0])
+    assert verify_log(log_path).is_sound
 
 
 def test_what_is_too_large_or_too_deep_to_hold_is_a_sound_record_too(log_path: Path) -> None:
@@ -180,19 +180,19 @@ def test_what_is_too_large_or_too_deep_to_hold_is_a_sound_record_too(log_path: P
     for _ in range(40):
         deep = [deep]
     with AuditLog(log_path) as log:
-        log.append("event", {"deep": deep, "many": [nan] * (MOST_SIZE // 3), "long": "x" * MOST_SIZE})
-    assert verify_log(log_path).sound
+        log.append("event", {"deep": deep, "many": [nan] * (MAX_SIZE // 3), "long": "x" * MAX_SIZE})
+    assert verify_log(log_path).is_sound
 
 
 def test_a_cut_tail_at_a_record_boundary_is_not_noticed(log_path: Path) -> None:
     # Stated by the module's docstring; it takes an anchor (test_audit_checkpoints).
     lines = write(log_path)
     log_path.write_bytes(b"".join(lines[:2]))
-    assert verify_log(log_path).sound
+    assert verify_log(log_path).is_sound
 
 
 def test_a_log_that_cannot_be_read_is_not_sound(log_path: Path) -> None:
-    assert not verify_log(log_path).sound
+    assert not verify_log(log_path).is_sound
 
 
 def test_only_one_writer_at_a_time(log_path: Path) -> None:
@@ -247,7 +247,7 @@ def test_a_folder_that_is_not_there_is_an_audit_error(tmp_path: Path) -> None:
 
 def test_decisions_are_counted(log_path: Path) -> None:
     with AuditLog(log_path) as log:
-        for verdict in (Verdict.ALLOW, Verdict.DENY, Verdict.ATTENUATE, Verdict.ALLOW):
+        for verdict in (DecisionKind.ALLOW, DecisionKind.DENY, DecisionKind.ATTENUATE, DecisionKind.ALLOW):
             log.append("decision", {"verdict": verdict.value})
         log.append("note", {"verdict": "ALLOW"})
     assert verify_log(log_path).decisions == DecisionCounts(allowed=2, attenuated=1, denied=1)
@@ -297,10 +297,10 @@ def test_a_batch_is_synced_when_it_is_full(log_path: Path, monkeypatch: pytest.M
     with AuditLog(log_path, durability=Durability.BATCHED) as log:
         monkeypatch.setattr(os, "fdatasync", synced.append)
         counts = []
-        for _ in range(2 * BATCH):
+        for _ in range(2 * SYNC_BATCH):
             log.append("event", {})
             counts.append(len(synced))
-    assert counts == [0] * (BATCH - 1) + [1] * BATCH + [2]
+    assert counts == [0] * (SYNC_BATCH - 1) + [1] * SYNC_BATCH + [2]
 
 
 @pytest.mark.parametrize("durability", [Durability.BEFORE_MOTION, Durability.BATCHED])

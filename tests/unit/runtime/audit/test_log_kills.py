@@ -19,7 +19,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.checkpoints import TAIL_MENDED, Signing, verify_signed
+from aeros.runtime.audit.checkpoints import TAIL_REPAIRED, SigningConfiguration, verify_signed
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog, verify_log
 
@@ -29,7 +29,7 @@ ACKNOWLEDGED = struct.Struct("<QQ")
 BEGUN = b"!"
 
 
-def append_for_ever(log: Path, signing: Signing | None, acknowledge: int, first: int) -> None:
+def append_for_ever(log: Path, signing: SigningConfiguration | None, acknowledge: int, first: int) -> None:
     """Say that it has begun by a byte, then each record that is durable."""
     os.write(acknowledge, BEGUN)
     pwrite = os.pwrite
@@ -48,7 +48,7 @@ def append_for_ever(log: Path, signing: Signing | None, acknowledge: int, first:
 
 
 def acknowledged_until_killed(
-    log: Path, signing: Signing | None, first: int, records: int, lives: float
+    log: Path, signing: SigningConfiguration | None, first: int, records: int, lives: float
 ) -> dict[int, int]:
     """What a writer acknowledged, by sequence number, until killed `lives` seconds after `records` of it."""
     read, write = os.pipe()
@@ -88,22 +88,22 @@ def test_no_acknowledged_record_is_lost_in_many_kills(
 ) -> None:
     log, anchor = tmp_path / "audit.jsonl", tmp_path / "anchor"
     make_key(tmp_path / "key")
-    signing = Signing(read_signing_key(tmp_path / "key"), anchor) if signs else None
+    signing = SigningConfiguration(read_signing_key(tmp_path / "key"), anchor) if signs else None
     chance = Random(seed)  # noqa: S311 - draws instants, not secrets
     acknowledged: dict[int, int] = {}
     torn = 0
     for kill in range(kills):
         records, lives = chance.randrange(4), chance.uniform(0, LONGEST)
         acknowledged |= acknowledged_until_killed(log, signing, kill << 32, records, lives)
-        torn += "cut short" in verify_log(log).why
+        torn += "cut short" in verify_log(log).reason
     AuditLog(log, signing=signing).close()
     kept = [json.loads(line) for line in log.read_bytes().splitlines()]
     assert {number: kept[number]["details"]["number"] for number in acknowledged} == acknowledged
     # A kill may also tear the note that an earlier one tore a record.
-    assert torn >= sum(record["event"] == TAIL_MENDED for record in kept) > 0
+    assert torn >= sum(record["event"] == TAIL_REPAIRED for record in kept) > 0
     assert len(acknowledged) > kills // 2
     if signing is None:
-        assert verify_log(log).sound
+        assert verify_log(log).is_sound
     else:
         report = verify_signed(log, signing.key.public, anchor)
-        assert (report.chain.why, report.anchored) == ("", len(kept))
+        assert (report.chain.reason, report.anchored) == ("", len(kept))

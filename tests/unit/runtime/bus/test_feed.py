@@ -9,15 +9,15 @@ from collections.abc import Callable
 import pytest
 
 from aeros.runtime.bus import feed as module
-from aeros.runtime.bus.feed import Feed
+from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.in_process import InProcessBus
-from aeros.runtime.bus.message_publisher import Chain
+from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.bus.messages import Event, Message, PointStamped
 from aeros.runtime.bus.port import M
 from aeros.runtime.ports import Reading
 from aeros.spec.model.model import Site
 
-KNOWN = Chain()
+KNOWN = RobotChain()
 RECORD = b'{"details":{},"event":"note","sequence":3}\n'
 
 
@@ -37,13 +37,13 @@ class Odd:
 def test_what_is_told_comes_in_order_and_one_instant_once(site: Site) -> None:
     bus = InProcessBus()
     heard = bus.subscribe("/aeros/state/tool_position", PointStamped)
-    with Feed(bus, site) as feed:
-        feed.observed({"tool_position": Reading((1.0, 0.0, 0.0), 0.5)}, KNOWN)
-        feed.tick(0.5, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
-        feed.tick(0.75, {"tool_position": (1.0, 0.0, 0.0), "holding": True}, KNOWN)
-        feed.tick(1.0, {"tool_position": Reading((2.0, 0.0, 0.0), 0.875)}, KNOWN)
-        feed.tick(1.25, {}, KNOWN)
-    found = [heard.take(), heard.take(), heard.take(), heard.take()]
+    with BusFeed(bus, site) as feed:
+        feed.on_observed({"tool_position": Reading((1.0, 0.0, 0.0), 0.5)}, KNOWN)
+        feed.on_tick(0.5, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+        feed.on_tick(0.75, {"tool_position": (1.0, 0.0, 0.0), "holding": True}, KNOWN)
+        feed.on_tick(1.0, {"tool_position": Reading((2.0, 0.0, 0.0), 0.875)}, KNOWN)
+        feed.on_tick(1.25, {}, KNOWN)
+    found = [heard.receive(), heard.receive(), heard.receive(), heard.receive()]
     assert [one and (one.header.stamp.nanosec, one.point.x) for one in found] == [
         (500_000_000, 1.0), (750_000_000, 1.0), (875_000_000, 2.0), None,
     ]  # fmt: skip
@@ -53,11 +53,11 @@ def test_what_is_told_comes_in_order_and_one_instant_once(site: Site) -> None:
 def test_a_record_without_a_time_is_stamped_with_the_newest_of_the_plant(site: Site) -> None:
     bus = InProcessBus()
     heard = bus.subscribe("/aeros/events", Event)
-    with Feed(bus, site) as feed:
-        feed.record(RECORD)
-        feed.tick(4.0, {"holding": True}, KNOWN)
-        feed.record(RECORD)
-    assert [one and one.stamp.sec for one in (heard.take(), heard.take())] == [0, 4]
+    with BusFeed(bus, site) as feed:
+        feed.on_record(RECORD)
+        feed.on_tick(4.0, {"holding": True}, KNOWN)
+        feed.on_record(RECORD)
+    assert [one and one.stamp.sec for one in (heard.receive(), heard.receive())] == [0, 4]
 
 
 def test_one_bad_value_hides_nothing_else(site: Site) -> None:
@@ -66,15 +66,15 @@ def test_one_bad_value_hides_nothing_else(site: Site) -> None:
         bus.subscribe("/aeros/events", Event),
         bus.subscribe("/aeros/state/tool_position", PointStamped),
     )
-    with Feed(bus, site) as feed:
-        feed.tick(0.5, {"tool_position": ("here", None)}, KNOWN)
-        feed.record(b"no record")
-        feed.tick(float("nan"), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
-        feed.tick(0.75, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
-        feed.record(RECORD)
-    assert places.take() is not None
-    assert places.take() is None
-    assert events.take() is not None
+    with BusFeed(bus, site) as feed:
+        feed.on_tick(0.5, {"tool_position": ("here", None)}, KNOWN)
+        feed.on_record(b"no record")
+        feed.on_tick(float("nan"), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+        feed.on_tick(0.75, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+        feed.on_record(RECORD)
+    assert places.receive() is not None
+    assert places.receive() is None
+    assert events.receive() is not None
     # The bad place, the bad record, and at no time: the time itself and the place.
     assert feed.lost == 4
     assert feed.trouble is not None
@@ -84,31 +84,31 @@ def test_a_bus_that_fails_fails_nobody(site: Site) -> None:
     def fail(message: Message) -> None:
         raise RuntimeError("the cable is out")
 
-    with Feed(Odd(fail), site) as feed:
-        feed.record(RECORD)
-        feed.tick(0.0, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+    with BusFeed(Odd(fail), site) as feed:
+        feed.on_record(RECORD)
+        feed.on_tick(0.0, {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
     assert (feed.lost, feed.trouble) == (2, "the cable is out")
 
 
 def test_what_is_to_be_whole_is_waited_for(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_MOST_STATES", 2)
+    monkeypatch.setattr(module, "_MAX_STATES", 2)
     said: list[Message] = []
 
     def dawdle(message: Message) -> None:
         time.sleep(0.002)
         said.append(message)
 
-    with Feed(Odd(dawdle), site, is_whole=True) as feed:
+    with BusFeed(Odd(dawdle), site, is_whole=True) as feed:
         for number in range(50):
-            feed.tick(float(number), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+            feed.on_tick(float(number), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
     assert (len(said), feed.lost) == (50, 0)
 
 
 def test_nobody_waits_for_a_bus_that_hangs_and_records_outlast_states(
     site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "_MOST_STATES", 5)
-    monkeypatch.setattr(module, "_MOST_RECORDS", 8)
+    monkeypatch.setattr(module, "_MAX_STATES", 5)
+    monkeypatch.setattr(module, "_MAX_RECORDS", 8)
     monkeypatch.setattr(module, "_PATIENCE", 0.05)
     said: list[Message] = []
     busy, go_on = threading.Event(), threading.Event()
@@ -118,14 +118,14 @@ def test_nobody_waits_for_a_bus_that_hangs_and_records_outlast_states(
         go_on.wait()
         said.append(message)
 
-    feed = Feed(Odd(hang), site)
-    feed.record(RECORD)
+    feed = BusFeed(Odd(hang), site)
+    feed.on_record(RECORD)
     assert busy.wait(5.0)
     for number in range(20):
-        feed.tick(float(number), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
+        feed.on_tick(float(number), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
     assert (feed.lost, feed.trouble) == (15, "the bus is slower than the run")
     for _ in range(4):
-        feed.record(RECORD)
+        feed.on_record(RECORD)
     assert feed.lost == 16
     began = time.monotonic()
     feed.close()

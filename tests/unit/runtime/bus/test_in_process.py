@@ -23,7 +23,7 @@ from aeros.runtime.bus.messages import (
     TriggerRequest,
     TriggerResponse,
 )
-from aeros.runtime.bus.port import Bus, BusError, GoalStatus, NobodyAnswersError
+from aeros.runtime.bus.port import Bus, BusError, GoalStatus, NoServerError
 
 TRIGGER = (TriggerRequest, TriggerResponse)
 EXECUTE = (ExecuteSkillGoal, ExecuteSkillFeedback, ExecuteSkillResult)
@@ -47,10 +47,10 @@ def test_the_newest_are_kept_in_order_and_the_rest_is_counted(texts: list[str], 
     for text in texts:
         say.publish(String(text))
     kept = []
-    while (message := heard.take()) is not None:
+    while (message := heard.receive()) is not None:
         kept.append(message.data)
     assert kept == texts[-depth:]
-    assert heard.lost == len(texts) - len(kept)
+    assert heard.dropped_count == len(texts) - len(kept)
 
 
 def test_everybody_who_listens_hears_and_who_left_does_not(bus: Bus) -> None:
@@ -60,8 +60,8 @@ def test_everybody_who_listens_hears_and_who_left_does_not(bus: Bus) -> None:
     other.close()
     other.close()
     say.publish(String("y"))
-    assert [one.take(), one.take(), one.take()] == [String("x"), String("y"), None]
-    assert [other.take(), other.take()] == [String("x"), None]
+    assert [one.receive(), one.receive(), one.receive()] == [String("x"), String("y"), None]
+    assert [other.receive(), other.receive()] == [String("x"), None]
 
 
 def test_who_comes_late_hears_the_last_of_what_is_latched_alone(bus: Bus) -> None:
@@ -69,7 +69,7 @@ def test_who_comes_late_hears_the_last_of_what_is_latched_alone(bus: Bus) -> Non
         say = bus.publisher(topic, String, latched=latched)
         say.publish(String("x"))
         say.publish(String("y"))
-    assert [bus.subscribe("/kept", String).take(), bus.subscribe("/gone", String).take()] == [
+    assert [bus.subscribe("/kept", String).receive(), bus.subscribe("/gone", String).receive()] == [
         String("y"),
         None,
     ]
@@ -78,9 +78,9 @@ def test_who_comes_late_hears_the_last_of_what_is_latched_alone(bus: Bus) -> Non
 def test_a_listener_waits_until_something_is_said(bus: Bus) -> None:
     heard = bus.subscribe("/a", String)
     threading.Timer(0.05, lambda: bus.publisher("/a", String).publish(String("x"))).start()
-    assert heard.take(_LONG) == String("x")
+    assert heard.receive(_LONG) == String("x")
     began = time.monotonic()
-    assert heard.take(0.05) is None
+    assert heard.receive(0.05) is None
     assert time.monotonic() - began >= 0.05
 
 
@@ -99,13 +99,13 @@ def test_what_ros_could_not_carry_is_refused(bus: Bus, message: Any) -> None:
     heard = bus.subscribe("/a", JointState)
     if message == JointState(name=["a"]):  # type: ignore[arg-type]
         bus.publisher("/a", JointState).publish(message)
-        found = heard.take()
+        found = heard.receive()
         assert found is not None
         assert found.name == ("a",)  # a list that somebody could change became a tuple
         return
     with pytest.raises(BusError):
         bus.publisher("/a", JointState).publish(message)
-    assert heard.take() is None
+    assert heard.receive() is None
 
 
 @pytest.mark.parametrize("message", [Time(2**31), Time(0, 10**9), Time(0, -1), Time(1.5)])  # type: ignore[arg-type]
@@ -128,7 +128,7 @@ def test_a_name_has_one_type_and_follows_the_rules(bus: Bus) -> None:
 
 
 def test_a_service_answers_until_it_is_withdrawn(bus: Bus) -> None:
-    with pytest.raises(NobodyAnswersError):
+    with pytest.raises(NoServerError):
         bus.call("/stop", TRIGGER, TriggerRequest())
     leave = bus.serve("/stop", TRIGGER, lambda _: TriggerResponse(True, "it stands"))
     assert bus.call("/stop", TRIGGER, TriggerRequest()) == TriggerResponse(True, "it stands")
@@ -136,7 +136,7 @@ def test_a_service_answers_until_it_is_withdrawn(bus: Bus) -> None:
         bus.serve("/stop", TRIGGER, lambda _: TriggerResponse())
     leave()
     leave()
-    with pytest.raises(NobodyAnswersError):
+    with pytest.raises(NoServerError):
         bus.call("/stop", TRIGGER, TriggerRequest())
 
 
@@ -154,20 +154,20 @@ def test_a_goal_is_taken_told_of_and_ends(bus: Bus) -> None:
     server = bus.serve_action("/do", EXECUTE)
     wanted = bus.send_goal("/do", EXECUTE, ExecuteSkillGoal("tidy", "rest"))
     stood = [wanted.status]
-    taken = server.take()
+    taken = server.next_goal()
     assert taken is not None
     assert taken.goal.module == "tidy"
     stood += [taken.status, wanted.status]
     assert stood == [GoalStatus.ACCEPTED, GoalStatus.EXECUTING, GoalStatus.EXECUTING]
     for allowed in (1, 2):
-        taken.tell(ExecuteSkillFeedback(allowed))
+        taken.send_feedback(ExecuteSkillFeedback(allowed))
     assert [wanted.feedback(), wanted.feedback()] == [ExecuteSkillFeedback(2), None]
-    with pytest.raises(NobodyAnswersError, match="EXECUTING"):
+    with pytest.raises(NoServerError, match="EXECUTING"):
         wanted.result(0.01)
-    taken.end(GoalStatus.SUCCEEDED, ExecuteSkillResult("finished"))
+    taken.set_result(GoalStatus.SUCCEEDED, ExecuteSkillResult("finished"))
     assert (wanted.result(0), wanted.status) == (ExecuteSkillResult("finished"), GoalStatus.SUCCEEDED)
     with pytest.raises(BusError, match="already"):
-        taken.end(GoalStatus.ABORTED, ExecuteSkillResult())
+        taken.set_result(GoalStatus.ABORTED, ExecuteSkillResult())
     wanted.cancel()
     assert wanted.result(0) == ExecuteSkillResult("finished")
 
@@ -176,12 +176,12 @@ def test_a_cancelled_goal_is_seen_to_be_so_and_ends_as_the_server_says(bus: Bus)
     server = bus.serve_action("/do", EXECUTE)
     wanted = bus.send_goal("/do", EXECUTE, ExecuteSkillGoal())
     wanted.cancel()
-    taken = server.take()
+    taken = server.next_goal()
     assert taken is not None
     assert taken.status is GoalStatus.CANCELING
     with pytest.raises(BusError, match="no end"):
-        taken.end(GoalStatus.EXECUTING, ExecuteSkillResult())
-    taken.end(GoalStatus.CANCELED, ExecuteSkillResult("cancelled"))
+        taken.set_result(GoalStatus.EXECUTING, ExecuteSkillResult())
+    taken.set_result(GoalStatus.CANCELED, ExecuteSkillResult("cancelled"))
     assert wanted.result(0).status == "cancelled"
 
 
@@ -191,22 +191,22 @@ def test_goals_wait_in_turn_and_too_many_are_refused(bus: Bus) -> None:
         bus.send_goal("/do", EXECUTE, ExecuteSkillGoal(module))
     with pytest.raises(BusError, match="2 goals waiting"):
         bus.send_goal("/do", EXECUTE, ExecuteSkillGoal("c"))
-    taken = [server.take(), server.take(), server.take()]
+    taken = [server.next_goal(), server.next_goal(), server.next_goal()]
     assert [one.goal.module if one else None for one in taken] == ["a", "b", None]
 
 
 def test_whoever_closes_aborts_what_is_not_over(bus: Bus) -> None:
     server = bus.serve_action("/do", EXECUTE)
     goals = [bus.send_goal("/do", EXECUTE, ExecuteSkillGoal()) for _ in range(3)]
-    ended = server.take()
+    ended = server.next_goal()
     assert ended is not None
-    ended.end(GoalStatus.SUCCEEDED, ExecuteSkillResult("finished"))
-    server.take()
+    ended.set_result(GoalStatus.SUCCEEDED, ExecuteSkillResult("finished"))
+    server.next_goal()
     server.close()
     server.close()
     assert [goal.status for goal in goals] == [GoalStatus.SUCCEEDED, *[GoalStatus.ABORTED] * 2]
     assert goals[1].result(0) == ExecuteSkillResult()
-    with pytest.raises(NobodyAnswersError, match="nobody pursues"):
+    with pytest.raises(NoServerError, match="nobody pursues"):
         bus.send_goal("/do", EXECUTE, ExecuteSkillGoal())
 
 
@@ -224,7 +224,7 @@ def test_many_threads_lose_nothing_unsaid(bus: Bus) -> None:
     got: list[list[Message]] = [[], []]
     for mine, listener in zip(got, heard, strict=True):
         while len(mine) < 800:
-            message = listener.take(_LONG)
+            message = listener.receive(_LONG)
             assert message is not None
             mine.append(message)
     for thread in threads:
@@ -233,4 +233,4 @@ def test_many_threads_lose_nothing_unsaid(bus: Bus) -> None:
     for who in range(4):
         said = [one.data for one in got[0] if isinstance(one, String) and one.data.startswith(f"{who} ")]
         assert said == [f"{who} {number}" for number in range(200)]
-    assert [one.lost for one in heard] == [0, 0]
+    assert [one.dropped_count for one in heard] == [0, 0]

@@ -7,43 +7,52 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.bus.feed import Feed
+from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.in_process import InProcessBus
-from aeros.runtime.bus.listened_plant import WatchedPlant
-from aeros.runtime.bus.message_publisher import Chain
+from aeros.runtime.bus.listened_plant import ListenedPlant
+from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.bus.messages import PointStamped, TFMessage
-from aeros.runtime.ports import Body, Completion, Motion, Motionless, Plan, Plant, Trajectory, Triple
+from aeros.runtime.ports import (
+    MotionCompletion,
+    MotionHandle,
+    NoMotion,
+    PlannedMotion,
+    Plant,
+    RobotBody,
+    Trajectory,
+    Vec3,
+)
 from aeros.sim.fake import FakePlant
 from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.bus.test_transforms import placed_in_first
 
 MOVE = act("move")
-BODY = Body(((0.0, 0.0, 0.0),), (0.0, 0.0, 0.0), ())
+BODY = RobotBody(((0.0, 0.0, 0.0),), (0.0, 0.0, 0.0), ())
 HERE, THERE = (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)
 FOREVER = 1e9
 
 
-def trajectory(base: Triple = HERE, way: Triple = (0.0, 0.0, 0.0)) -> Trajectory:
+def trajectory(base: Vec3 = HERE, way: Vec3 = (0.0, 0.0, 0.0)) -> Trajectory:
     return Trajectory(BODY, ((((0.0,),) * 4,),), base, way, 1.0)
 
 
-class Noted(Feed):
+class Noted(BusFeed):
     """Notes what it is told, with what is known of the chain."""
 
     def __init__(self, site: Site) -> None:
         super().__init__(InProcessBus(), site)
         self.ticks: list[tuple[float, dict[str, Any]]] = []
-        self.chains: list[Chain] = []
+        self.chains: list[RobotChain] = []
 
-    def tick(self, now: float, values: Mapping[str, Any], chain: Chain) -> None:
+    def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
         self.ticks.append((now, dict(values)))
         self.chains.append(chain)
 
-    def observed(self, readings: Mapping[str, Any], chain: Chain) -> None:
+    def on_observed(self, readings: Mapping[str, Any], chain: RobotChain) -> None:
         self.ticks.append((-1.0, dict(readings)))
         self.chains.append(chain)
 
@@ -52,18 +61,18 @@ class Bench:
     def __init__(self, feed: Noted) -> None:
         self.feed = feed
         self.real = FakePlant({"holding": True})
-        self.plant: Plant = WatchedPlant(self.real, feed)
+        self.plant: Plant = ListenedPlant(self.real, feed)
 
-    def known(self) -> Chain:
+    def known(self) -> RobotChain:
         self.plant.observe()
         return self.feed.chains[-1]
 
-    def begin(self, plan: Plan | None) -> Motion:
+    def begin(self, plan: PlannedMotion | None) -> MotionHandle:
         begun = self.plant.begin(MOVE, plan)
-        assert not isinstance(begun, Completion)
+        assert not isinstance(begun, MotionCompletion)
         return begun
 
-    def told(self, plan: Plan) -> Plan:
+    def told(self, plan: PlannedMotion) -> PlannedMotion:
         self.real.planned = plan
         return self.plant.plan(MOVE)
 
@@ -79,7 +88,7 @@ def test_it_passes_everything_on(bench: Bench) -> None:
     assert bench.told(plan) is plan
     motion = bench.begin(plan)
     bench.plant.halt(motion)
-    assert bench.plant.advance(lambda now, values: None, 7.0) == {motion: Completion(False, "halted")}
+    assert bench.plant.advance(lambda now, values: None, 7.0) == {motion: MotionCompletion(False, "halted")}
     bench.plant.skill_began("a.b")
     bench.plant.skill_ended("a.b", finished=True)
     bench.plant.stop()
@@ -98,7 +107,7 @@ def test_what_the_monitor_says_holds_and_each_tick_is_told(bench: Bench) -> None
     bench.real.during = [{"load": 1.0}, {"load": 2.0}, {"load": 3.0}]
     motion = bench.begin(None)
     ended = bench.plant.advance(lambda now, values: "rule" if values["load"] > 1.5 else None, FOREVER)
-    assert ended == {motion: Completion(False, "monitor:rule")}
+    assert ended == {motion: MotionCompletion(False, "monitor:rule")}
     assert bench.feed.ticks == [
         (0.0, {"holding": True, "load": 1.0}),
         (0.0, {"holding": True, "load": 2.0}),
@@ -106,50 +115,50 @@ def test_what_the_monitor_says_holds_and_each_tick_is_told(bench: Bench) -> None
 
 
 def test_the_chain_is_known_once_a_plan_has_told_it(bench: Bench) -> None:
-    assert bench.known() == Chain(None, None)
-    bench.told(Motionless("it waits"))
-    assert bench.known() == Chain(None, None)
+    assert bench.known() == RobotChain(None, None)
+    bench.told(NoMotion("it waits"))
+    assert bench.known() == RobotChain(None, None)
     bench.told(trajectory())
-    assert bench.known() == Chain(BODY, HERE)
+    assert bench.known() == RobotChain(BODY, HERE)
 
 
 def test_where_the_base_is_is_known_until_something_may_move_it(bench: Bench) -> None:
-    for stays in (trajectory(), Motionless("it waits")):
+    for stays in (trajectory(), NoMotion("it waits")):
         bench.told(trajectory())
         bench.begin(stays)
         bench.plant.advance(lambda now, values: None, FOREVER)
-        assert bench.known() == Chain(BODY, HERE)
+        assert bench.known() == RobotChain(BODY, HERE)
     for travels in (trajectory(way=(1.0, 0.0, 0.0)), None):
         bench.told(trajectory())
         bench.begin(travels)
-        assert bench.known() == Chain(BODY, None)
+        assert bench.known() == RobotChain(BODY, None)
         bench.told(trajectory())  # beside it: it says where the base was just then
-        assert bench.known() == Chain(BODY, None)
+        assert bench.known() == RobotChain(BODY, None)
         bench.plant.advance(lambda now, values: None, FOREVER)
-        assert bench.known() == Chain(BODY, None)
+        assert bench.known() == RobotChain(BODY, None)
         bench.told(trajectory(THERE))
-        assert bench.known() == Chain(BODY, THERE)
+        assert bench.known() == RobotChain(BODY, THERE)
 
 
 def test_after_a_stop_the_next_plan_says_where_the_base_is(bench: Bench) -> None:
     bench.begin(trajectory(way=(1.0, 0.0, 0.0)))
     bench.plant.stop()
     bench.told(trajectory(THERE))
-    assert bench.known() == Chain(BODY, THERE)
+    assert bench.known() == RobotChain(BODY, THERE)
 
 
 @pytest.mark.physics
 def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
     from aeros.sim.physics import make_plant
 
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     bus = InProcessBus()
     frames = bus.subscribe("/tf", TFMessage, depth=1000)
     places = bus.subscribe("/aeros/state/tool_position", PointStamped, depth=1000)
     plant = make_plant("bare", 0)
-    with Feed(bus, site) as feed:
-        watched = WatchedPlant(plant, feed)
+    with BusFeed(bus, site) as feed:
+        watched = ListenedPlant(plant, feed)
         action = act("move_tool", target=(0.5, 0.1, 0.3), yaw=0.5, speed=0.25)
         plan = watched.plan(action)
         assert isinstance(plan, Trajectory)
@@ -159,8 +168,8 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
     plant.close()
     assert feed.lost == 0
     told = 0
-    while (frame := frames.take()) is not None:
-        place = places.take()
+    while (frame := frames.receive()) is not None:
+        place = places.receive()
         assert place is not None
         assert place.header.stamp == frame.transforms[0].header.stamp
         p = place.point
@@ -171,7 +180,7 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
 
 def test_every_listener_hears_the_same(site: Site) -> None:
     with Noted(site) as one, Noted(site) as other:
-        plant = WatchedPlant(FakePlant({"holding": True}), one, other)
+        plant = ListenedPlant(FakePlant({"holding": True}), one, other)
         plant.observe()
         plant.advance(lambda now, values: None, 0.01)
     assert one.ticks == other.ticks

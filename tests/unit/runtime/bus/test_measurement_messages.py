@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from aeros.runtime.bus.measurement_messages import (
-    chain_joints_of,
-    joints_of,
-    place,
-    places_of,
-    single,
-    singles_of,
+    joint_families,
+    motion_joints,
+    point_message,
+    position_variables,
+    scalar_message,
+    scalar_variables,
 )
 from aeros.runtime.bus.messages import (
     BoolStamped,
@@ -41,7 +41,7 @@ from aeros.spec.expr.types import (
 )
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.conftest import declare
 
 JOINTS = EnumType("joints", ("shoulder", "elbow"))
@@ -54,12 +54,14 @@ def family(dimension: Dimension, index: EnumType = JOINTS) -> FamilyType:
 
 
 def speaking(site: Site, types: Mapping[str, Type]) -> Site:
-    return replace(site, state={name: declare(name, one, t.Role.STATE) for name, one in types.items()})
+    return replace(
+        site, state={name: declare(name, one, t.VariableRole.STATE) for name, one in types.items()}
+    )
 
 
 def states(site: Site, values: Mapping[str, Any], time: float = 2.5) -> list[JointState]:
     readings = {name: Reading(value, time) for name, value in values.items()}
-    return [message for joints in joints_of(site) for message in joints.states(readings)]
+    return [message for joints in joint_families(site) for message in joints.joint_state_messages(readings)]
 
 
 def test_families_are_told_apart_by_dimension(site: Site) -> None:
@@ -79,8 +81,10 @@ def test_what_is_not_measured_is_left_empty(site: Site) -> None:
 
 def test_what_was_measured_at_two_times_is_two_messages(site: Site) -> None:
     site = speaking(site, {"angle": family(ANGLE), "rate": family(ANGLE * TIME**-1)})
-    (joints,) = joints_of(site)
-    found = list(joints.states({"angle": Reading((1.0, 2.0), 3.0), "rate": Reading((0.0, 0.0), 1.0)}))
+    (joints,) = joint_families(site)
+    found = list(
+        joints.joint_state_messages({"angle": Reading((1.0, 2.0), 3.0), "rate": Reading((0.0, 0.0), 1.0)})
+    )
     assert [(one.header.stamp.sec, one.position, one.velocity) for one in found] == [
         (1, (), (0.0, 0.0)),
         (3, (1.0, 2.0), ()),
@@ -88,7 +92,9 @@ def test_what_was_measured_at_two_times_is_two_messages(site: Site) -> None:
 
 
 def test_lengths_over_an_index_are_no_joints(site: Site) -> None:
-    assert joints_of(speaking(site, {"height": family(LENGTH, CELLS), "pull": family(TORQUE, CELLS)})) == []
+    assert (
+        joint_families(speaking(site, {"height": family(LENGTH, CELLS), "pull": family(TORQUE, CELLS)})) == []
+    )
 
 
 def test_of_two_families_that_could_be_the_position_none_is_told(site: Site) -> None:
@@ -99,8 +105,8 @@ def test_of_two_families_that_could_be_the_position_none_is_told(site: Site) -> 
 
 def test_places_are_vectors_of_length(site: Site) -> None:
     site = speaking(site, {"hand": VectorType(LENGTH), "pull": VectorType(TORQUE), "gap": RealType(LENGTH)})
-    assert places_of(site) == ["hand"]
-    assert place(Reading((1.0, 2.0, 3.0), 0.5)) == PointStamped(
+    assert position_variables(site) == ["hand"]
+    assert point_message(Reading((1.0, 2.0, 3.0), 0.5)) == PointStamped(
         Header(Time(0, 500_000_000), "world"), Point(1.0, 2.0, 3.0)
     )
 
@@ -108,7 +114,7 @@ def test_places_are_vectors_of_length(site: Site) -> None:
 def test_predicates_numbers_and_words_are_told_each_by_its_type(site: Site) -> None:
     types: dict[str, Type] = {"open": BOOL, "gap": RealType(LENGTH), "count": IntegerType(), "cell": CELLS}
     site = speaking(site, {**types, "place": VectorType(LENGTH), "angle": family(ANGLE)})
-    kinds = singles_of(site)
+    kinds = scalar_variables(site)
     assert kinds == {
         "open": BoolStamped,
         "gap": Float64Stamped,
@@ -116,7 +122,7 @@ def test_predicates_numbers_and_words_are_told_each_by_its_type(site: Site) -> N
         "cell": StringStamped,
     }
     told = [
-        single(Reading(value, 0.5), kinds[name])
+        scalar_message(Reading(value, 0.5), kinds[name])
         for name, value in {"open": True, "gap": 0.25, "count": 3, "cell": "left"}.items()
     ]
     header = Header(Time(0, 500_000_000))
@@ -130,18 +136,18 @@ def test_predicates_numbers_and_words_are_told_each_by_its_type(site: Site) -> N
 
 @pytest.fixture(scope="module")
 def reference() -> Site:
-    found = load_site(reference_site(), Diagnostics())
+    found = load_site(reference_site_path(), Diagnostics())
     assert found is not None
     return found
 
 
 def test_the_motion_policy_names_the_joints_of_the_chain(site: Site, reference: Site) -> None:
     names = tuple(f"j{number}" for number in range(1, 8))
-    assert chain_joints_of(reference) == ("joint_position", names)
-    assert chain_joints_of(site) is None
+    assert motion_joints(reference) == ("joint_position", names)
+    assert motion_joints(site) is None
     state = {
         **reference.state,
-        "aim": declare("aim", reference.state["joint_position"].variable.type, t.Role.STATE),
+        "aim": declare("aim", reference.state["joint_position"].variable.type, t.VariableRole.STATE),
     }
     q = (0.0,) * 7
     (message,) = states(replace(reference, state=state), {"aim": (1.0,) * 7, "joint_position": q})

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.bus.names import checked_name
+from aeros.runtime.bus.names import check_ros_name
 
 
 def is_name(text: str) -> bool:
@@ -20,13 +20,13 @@ def is_name(text: str) -> bool:
 @given(st.text("aZ0_/ ~é", max_size=8).map(lambda text: f"/{text}") | st.text(max_size=5))
 def test_names_are_those_of_ros(text: str) -> None:
     if is_name(text):
-        assert checked_name(text) == text
+        assert check_ros_name(text) == text
     else:
         with pytest.raises(ValueError, match="no absolute ROS 2 name"):
-            checked_name(text)
+            check_ros_name(text)
 
 
 @pytest.mark.parametrize("name", ["/joint_states", "/tf", "/aeros/execute_skill", "/_hidden", "/a_/b1"])
 def test_names_in_use_are_names(name: str) -> None:
     assert is_name(name)
-    assert checked_name(name) == name
+    assert check_ros_name(name) == name

@@ -10,13 +10,13 @@ import pytest
 
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import TriggerRequest, TriggerResponse
-from aeros.runtime.bus.operator_services import TRIGGER, steered
-from aeros.runtime.bus.port import NobodyAnswersError
-from aeros.runtime.execution.governor import Command
+from aeros.runtime.bus.operator_services import TRIGGER, serve_operator_commands
+from aeros.runtime.bus.port import NoServerError
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry import control_page as module
-from aeros.runtime.registry.control_page import Live
+from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import Steered
+from aeros.runtime.registry.registry_governor import CommandableGovernor
 from tests.unit.runtime.together import Cart, asking, configuration, move
 
 _LONG = 10.0
@@ -25,7 +25,7 @@ _LONG = 10.0
 @pytest.fixture
 def bus(tmp_path: Path) -> Iterator[InProcessBus]:
     bus = InProcessBus()
-    with steered(bus, tmp_path):
+    with serve_operator_commands(bus, tmp_path):
         yield bus
 
 
@@ -34,12 +34,13 @@ def ask(bus: InProcessBus, what: str) -> TriggerResponse:
 
 
 @pytest.mark.parametrize(
-    ("what", "command"), [("pause", Command.PAUSE), ("resume", Command.RUN), ("stop", Command.STOP)]
+    ("what", "command"),
+    [("pause", OperatorCommand.PAUSE), ("resume", OperatorCommand.RUN), ("stop", OperatorCommand.STOP)],
 )
 def test_each_says_to_the_run_what_its_command_does(
-    what: str, command: Command, bus: InProcessBus, tmp_path: Path
+    what: str, command: OperatorCommand, bus: InProcessBus, tmp_path: Path
 ) -> None:
-    with Live(tmp_path) as live:
+    with ControlPage(tmp_path) as live:
         assert ask(bus, what).success
         assert live.command is command
 
@@ -48,7 +49,7 @@ def test_while_something_moves_it_is_not_said_that_nothing_does(
     bus: InProcessBus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "_PATIENCE", 0.05)
-    with Live(tmp_path) as live, live.acting(live.generation):
+    with ControlPage(tmp_path) as live, live.hold_generation(live.generation):
         said = ask(bus, "stop")
         assert not said.success
         assert said.message == "something still moves after 0.05 s; use the robot's own stop"
@@ -58,7 +59,7 @@ def test_while_something_moves_it_is_not_said_that_nothing_does(
 def test_a_run_that_cannot_be_reached_is_said_to_be(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     bus = InProcessBus()
-    with steered(bus, tmp_path / "file"):
+    with serve_operator_commands(bus, tmp_path / "file"):
         said = ask(bus, "stop")
     assert not said.success
     assert said.message.startswith("the run cannot be reached")
@@ -66,16 +67,19 @@ def test_a_run_that_cannot_be_reached_is_said_to_be(tmp_path: Path) -> None:
 
 def test_nobody_answers_afterwards(tmp_path: Path) -> None:
     bus = InProcessBus()
-    with steered(bus, tmp_path):
+    with serve_operator_commands(bus, tmp_path):
         pass
-    with pytest.raises(NobodyAnswersError):
+    with pytest.raises(NoServerError):
         ask(bus, "stop")
 
 
 def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
     registry = Registry(tmp_path / "state")
     bus = InProcessBus()
-    with Steered(configuration(), registry) as governor, steered(bus, registry.folder):
+    with (
+        CommandableGovernor(configuration(), registry) as governor,
+        serve_operator_commands(bus, registry.folder),
+    ):
         cart = Cart(tmp_path / "audit.jsonl", {"reach": asking(move(), move())}, governor=governor)
         step = cart.start("reach")
         assert ask(bus, "pause").success

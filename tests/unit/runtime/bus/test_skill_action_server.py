@@ -13,23 +13,23 @@ import pytest
 from aeros.runtime.bus import skill_action_server
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import ExecuteSkillFeedback, ExecuteSkillGoal, ExecuteSkillResult
-from aeros.runtime.bus.port import GoalAtClient, GoalStatus, NobodyAnswersError
-from aeros.runtime.bus.skill_action_server import EXECUTE, EXECUTE_SKILL, MOST, pursue
-from aeros.runtime.execution.governor import Command, Fixed
+from aeros.runtime.bus.port import ClientGoal, GoalStatus, NoServerError
+from aeros.runtime.bus.skill_action_server import EXECUTE, EXECUTE_SKILL, MAX_GOALS, serve_goals
+from aeros.runtime.execution.governor import FixedGovernor, OperatorCommand
 from aeros.skill import Inputs, Observation, SkillBody, act
 from tests.unit.runtime.together import Asking, Cart, asking, configuration, move, roll
 
-Client = GoalAtClient[ExecuteSkillFeedback, ExecuteSkillResult]
+Client = ClientGoal[ExecuteSkillFeedback, ExecuteSkillResult]
 _LONG = 10.0
 
 
-class Operated(Fixed):
+class Operated(FixedGovernor):
     """One configuration, and an operator."""
 
-    said = Command.RUN
+    said = OperatorCommand.RUN
 
     @property
-    def command(self) -> Command:
+    def command(self) -> OperatorCommand:
         return self.said
 
 
@@ -51,7 +51,7 @@ class Robot(Cart):
 
         def run() -> None:
             try:
-                pursue(server, self.executor, over.is_set)
+                serve_goals(server, self.executor, over.is_set)
             except BaseException as raised:
                 self.raised.append(raised)
 
@@ -131,7 +131,7 @@ def test_goals_that_share_nothing_are_under_way_together(make_robot: MakeRobot) 
     robot = make_robot(reach=asking(move()), drive=asking(roll()))
     server = robot.bus.serve_action(EXECUTE_SKILL, EXECUTE)
     goals = [robot.want("reach"), robot.want("drive")]
-    pursue(server, robot.executor, lambda: all(goal.status.is_over for goal in goals))
+    serve_goals(server, robot.executor, lambda: all(goal.status.is_over for goal in goals))
     assert [goal.result(0.0).status for goal in goals] == ["finished", "finished"]
     began = [one["skill"] for one in robot.records("step-began")]
     ended = [one["sequence"] for one in robot.records("step-ended")]
@@ -182,12 +182,12 @@ def test_a_cancelled_goal_is_halted_once_and_says_so(make_robot: MakeRobot) -> N
     assert (result.status, goal.status) == ("cancelled", GoalStatus.CANCELED)
     assert result.reason == "whoever had asked for it cancels it"
     assert ends == ["closed"]
-    assert robot.plant.count("skill_ended") == 1
+    assert robot.plant.call_count("skill_ended") == 1
 
 
 def test_a_cancellation_is_heard_while_the_operator_pauses(make_robot: MakeRobot) -> None:
     robot = make_robot(reach=asking(move()))
-    robot.operator.said = Command.PAUSE
+    robot.operator.said = OperatorCommand.PAUSE
     with robot.pursuing():
         goal = robot.want("reach")
         goal.cancel()
@@ -215,7 +215,7 @@ def test_when_whoever_pursues_ends_every_goal_has_a_result(make_robot: MakeRobot
     result = goal.result(0.0)
     assert (result.status, goal.status) == ("cancelled", GoalStatus.ABORTED)
     assert result.reason == "whoever pursues it ends"
-    with pytest.raises(NobodyAnswersError):
+    with pytest.raises(NoServerError):
         robot.want("reach")
 
 
@@ -232,8 +232,8 @@ def test_what_is_wrong_with_the_plant_is_raised_and_aborts_the_goals(make_robot:
 def test_no_more_goals_are_taken_than_there_is_room_for(
     make_robot: MakeRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(skill_action_server, "MOST", 2)
-    assert MOST > 2
+    monkeypatch.setattr(skill_action_server, "MAX_GOALS", 2)
+    assert MAX_GOALS > 2
     robot = make_robot(look=asking(*[act("wait", duration=1.0)] * 3))
     most: list[int] = []
 
@@ -247,6 +247,6 @@ def test_no_more_goals_are_taken_than_there_is_room_for(
     server = robot.bus.serve_action(EXECUTE_SKILL, EXECUTE)
     goals = [robot.want("look") for _ in range(6)]
     runtime: Any = Counting()
-    pursue(server, runtime, lambda: all(goal.status.is_over for goal in goals))
+    serve_goals(server, runtime, lambda: all(goal.status.is_over for goal in goals))
     assert {goal.result(0.0).status for goal in goals} == {"finished"}
     assert max(most) == 2

@@ -29,8 +29,8 @@ _ALL = 100_000
 
 
 def every(heard: Subscription[_M]) -> Iterator[_M]:
-    assert heard.lost == 0
-    while (message := heard.take()) is not None:
+    assert heard.dropped_count == 0
+    while (message := heard.receive()) is not None:
         yield message
 
 

@@ -11,9 +11,9 @@ from typing import Any, cast
 import pytest
 
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.execution.decision_pipeline import Decided, Deciding
+from aeros.runtime.execution.decision_pipeline import DecisionPipeline, PipelineDecision
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.port import Gate
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
@@ -43,9 +43,9 @@ class Desk:
         self.path = folder / "audit.jsonl"
         self.audit = AuditLog(self.path)
         self.configuration = Configuration(site=site, modules={}, certificates={}, digest="c" * 64)
-        self.deciding = Deciding(self.configuration, cast("Gate", self.gate), self.plant, self.audit)
+        self.deciding = DecisionPipeline(self.configuration, cast("Gate", self.gate), self.plant, self.audit)
 
-    def decide(self, action: Action = MOVE, *answers: Decision) -> Decided:
+    def decide(self, action: Action = MOVE, *answers: Decision) -> PipelineDecision:
         self.gate.answers.extend(answers)
         return self.deciding.decide(CALLER, action, [])
 
@@ -73,24 +73,28 @@ def test_an_allowed_action_is_decided_on_what_is_measured_and_recorded(desk: Des
     assert now == desk.plant.now()
     (record,) = desk.records()
     assert (record["verdict"], record["module"], record["skill"]) == ("ALLOW", "handling", "lift")
-    assert decided.decision.verdict is Verdict.ALLOW
-    assert decided.begun is not None
-    assert (decided.begun.action, decided.begun.time, decided.begun.record) == (MOVE, now, 0)
-    assert (decided.plan, decided.ends_others, decided.causes) == (None, False, ())
+    assert decided.decision.kind is DecisionKind.ALLOW
+    assert decided.active_action is not None
+    assert (
+        decided.active_action.action,
+        decided.active_action.decided_at,
+        decided.active_action.record_number,
+    ) == (MOVE, now, 0)
+    assert (decided.plan, decided.is_protective_stop, decided.causes) == (None, False, ())
 
 
 def test_a_denied_action_may_not_begin_and_is_recorded_with_its_causes(desk: Desk) -> None:
     decided = desk.decide(MOVE, DENIAL)
-    assert decided.begun is None
+    assert decided.active_action is None
     assert decided.causes != ()
     assert [record["verdict"] for record in desk.records()] == ["DENY"]
 
 
 def test_an_attenuated_action_begins_as_it_was_reduced(desk: Desk) -> None:
-    reduced = Decision(Verdict.ATTENUATE, SLOWER, (Reason("AE750", "separation", "near"),))
+    reduced = Decision(DecisionKind.ATTENUATE, SLOWER, (Reason("AE750", "separation", "near"),))
     decided = desk.decide(MOVE, reduced)
-    assert decided.begun is not None
-    assert decided.begun.action == SLOWER
+    assert decided.active_action is not None
+    assert decided.active_action.action == SLOWER
     (record,) = desk.records()
     assert (record["asked"]["parameters"], record["decided"]["parameters"]) == (
         {"speed": 0.1},
@@ -100,37 +104,37 @@ def test_an_attenuated_action_begins_as_it_was_reduced(desk: Desk) -> None:
 
 def test_an_action_that_is_allowed_without_an_action_is_our_own_fault(desk: Desk) -> None:
     with pytest.raises(InternalError, match="gave no action"):
-        desk.decide(MOVE, Decision(Verdict.ALLOW, None, ()))
+        desk.decide(MOVE, Decision(DecisionKind.ALLOW, None, ()))
 
 
 def test_a_protective_stop_ends_what_moves(site: Site, tmp_path: Path) -> None:
     kinds = {**site.kinds, "stop": replace(site.kinds["stop"], protective=True)}
     desk = Desk(replace(site, kinds=kinds), tmp_path)
-    assert desk.decide(act("stop")).ends_others
-    assert not desk.decide(MOVE).ends_others
-    assert not desk.decide(act("stop"), DENIAL).ends_others
+    assert desk.decide(act("stop")).is_protective_stop
+    assert not desk.decide(MOVE).is_protective_stop
+    assert not desk.decide(act("stop"), DENIAL).is_protective_stop
     desk.audit.close()
 
 
 def test_a_quota_counts_what_was_executed_and_nothing_else(desk: Desk) -> None:
     first = desk.decide()
     second = desk.decide()
-    assert first.begun is not None
-    assert second.begun is not None
-    desk.deciding.executed(second.begun)
+    assert first.active_action is not None
+    assert second.active_action is not None
+    desk.deciding.count_execution(second.active_action)
     desk.decide(MOVE, DENIAL)
     desk.decide()
     assert desk.counted() == [0, 0, 1, 1]
 
 
 def test_quotas_go_on_under_another_configuration(desk: Desk) -> None:
-    begun = desk.decide().begun
+    begun = desk.decide().active_action
     assert begun is not None
-    desk.deciding.executed(begun)
-    desk.deciding.follow(replace(desk.configuration, digest="d" * 64))
+    desk.deciding.count_execution(begun)
+    desk.deciding.switch_configuration(replace(desk.configuration, digest="d" * 64))
     desk.decide()
     other = replace(desk.configuration.site, digest="6" * 64)
-    desk.deciding.follow(replace(desk.configuration, site=other, digest="e" * 64))
+    desk.deciding.switch_configuration(replace(desk.configuration, site=other, digest="e" * 64))
     desk.decide()
     assert desk.counted() == [0, 1, 1]
     assert [record["configuration"] for record in desk.records()] == ["c" * 64, "d" * 64, "e" * 64]
@@ -138,8 +142,8 @@ def test_quotas_go_on_under_another_configuration(desk: Desk) -> None:
 
 def test_under_another_site_the_monitors_are_those_of_its_gate(desk: Desk) -> None:
     before = desk.deciding.monitors
-    desk.deciding.follow(replace(desk.configuration, digest="d" * 64))
+    desk.deciding.switch_configuration(replace(desk.configuration, digest="d" * 64))
     assert desk.deciding.monitors is before
     other = replace(desk.configuration.site, digest="6" * 64)
-    desk.deciding.follow(replace(desk.configuration, site=other))
+    desk.deciding.switch_configuration(replace(desk.configuration, site=other))
     assert desk.deciding.monitors is not before

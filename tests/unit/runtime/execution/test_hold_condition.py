@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import Completion, Reading, StepResult, StepStatus
+from aeros.runtime.ports import MotionCompletion, Reading, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Clause, Ecm, Site
+from aeros.spec.model.model import ActionCondition, Ecm, Site
 from tests.unit.runtime.conftest import METRES
 from tests.unit.runtime.one_step import Bench, twice, watched
 
@@ -21,8 +21,8 @@ def holding(site: Site, ecm: Ecm) -> Ecm:
     """`lift` holds to `holding and human_distance >= 2 m`."""
     far = t.Compare("<=", t.Literal(Fraction(2), METRES), site.state["human_distance"].variable)
     term = t.And((site.state["holding"].variable, far))
-    clause = Clause(term, "holding and human_distance >= 2 m", site.span)
-    return replace(ecm, skills={"lift": replace(ecm.skills["lift"], hold=clause)})
+    clause = ActionCondition(term, "holding and human_distance >= 2 m", site.span)
+    return replace(ecm, skills={"lift": replace(ecm.skills["lift"], hold_condition=clause)})
 
 
 @pytest.fixture
@@ -63,9 +63,9 @@ def test_a_tick_at_which_it_does_not_hold_halts_the_motion_and_the_skill(
 ) -> None:
     bench.plant.during = [{}, tick]
     result = bench.submit()
-    assert result.status is StepStatus.UNHELD
+    assert result.status is StepStatus.HOLD_LOST
     assert said(result) == why
-    assert bench.plant.count("halt") == 1
+    assert bench.plant.call_count("halt") == 1
     bench.assert_cleaned_up(finished=False)
     (ended,) = bench.records("step-ended")
     assert ended["details"]["status"] == "unheld"
@@ -80,21 +80,21 @@ def test_what_is_not_measured_at_ticks_is_observed_there(site: Site, make_ecm: A
         one.plant.calls.append(("advance", until))
         seen = {"human_distance": 20.0}
         assert monitor(one.plant.now(), seen) is None
-        assert one.plant.count("halt") == 0
+        assert one.plant.call_count("halt") == 0
         one.plant.values["holding"] = False
         assert monitor(one.plant.now(), seen) is None
-        assert one.plant.count("halt") == 1
-        return dict.fromkeys(one.plant._halted, Completion(False, "halted"))
+        assert one.plant.call_count("halt") == 1
+        return dict.fromkeys(one.plant._halted, MotionCompletion(False, "halted"))
 
     one.plant.advance = monitored  # type: ignore[method-assign]
     result = one.submit()
-    assert result.status is StepStatus.UNHELD
+    assert result.status is StepStatus.HOLD_LOST
     assert said(result) == ["holding is false"]
 
 
 def test_a_skill_whose_condition_does_not_hold_at_its_beginning_asks_for_nothing(bench: Bench) -> None:
     bench.plant.values["holding"] = False
-    assert bench.submit().status is StepStatus.UNHELD
+    assert bench.submit().status is StepStatus.HOLD_LOST
     assert bench.plant.executed == []
     assert bench.gate.asked == []
 
@@ -108,7 +108,7 @@ def test_a_condition_that_breaks_while_the_skill_computes_lets_no_action_begin(
 
     one = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", lift)
     one.plant.values["holding"] = True
-    assert one.submit().status is StepStatus.UNHELD
+    assert one.submit().status is StepStatus.HOLD_LOST
     assert one.plant.executed == []
 
 
@@ -123,7 +123,7 @@ def test_a_halted_skill_runs_its_own_clean_up_once(site: Site, make_ecm: Any, tm
     bench = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", watched(ends))
     bench.plant.values["holding"] = True
     bench.plant.during = [{"holding": False}]
-    assert bench.submit().status is StepStatus.UNHELD
+    assert bench.submit().status is StepStatus.HOLD_LOST
     assert ends == ["closed"]
 
 
@@ -147,5 +147,5 @@ def test_what_breaks_between_two_actions_is_noticed_before_the_skill_goes_on(
         return over
 
     one.plant.advance = ends_with_the_hand_empty  # type: ignore[method-assign]
-    assert one.submit().status is StepStatus.UNHELD
+    assert one.submit().status is StepStatus.HOLD_LOST
     assert resumed == [0]

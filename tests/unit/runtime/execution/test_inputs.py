@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.execution.inputs import InputError, settle_inputs
+from aeros.runtime.execution.inputs import InputError, check_inputs
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
@@ -20,7 +20,11 @@ TENTH = Fraction(1, 10)
 def declared(
     type_: Type, bounds: tuple[Fraction, Fraction] | None, default: Any = None
 ) -> dict[str, Declared]:
-    return {"x": Declared(t.Variable("inputs.x", type_, t.Role.INPUT), SPAN, range=bounds, default=default)}
+    return {
+        "x": Declared(
+            t.Variable("inputs.x", type_, t.VariableRole.INPUT), SPAN, range=bounds, default_value=default
+        )
+    }
 
 
 REAL = declared(RealType(LENGTH), (-TENTH, TENTH))
@@ -46,12 +50,12 @@ LENGTHS = declared(FamilyType(PAIR, RealType(LENGTH)), (Fraction(0), Fraction(1)
 def test_a_value_of_the_declared_type_is_settled(
     inputs: dict[str, Declared], given: Any, settled: Any
 ) -> None:
-    found = settle_inputs(inputs, {"x": given})["x"]
+    found = check_inputs(inputs, {"x": given})["x"]
     assert (found, repr(found)) == (settled, repr(settled))
 
 
 def test_an_exact_default_is_settled_inside_its_range() -> None:
-    assert settle_inputs(POINT, {})["x"] == (0.09999999999999999, 0.0, -0.09999999999999999)
+    assert check_inputs(POINT, {})["x"] == (0.09999999999999999, 0.0, -0.09999999999999999)
 
 
 class _Float(float):
@@ -78,9 +82,9 @@ class _Float(float):
 )
 def test_anything_else_is_an_error(inputs: dict[str, Declared], given: Any, why: str) -> None:
     with pytest.raises(InputError, match=why):
-        settle_inputs(inputs, {"x": given})
+        check_inputs(inputs, {"x": given})
 
 
 def test_an_input_without_value_or_default_is_missing() -> None:
     with pytest.raises(InputError, match="the input `x` is missing"):
-        settle_inputs(REAL, {})
+        check_inputs(REAL, {})

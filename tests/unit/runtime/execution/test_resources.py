@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.execution.resources import Resources
+from aeros.runtime.execution.resources import ResourceQueue
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.hypothesis_profiles import examples
 
@@ -21,7 +21,7 @@ small = examples(300)
 
 def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> None:
     """Each law after each move, against a model that only knows who asked for what and when."""
-    manager = Resources(capacities)
+    manager = ResourceQueue(capacities)
     asked: list[frozenset[str]] = []
     waiting: list[int] = []
     holding: list[int] = []
@@ -32,16 +32,16 @@ def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> No
                 waiting = [who for who in waiting if who != move]
                 holding = [who for who in holding if who != move]
         else:
-            manager.ask(len(asked), move)
+            manager.enqueue(len(asked), move)
             waiting.append(len(asked))
             asked.append(move)
-        granted = manager.grant()
+        granted = manager.grant_ready()
         # Each once, and in the order they asked in.
         assert [who for who in waiting if who in granted] == granted
         waiting = [who for who in waiting if who not in granted]
         holding += granted
         held = {name: sum(name in asked[who] for who in holding) for name in NAMES}
-        assert held == {name: manager.held(name) for name in NAMES}
+        assert held == {name: manager.held_count(name) for name in NAMES}
         assert all(held[name] <= capacities[name] for name in NAMES)
         for place, who in enumerate(waiting):
             # Nobody waits for nothing: something of it is taken, or awaited by one who came before.
@@ -54,10 +54,10 @@ def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> No
     for _ in range(len(asked) + 1):
         for who in holding:
             manager.release(who)
-        holding = manager.grant()
+        holding = manager.grant_ready()
         waiting = [who for who in waiting if who not in holding]
     assert waiting == []
-    assert {manager.held(name) for name in NAMES} == {0}
+    assert {manager.held_count(name) for name in NAMES} == {0}
 
 
 @small
@@ -77,16 +77,16 @@ def test_who_comes_later_takes_nothing_that_one_waits_for(
     later: list[frozenset[str]],
 ) -> None:
     """What is granted when to those who are there is the same, whoever else comes after them."""
-    alone, crowded = Resources(capacities), Resources(capacities)
+    alone, crowded = ResourceQueue(capacities), ResourceQueue(capacities)
     first = [move for move in moves if not isinstance(move, int)]
     for who, wanted in enumerate([*first, needs]):
-        alone.ask(who, wanted)
-        crowded.ask(who, wanted)
+        alone.enqueue(who, wanted)
+        crowded.enqueue(who, wanted)
     for number, wanted in enumerate(later, len(first) + 1):
-        crowded.ask(number, wanted)
+        crowded.enqueue(number, wanted)
     for _ in range(len(first) + 2):
-        among = alone.grant()
-        others = crowded.grant()
+        among = alone.grant_ready()
+        others = crowded.grant_ready()
         assert [who for who in others if who <= len(first)] == among
         for who in others:
             crowded.release(who)
@@ -95,40 +95,40 @@ def test_who_comes_later_takes_nothing_that_one_waits_for(
 
 
 def test_who_needs_nothing_that_is_awaited_goes_ahead() -> None:
-    manager = Resources({"arm": 1, "camera": 1, "wheels": 1})
+    manager = ResourceQueue({"arm": 1, "camera": 1, "wheels": 1})
     for who, needs in enumerate([{"arm"}, {"arm", "camera"}, {"camera"}, {"wheels"}]):
-        manager.ask(who, needs)
-    assert manager.grant() == [0, 3]
+        manager.enqueue(who, needs)
+    assert manager.grant_ready() == [0, 3]
     manager.release(0)
-    assert manager.grant() == [1]
+    assert manager.grant_ready() == [1]
     manager.release(1)
-    assert manager.grant() == [2]
+    assert manager.grant_ready() == [2]
 
 
 def test_what_there_is_less_of_is_granted_again_once_it_is_free() -> None:
-    manager = Resources({"camera": 2})
+    manager = ResourceQueue({"camera": 2})
     for who in range(3):
-        manager.ask(who, {"camera"})
-    assert manager.grant() == [0, 1]
-    manager.under({"camera": 1})
+        manager.enqueue(who, {"camera"})
+    assert manager.grant_ready() == [0, 1]
+    manager.set_capacities({"camera": 1})
     manager.release(0)
-    assert manager.grant() == []
+    assert manager.grant_ready() == []
     manager.release(1)
-    assert manager.grant() == [2]
+    assert manager.grant_ready() == [2]
 
 
 def test_what_there_is_none_of_is_said() -> None:
-    manager = Resources({"arm": 1, "camera": 0})
-    assert manager.lacking({"arm"}) is None
-    assert manager.lacking({"arm", "camera"}) == "camera"
-    assert manager.lacking({"wheels"}) == "wheels"
+    manager = ResourceQueue({"arm": 1, "camera": 0})
+    assert manager.never_available({"arm"}) is None
+    assert manager.never_available({"arm", "camera"}) == "camera"
+    assert manager.never_available({"wheels"}) == "wheels"
 
 
 def test_nobody_asks_twice() -> None:
-    manager = Resources({"arm": 1})
-    manager.ask(1, {"arm"})
+    manager = ResourceQueue({"arm": 1})
+    manager.enqueue(1, {"arm"})
     with pytest.raises(MisuseError):
-        manager.ask(1, {"arm"})
-    manager.grant()
+        manager.enqueue(1, {"arm"})
+    manager.grant_ready()
     with pytest.raises(MisuseError):
-        manager.ask(1, ())
+        manager.enqueue(1, ())

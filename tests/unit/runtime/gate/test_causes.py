@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.causes import cause_of_stop, causes_of_denial
+from aeros.runtime.gate.causes import denial_causes, stop_cause
 from aeros.spec.model.cause import Cause
 from tests.unit.runtime.bench import Request, configuration, gate, request, without
 
 
 def causes(asked: Request) -> dict[str, Cause]:
     decision = asked.decided_by(gate())
-    found = causes_of_denial(configuration(), decision, asked.caller, asked.readings, asked.action, asked.now)
+    found = denial_causes(configuration(), decision, asked.caller, asked.readings, asked.action, asked.now)
     assert [(one.code, one.rule) for one in found] == [(one.code, one.rule) for one in decision.reasons]
     return {one.rule: one for one in found}
 
@@ -22,7 +22,7 @@ def test_a_rule_is_told_with_its_text_its_source_its_line_and_what_was_measured(
     cause = causes(request(stop_pressed=True))["stop-button"]
     rule = next(one for one in configuration().site.rules if one.id == "stop-button")
     assert (cause.kind, cause.text, cause.source) == ("rule", rule.text, rule.source)
-    assert cause.at.endswith(f"bench.yaml:{rule.require_span.line}")
+    assert cause.location.endswith(f"bench.yaml:{rule.require_span.line}")
     assert [str(part) for part in cause.shortfalls] == ["stop_pressed is true"]
 
 
@@ -33,13 +33,13 @@ def test_each_shortfall_is_a_part_that_does_not_hold(changed: dict[str, Any]) ->
     for cause in found.values():
         for part in cause.shortfalls:
             ways = {"at most": part.value <= part.bound, "at least": part.value >= part.bound}  # type: ignore[operator]
-            assert ways.get(part.asked) is not True, (cause, part)
+            assert ways.get(part.required_op) is not True, (cause, part)
 
 
 def test_the_envelope_and_the_permission_are_told_as_the_module_writes_them() -> None:
     found = causes(request("slowly", speed=4.0))
     cause = next(one for one in found.values() if one.kind in ("envelope", "permission"))
-    assert "ecm.yaml:" in cause.at
+    assert "ecm.yaml:" in cause.location
     assert any(part.quantity == "speed" and part.value == 4.0 for part in cause.shortfalls)
 
 
@@ -51,8 +51,8 @@ def test_what_is_not_measured_is_told_as_unknown() -> None:
 
 def test_a_stop_for_what_was_not_measured_names_it_and_one_for_no_rule_says_what_there_is() -> None:
     site = configuration().site
-    cause = cause_of_stop(site, "input:hand", None)
+    cause = stop_cause(site, "input:hand", None)
     assert (cause.kind, cause.rule) == ("reading", "hand")
-    assert cause_of_stop(site, "the operator stops it", None) == Cause(
+    assert stop_cause(site, "the operator stops it", None) == Cause(
         "stopped", "the operator stops it", "the operator stops it"
     )

@@ -5,15 +5,22 @@ from math import nextafter
 
 import pytest
 
-from aeros.runtime.gate.conditions import CompiledCondition, Condition, SolverCondition, Truth
+from aeros.runtime.gate.conditions import (
+    CompiledCondition,
+    ConditionValue,
+    DecidableCondition,
+    SolverCondition,
+)
 from aeros.spec.backends import z3_solver
-from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from tests.unit.runtime.bench import configuration
 
 KINDS = (CompiledCondition, SolverCondition)
 
 
-def condition(rule: str, kind: str, make: type[CompiledCondition] | type[SolverCondition]) -> Condition:
+def condition(
+    rule: str, kind: str, make: type[CompiledCondition] | type[SolverCondition]
+) -> DecidableCondition:
     site = configuration().site
     (found,) = [one for one in site.rules if one.id == rule]
     return make(found.terms[kind], (*site.state.values(), *site.kinds[kind].parameters.values()))
@@ -36,7 +43,7 @@ def test_what_is_beside_the_condition_is_not_looked_at(
     make: type[CompiledCondition] | type[SolverCondition],
 ) -> None:
     momentum = condition("momentum", "carry", make)
-    assert momentum.decide({"load": 1.0, "gait": 0.0625, "hand": object()}) is Truth.HOLDS
+    assert momentum.decide({"load": 1.0, "gait": 0.0625, "hand": object()}) is ConditionValue.HOLDS
 
 
 @pytest.mark.parametrize("make", KINDS)
@@ -44,18 +51,18 @@ def test_what_is_beside_the_condition_is_not_looked_at(
 def test_a_bound_is_decided_as_the_rational_it_is(
     gait: float, make: type[CompiledCondition] | type[SolverCondition]
 ) -> None:
-    expected = Truth.HOLDS if Fraction(gait) <= Fraction(1, 10) else Truth.FAILS
+    expected = ConditionValue.HOLDS if Fraction(gait) <= Fraction(1, 10) else ConditionValue.FAILS
     assert condition("slow-carry", "carry", make).decide({"gait": gait}) is expected
 
 
 def test_a_solver_out_of_budget_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
     starved = condition("momentum", "carry", SolverCondition)
-    unknown = Answer(Result.UNKNOWN, {}, "out of resources")
-    monkeypatch.setattr(z3_solver.Session, "ask_given", lambda *_: unknown)
-    assert starved.decide({"load": 1.0, "gait": 0.0625}) is Truth.UNDECIDED
+    unknown = SolverAnswer(SatResult.UNKNOWN, {}, "out of resources")
+    monkeypatch.setattr(z3_solver.IncrementalSolver, "check_at_values", lambda *_: unknown)
+    assert starved.decide({"load": 1.0, "gait": 0.0625}) is ConditionValue.UNDECIDED
 
 
 def test_a_session_that_is_asked_again_answers_for_the_new_values() -> None:
     momentum = condition("momentum", "carry", SolverCondition)
     answers = [momentum.decide({"load": load, "gait": 0.0625}) for load in (1.0, 2.0, 1.0, 4.0)]
-    assert answers == [Truth.HOLDS, Truth.FAILS, Truth.HOLDS, Truth.FAILS]
+    assert answers == [ConditionValue.HOLDS, ConditionValue.FAILS, ConditionValue.HOLDS, ConditionValue.FAILS]

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 
 from aeros.cli.run.decision_text import decision_text, explanation_text
-from aeros.runtime.gate.decision import Verdict
-from aeros.runtime.gate.explain import Clause, Explainer, Explanation
+from aeros.runtime.gate.decision import DecisionKind
+from aeros.runtime.gate.explain import EvaluatedCondition, Explainer, Explanation
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.gate.wire import explain_line, explanation_json
 from tests.differential.test_gate_modes import fast_requests, requests
@@ -24,8 +24,8 @@ def explained(asked: Request, by: Explainer = EXPLAINER) -> Explanation:
     return by.explain(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
 
 
-def clause(found: Explanation, name: str) -> Clause:
-    (one,) = (one for one in found.clauses if one.name == name)
+def clause(found: Explanation, name: str) -> EvaluatedCondition:
+    (one,) = (one for one in found.conditions if one.name == name)
     return one
 
 
@@ -33,22 +33,23 @@ def clause(found: Explanation, name: str) -> Clause:
 def test_an_explanation_agrees_with_its_decision(asked: Request) -> None:
     found = explained(asked)
     assert found.decision == asked.decided_by(gate())
-    failing = {one.name for one in found.clauses if one.holds is False}
+    failing = {one.name for one in found.conditions if one.holds is False}
     named = {"AE730": "envelope", "AE731": "permission"}
     assert failing == {named.get(one.code, one.rule) for one in found.decision.reasons}
     assert found.layers["invariants"] is all(one.code != "AE750" for one in found.decision.reasons)
-    rules = [rule.id for rule in configuration().site.rules_on(asked.action.kind)]
-    assert [one.name for one in found.clauses] == ["envelope", "permission", *rules]
+    rules = [rule.id for rule in configuration().site.rules_for_kind(asked.action.kind)]
+    assert [one.name for one in found.conditions] == ["envelope", "permission", *rules]
     obligations = configuration().certificates["handling"].obligations
     verdicts = {str(claim_id): verdict for claim_id, verdict in obligations.items()}
-    for one in (*found.clauses, *found.reduced):
+    for one in (*found.conditions, *found.attenuated_parameters):
         assert one.obligation is None or verdicts[one.obligation] == "PROVED"
         left_out = one.obligation is not None and one.holds is None
         assert left_out is (one.holds is None)
         assert left_out is (
-            one.obligation is not None and (one in found.reduced or found.decision.verdict is Verdict.ALLOW)
+            one.obligation is not None
+            and (one in found.attenuated_parameters or found.decision.kind is DecisionKind.ALLOW)
         )
-    assert bool(found.reduced) is (found.decision.verdict is Verdict.ATTENUATE)
+    assert bool(found.attenuated_parameters) is (found.decision.kind is DecisionKind.ATTENUATE)
 
 
 def test_what_was_proved_was_not_evaluated_and_the_rest_was_at_these_values() -> None:
@@ -64,7 +65,7 @@ def test_what_was_proved_was_not_evaluated_and_the_rest_was_at_these_values() ->
 @pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.SHADOW])
 def test_a_gate_that_asks_the_solver_leaves_nothing_out(mode: GateMode) -> None:
     found = explained(request(), Explainer(configuration(), mode))
-    assert all(one.holds for one in found.clauses)
+    assert all(one.holds for one in found.conditions)
     assert clause(found, "top-speed").obligation == "safety/quickly/move/top-speed"
 
 
@@ -88,7 +89,7 @@ def test_what_is_no_request_passes_no_layer() -> None:
         explained(replace(request(), now=nan)),
         explain_line(EXPLAINER, "handling", "quickly", b"{"),
     ):
-        assert found.decision.verdict is Verdict.DENY
+        assert found.decision.kind is DecisionKind.DENY
         assert found.layers["form"] is False
         assert {passed for name, passed in found.layers.items() if name != "form"} == {None}
         assert "not known: overrides" in explanation_text(found)
@@ -103,7 +104,7 @@ def test_callers_and_kinds_that_do_not_exist_are_explained_too() -> None:
     ):
         found = explained(broken)
         assert found.layers[layer] is False
-        assert found.decision.verdict is Verdict.DENY
+        assert found.decision.kind is DecisionKind.DENY
 
 
 def replace_kind(asked: Request, kind: str) -> object:

@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from aeros.runtime.gate import conditions
-from aeros.runtime.gate.configuration import Configuration, configure
-from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.configuration import Configuration, make_configuration
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Access, Block, Risk, Rule, Site
+from aeros.spec.model.model import Access, OperatorOverride, Risk, Rule, Site
 from tests.unit.runtime.bench import ALLOWED, codes, configuration, denied, gate, request, without
 
 
@@ -25,7 +25,9 @@ def changed(site: dict[str, Any] | None = None, ecm: dict[str, Any] | None = Non
     old = configuration()
     module = replace(old.modules["handling"], **(ecm or {}))
     return CompiledGate(
-        configure(replace(old.site, **(site or {})), {"handling": (module, old.certificates["handling"])})
+        make_configuration(
+            replace(old.site, **(site or {})), {"handling": (module, old.certificates["handling"])}
+        )
     )
 
 
@@ -42,7 +44,7 @@ def skill_changed(name: str, **fields: Any) -> CompiledGate:
 def test_what_nothing_objects_to_is_allowed_without_reasons(skill: str, kind: str, mode: GateMode) -> None:
     asked = request(skill, kind)
     decision = asked.decided_by(gate(mode))
-    assert (decision.verdict, decision.action, decision.reasons) == (Verdict.ALLOW, asked.action, ())
+    assert (decision.kind, decision.action, decision.reasons) == (DecisionKind.ALLOW, asked.action, ())
 
 
 def test_lists_and_whole_numbers_reach_the_plant_as_tuples_and_doubles() -> None:
@@ -53,7 +55,7 @@ def test_lists_and_whole_numbers_reach_the_plant_as_tuples_and_doubles() -> None
 
 def test_a_default_on_the_bound_of_its_range_is_inside_it() -> None:
     asked = request("paced", "carry", gait=0.0625)
-    assert asked.decided_by(gate()).verdict is Verdict.ALLOW
+    assert asked.decided_by(gate()).kind is DecisionKind.ALLOW
     assert denied(request("paced", "carry", gait=0.1)) == [("AE730", "carry"), ("AE750", "slow-carry")]
 
 
@@ -72,11 +74,11 @@ def test_a_default_on_the_bound_of_its_range_is_inside_it() -> None:
 def test_an_operator_block_denies_what_it_matches(
     module: str | None, skill: str | None, action: str | None
 ) -> None:
-    block = Block("lent", "it is lent", module, skill, action)
+    block = OperatorOverride("lent", "it is lent", module, skill, action)
     blocked = changed(site={"blocks": (block,)})
     assert denied(request(), blocked) == [("AE710", "lent")]
     other = changed(site={"blocks": (replace(block, module="others"),)})
-    assert request().decided_by(other).verdict is Verdict.ALLOW
+    assert request().decided_by(other).kind is DecisionKind.ALLOW
 
 
 def test_a_module_that_is_not_active_is_denied() -> None:
@@ -90,7 +92,7 @@ def test_a_skill_that_the_module_does_not_have_is_denied() -> None:
 
 
 def test_with_nothing_active_everything_is_denied() -> None:
-    nothing = CompiledGate(configure(configuration().site, {}))
+    nothing = CompiledGate(make_configuration(configuration().site, {}))
     for skill, kind in ALLOWED:
         assert ("AE720", "handling") in denied(request(skill, kind), nothing)
 
@@ -105,12 +107,12 @@ def test_an_action_outside_the_envelope_is_denied() -> None:
 
 
 def test_an_action_outside_the_permission_is_denied() -> None:
-    permission = configuration().modules["handling"].permission
+    permission = configuration().modules["handling"].permitted_actions
     skills = configuration().modules["handling"].skills
     narrow = skills["slowly"].envelope["move"]
     strict = changed(ecm={"permission": {**permission, "move": narrow}, "manifest_digest": "other"})
     assert denied(request(speed=0.2), strict) == [("AE731", "move")]
-    assert request(speed=0.05).decided_by(strict).verdict is Verdict.ALLOW
+    assert request(speed=0.05).decided_by(strict).kind is DecisionKind.ALLOW
 
 
 def test_a_kind_without_a_permission_is_denied() -> None:
@@ -161,9 +163,9 @@ def test_a_quota_that_the_site_does_not_have_denies() -> None:
 
 
 def test_a_quota_does_not_concern_other_kinds() -> None:
-    assert replace(request(), usage={}).decided_by(gate()).verdict is Verdict.ALLOW
+    assert replace(request(), usage={}).decided_by(gate()).kind is DecisionKind.ALLOW
     last = replace(request("quickly", "carry"), usage={"carry-rate": 2})
-    assert last.decided_by(gate()).verdict is Verdict.ALLOW
+    assert last.decided_by(gate()).kind is DecisionKind.ALLOW
 
 
 # AE750: Φ.
@@ -196,13 +198,13 @@ def test_rules_that_were_proved_are_reported_once_anything_objects() -> None:
 
 def test_the_protective_stop_is_allowed_whatever_the_state() -> None:
     state = {"stop_pressed": True, "human_distance": 0.0}
-    assert request("slowly", "stop", **state).decided_by(gate()).verdict is Verdict.ALLOW
+    assert request("slowly", "stop", **state).decided_by(gate()).kind is DecisionKind.ALLOW
     blind = replace(request("slowly", "stop"), readings={}, usage={})
-    assert blind.decided_by(gate()).verdict is Verdict.ALLOW
+    assert blind.decided_by(gate()).kind is DecisionKind.ALLOW
 
 
 def test_every_violated_rule_of_every_layer_is_reported_at_once() -> None:
-    block = Block("lent", "it is lent", "handling", None, None)
+    block = OperatorOverride("lent", "it is lent", "handling", None, None)
     strict = changed(site={"blocks": (block,), "access": Access(), "risk_ceiling": Risk.LOW})
     state = {"human_distance": 0.1, "stop_pressed": True, "load": 6.0, "joint_angle": (3.5, 3.5)}
     asked = request("quickly", "carry", gait=0.5, **state)
@@ -230,14 +232,14 @@ def test_the_double_nearest_to_a_bound_is_denied_where_it_is_above_it() -> None:
     assert Fraction(0.1) > Fraction(1, 10)
     assert denied(request("quickly", "carry", gait=0.1)) == [("AE730", "carry"), ("AE750", "slow-carry")]
     below = request("quickly", "carry", gait=nextafter(0.1, 0.0))
-    assert below.decided_by(gate()).verdict is Verdict.ALLOW
+    assert below.decided_by(gate()).kind is DecisionKind.ALLOW
 
 
 def test_the_boundary_of_a_product_is_decided_exactly() -> None:
     allowed = request("quickly", "carry", load=1.6, gait=0.0625)  # 1.6 as a double is above 8/5
     assert denied(allowed) == [("AE750", "momentum")]
     just = request("quickly", "carry", load=nextafter(1.6, 0.0), gait=0.0625)
-    assert just.decided_by(gate()).verdict is Verdict.ALLOW
+    assert just.decided_by(gate()).kind is DecisionKind.ALLOW
 
 
 # ATTENUATE.
@@ -246,7 +248,7 @@ def test_the_boundary_of_a_product_is_decided_exactly() -> None:
 @pytest.mark.parametrize("mode", GateMode)
 def test_an_action_that_only_an_attenuating_rule_denies_is_reduced(mode: GateMode) -> None:
     decision = request(human_distance=1.0, speed=0.5).decided_by(gate(mode))
-    assert decision.verdict is Verdict.ATTENUATE
+    assert decision.kind is DecisionKind.ATTENUATE
     assert decision.action == Action("move", {"target": (0.25, 0.125, 0.25), "speed": 0.25})
     assert codes(decision) == [("AE750", "near-person")]
 
@@ -260,7 +262,7 @@ def test_the_reduced_parameter_is_the_double_below_the_bound() -> None:
 def test_two_rules_attenuate_at_once() -> None:
     decision = request(human_distance=1.0, fitted="knife", speed=0.5).decided_by(gate())
     assert codes(decision) == [("AE750", "near-person"), ("AE750", "knife-speed")]
-    assert decision.verdict is Verdict.ATTENUATE
+    assert decision.kind is DecisionKind.ATTENUATE
     assert decision.action is not None
     assert decision.action.parameters["speed"] == nextafter(0.1, 0.0)
 
@@ -283,7 +285,7 @@ def test_nothing_is_attenuated_where_another_rule_objects_too() -> None:
 @pytest.mark.parametrize(("pace", "reduced"), [(3.0, 0.5), (-3.0, -0.5)])
 def test_a_negative_parameter_is_reduced_towards_zero(pace: float, reduced: float) -> None:
     decision = request("quickly", "sweep", wind=2.0, gust=5.0, pace=pace).decided_by(gate())
-    assert decision.verdict is Verdict.ATTENUATE
+    assert decision.kind is DecisionKind.ATTENUATE
     assert decision.action == Action("sweep", {"tool": "knife", "wet": True, "pace": reduced})
 
 
@@ -327,7 +329,7 @@ def test_a_certificate_of_something_else_proves_nothing() -> None:
     site = replace(old.site, rules=rules, digest="of another file")
     asked = request("slowly", "carry", stop_pressed=True)
     trusting = CompiledGate(
-        configure(site, {"handling": (old.modules["handling"], old.certificates["handling"])})
+        make_configuration(site, {"handling": (old.modules["handling"], old.certificates["handling"])})
     )
     assert ("AE750", "slow-carry") in denied(asked, trusting)
 
@@ -352,16 +354,18 @@ def falsely_proved() -> Configuration:
 
 def test_a_certificate_that_lies_is_found_by_the_shadow_gate() -> None:
     asked = request(stop_pressed=True)
-    assert asked.decided_by(CompiledGate(falsely_proved())).verdict is Verdict.ALLOW  # what a lie does
-    assert asked.decided_by(CompiledGate(falsely_proved(), GateMode.Z3)).verdict is Verdict.DENY
+    assert asked.decided_by(CompiledGate(falsely_proved())).kind is DecisionKind.ALLOW  # what a lie does
+    assert asked.decided_by(CompiledGate(falsely_proved(), GateMode.Z3)).kind is DecisionKind.DENY
     with pytest.raises(GateDisagreementError, match="compiled gate"):
         asked.decided_by(CompiledGate(falsely_proved(), GateMode.SHADOW))
 
 
 def test_a_solver_that_cannot_decide_denies(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(conditions.SolverCondition, "decide", lambda self, values: conditions.Truth.UNDECIDED)
+    monkeypatch.setattr(
+        conditions.SolverCondition, "decide", lambda self, values: conditions.ConditionValue.UNDECIDED
+    )
     decision = request().decided_by(gate(GateMode.Z3))
-    assert decision.verdict is Verdict.DENY
+    assert decision.kind is DecisionKind.DENY
     assert codes(decision)[:3] == [("AE790", "move"), ("AE790", "move"), ("AE790", "stop-button")]
     assert {code for code, _ in codes(decision)} == {"AE790"}
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.decision import Caller, Verdict
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from tests.unit.runtime.bench import NOW, denied, gate, measured, request, without
@@ -90,7 +90,7 @@ def test_what_a_rule_reads_must_be_measured(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["dirt", "load", "wind", "gust", "joint_angle", "joint_ready"])
 def test_what_no_rule_on_the_kind_reads_need_not_be_measured(name: str) -> None:
-    assert without(request(), name).decided_by(gate()).verdict is Verdict.ALLOW
+    assert without(request(), name).decided_by(gate()).kind is DecisionKind.ALLOW
 
 
 def test_what_only_the_envelope_reads_must_be_measured_and_fresh() -> None:
@@ -98,7 +98,7 @@ def test_what_only_the_envelope_reads_must_be_measured_and_fresh() -> None:
     assert denied(without(asked, "wind")) == [("AE703", "wind")]
     old = {**asked.readings, "wind": Reading(0.0, NOW - 1.5)}
     assert denied(replace(asked, readings=old)) == [("AE706", "wind")]
-    assert without(request("quickly", "carry"), "wind").decided_by(gate()).verdict is Verdict.ALLOW
+    assert without(request("quickly", "carry"), "wind").decided_by(gate()).kind is DecisionKind.ALLOW
 
 
 def test_what_only_an_attenuation_reads_must_be_measured_too() -> None:
@@ -164,17 +164,17 @@ def test_a_value_outside_its_range_is_denied(name: str, value: Any) -> None:
 def test_a_required_value_is_denied_once_it_is_older_than_its_age_and_not_before() -> None:
     asked = request()
     oldest = NOW - 0.1  # 99.9 as a double is above the rational, so its age is below 1/10
-    for time, verdict in ((oldest, Verdict.ALLOW), (nextafter(oldest, 0.0), Verdict.DENY)):
-        assert (Fraction(NOW) - Fraction(time) <= Fraction(1, 10)) == (verdict is Verdict.ALLOW)
+    for time, verdict in ((oldest, DecisionKind.ALLOW), (nextafter(oldest, 0.0), DecisionKind.DENY)):
+        assert (Fraction(NOW) - Fraction(time) <= Fraction(1, 10)) == (verdict is DecisionKind.ALLOW)
         aged = replace(asked, readings={**asked.readings, "human_distance": Reading(3.0, time)})
-        assert aged.decided_by(gate()).verdict is verdict
+        assert aged.decided_by(gate()).kind is verdict
     assert denied(aged) == [("AE706", "human_distance")]
 
 
 def test_a_value_that_no_rule_reads_may_be_old() -> None:
     asked = request()
     old = {**asked.readings, "dirt": Reading(0.5, -1e6), "load": Reading(1.0, 0)}
-    assert replace(asked, readings=old).decided_by(gate()).verdict is Verdict.ALLOW
+    assert replace(asked, readings=old).decided_by(gate()).kind is DecisionKind.ALLOW
 
 
 @pytest.mark.parametrize("name", ["human_distance", "dirt"])

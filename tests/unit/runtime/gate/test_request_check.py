@@ -9,8 +9,13 @@ from typing import Any
 import pytest
 
 from aeros.runtime.gate.decision import Caller
-from aeros.runtime.gate.request_check import as_executed, request_fault, take_given, take_readings
-from aeros.runtime.gate.value_check import Form
+from aeros.runtime.gate.request_check import (
+    request_fault,
+    to_plant_parameters,
+    unpack_arguments,
+    unpack_readings,
+)
+from aeros.runtime.gate.value_check import ValueChecker
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
@@ -34,13 +39,15 @@ class SlyCaller(Caller):
     """Likewise."""
 
 
-def forms(**more: Any) -> dict[str, Form]:
+def forms(**more: Any) -> dict[str, ValueChecker]:
     found = {
-        "speed": declare("speed", METRES, t.Role.PARAMETER, range=(Fraction(0), Fraction(1)), **more),
-        "gently": declare("gently", BOOL, t.Role.PARAMETER),
-        "target": declare("target", VectorType(LENGTH), t.Role.PARAMETER, range=(Fraction(-1), Fraction(1))),
+        "speed": declare("speed", METRES, t.VariableRole.PARAMETER, range=(Fraction(0), Fraction(1)), **more),
+        "gently": declare("gently", BOOL, t.VariableRole.PARAMETER),
+        "target": declare(
+            "target", VectorType(LENGTH), t.VariableRole.PARAMETER, range=(Fraction(-1), Fraction(1))
+        ),
     }
-    return {name: Form(one) for name, one in found.items()}
+    return {name: ValueChecker(one) for name, one in found.items()}
 
 
 def test_a_request_of_the_right_form_has_no_fault() -> None:
@@ -75,13 +82,13 @@ def test_what_is_no_request_is_refused(
 def test_given_values_are_put_as_scalars() -> None:
     values: dict[str, Any] = {}
     given = {"speed": 0.5, "gently": True, "target": (0.1, 0.2, 0.3)}
-    assert list(take_given(forms(), given, "of `move`", values)) == []
+    assert list(unpack_arguments(forms(), given, "of `move`", values)) == []
     assert values == {"speed": 0.5, "gently": True, "target.x": 0.1, "target.y": 0.2, "target.z": 0.3}
 
 
 def test_every_value_that_is_missing_unknown_or_malformed_is_an_objection() -> None:
     given = {"speed": 2.0, "pace": 1.0, "target": (0.1, 0.2)}
-    found = [(one.code, one.rule) for one in take_given(forms(), given, "of `move`", {})]
+    found = [(one.code, one.rule) for one in unpack_arguments(forms(), given, "of `move`", {})]
     assert found == [("AE702", "pace"), ("AE705", "speed"), ("AE703", "gently"), ("AE704", "target")]
 
 
@@ -89,14 +96,16 @@ def test_a_default_stands_for_what_is_missing_as_a_double_in_its_range() -> None
     values: dict[str, Any] = {}
     third = Fraction(1, 3)
     declared = {"speed": forms(default=third)["speed"]}
-    assert list(take_given(declared, {}, "of `move`", values)) == []
+    assert list(unpack_arguments(declared, {}, "of `move`", values)) == []
     assert values == {"speed": float(third)}
-    assert list(take_given(declared, {"speed": 0.25}, "of `move`", values)) == []
+    assert list(unpack_arguments(declared, {"speed": 0.25}, "of `move`", values)) == []
     assert values == {"speed": 0.25}
 
 
 AGED = {
-    name: Form(declare(name, METRES, t.Role.STATE, range=(Fraction(0), Fraction(1)), max_age=Fraction(1, 2)))
+    name: ValueChecker(
+        declare(name, METRES, t.VariableRole.STATE, range=(Fraction(0), Fraction(1)), max_age=Fraction(1, 2))
+    )
     for name in ("near", "far")
 }
 
@@ -119,14 +128,14 @@ def test_readings_are_taken_that_are_fresh_where_it_matters(
     readings: dict[str, Any], codes: list[tuple[str, str]]
 ) -> None:
     values: dict[str, Any] = {}
-    found = take_readings(AGED, readings, 10.0, frozenset({"near"}), values)
+    found = unpack_readings(AGED, readings, 10.0, frozenset({"near"}), values)
     assert [(one.code, one.rule) for one in found] == codes
     if not codes:
         assert values["near"] == 0.5
 
 
 def test_the_plant_gets_doubles_and_tuples_in_the_declared_order() -> None:
-    made = as_executed(forms(), {"target": [0, 1.5, [2]], "gently": True, "speed": 1})
+    made = to_plant_parameters(forms(), {"target": [0, 1.5, [2]], "gently": True, "speed": 1})
     assert made == {"speed": 1.0, "gently": True, "target": (0.0, 1.5, (2.0,))}
     assert list(made) == ["speed", "gently", "target"]
     assert (type(made["speed"]), made["gently"]) == (float, True)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from aeros.runtime.gate.time_window import Window
+from aeros.runtime.gate.time_window import TimeWindow
 
 TIMES = st.floats(-(2.0**53), 2.0**53)
 LENGTHS = st.fractions(0, 10**6) | st.sampled_from([Fraction(0), Fraction(1, 10), Fraction(10) ** 400])
@@ -19,26 +19,26 @@ LENGTHS = st.fractions(0, 10**6) | st.sampled_from([Fraction(0), Fraction(1, 10)
 @example(Fraction(1), 1e-30, 1.0)
 @example(Fraction(1), -1e-30, 1.0)
 def test_a_window_spans_what_it_does_exactly(length: Fraction, earlier: float, apart: float) -> None:
-    window = Window(length)
+    window = TimeWindow(length)
     for later in (earlier + apart, earlier + float(min(length, Fraction(10**6))), earlier):
         for one in (nextafter(later, -inf), later, nextafter(later, inf)):
-            assert window.spans(earlier, one) is (Fraction(one) - Fraction(earlier) <= length)
+            assert window.contains(earlier, one) is (Fraction(one) - Fraction(earlier) <= length)
 
 
 @pytest.mark.parametrize("length", [0.0, 0.25, 10.0, 5000.0])
 def test_rounding_of_the_difference_does_not_hide_what_is_longer(length: float) -> None:
-    window, differing = Window(Fraction(length)), 0
+    window, differing = TimeWindow(Fraction(length)), 0
     chance = Random(4)  # noqa: S311 - a test, the same every time
     for _ in range(5000):
         earlier = chance.uniform(-1, 1) * 2.0 ** chance.randint(-60, 13)
         later = earlier + length
         for one in (nextafter(later, -inf), later, nextafter(later, inf)):
             exactly = Fraction(one) - Fraction(earlier) <= length
-            assert window.spans(earlier, one) is window.spans_exactly(earlier, one) is exactly
+            assert window.contains(earlier, one) is window.contains_exactly(earlier, one) is exactly
             differing += (one - earlier <= length) is not exactly
     assert differing > 100 or length == 0.0
 
 
 @pytest.mark.parametrize("length", [Fraction(0), Fraction(1, 10), Fraction(10) ** 400])
 def test_what_was_never_is_in_no_window(length: Fraction) -> None:
-    assert not Window(length).spans(-inf, 0.0)
+    assert not TimeWindow(length).contains(-inf, 0.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from aeros.runtime.gate.decision import Reason
-from aeros.runtime.gate.transient import may_pass
+from aeros.runtime.gate.transient import is_transient_denial
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.bench import Request, codes, configuration, gate, request, without
 
 
@@ -28,11 +28,11 @@ from tests.unit.runtime.bench import Request, codes, configuration, gate, reques
 def test_a_denial_may_pass_if_everything_it_says_is_about_the_state(asked: Request, passing: bool) -> None:
     decision = asked.decided_by(gate())
     assert decision.action is None, codes(decision)
-    assert may_pass(decision.reasons, asked.action.kind, configuration().site) is passing
+    assert is_transient_denial(decision.reasons, asked.action.kind, configuration().site) is passing
 
 
 @pytest.mark.parametrize(("about", "passing"), [("joint_position", True), ("target", False)])
 def test_joints_that_are_elsewhere_may_come_to_rest_but_a_plan_stays_wrong(about: str, passing: bool) -> None:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
-    assert may_pass([Reason("AE761", about, "elsewhere")], "move_tool", site) is passing
+    assert is_transient_denial([Reason("AE761", about, "elsewhere")], "move_tool", site) is passing

@@ -6,32 +6,32 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.value_check import Form, Scalars, check_age, check_now, forms_of
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness, check_time, value_checkers
 from aeros.spec.expr import terms as t
 from aeros.spec.model.model import Declared
 from tests.unit.runtime.bench import configuration
 from tests.unit.runtime.conftest import METRES, declare
 
 
-def form(name: str) -> Form:
-    return forms_of(configuration().site.state)[name]
+def form(name: str) -> ValueChecker:
+    return value_checkers(configuration().site.state)[name]
 
 
 def taken(name: str, value: Any) -> Scalars:
     scalars: Scalars = {}
-    assert form(name).take(value, scalars) is None
+    assert form(name).unpack(value, scalars) is None
     return scalars
 
 
 def fault(name: str, value: Any) -> str:
-    reason = form(name).take(value, {})
+    reason = form(name).unpack(value, {})
     assert reason is not None
     assert reason.rule == name
     return f"{reason.code} {reason.text}"
 
 
 def real(low: Fraction, high: Fraction, **more: Any) -> Declared:
-    return declare("x", METRES, t.Role.STATE, range=(low, high), **more)
+    return declare("x", METRES, t.VariableRole.STATE, range=(low, high), **more)
 
 
 def test_values_are_taken_apart_into_scalars() -> None:
@@ -53,41 +53,41 @@ def test_a_fault_says_which_scalar_and_in_the_unit_of_the_declaration() -> None:
 
 
 def test_ranges_are_compared_exactly() -> None:
-    tenth = Form(real(Fraction(-1, 10), Fraction(1, 10)))
+    tenth = ValueChecker(real(Fraction(-1, 10), Fraction(1, 10)))
     largest = nextafter(0.1, 0.0)
     for value, inside in ((largest, True), (0.1, False), (-largest, True), (-0.1, False), (-0.0, True)):
-        assert (tenth.take(value, {}) is None) is inside
+        assert (tenth.unpack(value, {}) is None) is inside
 
 
 def test_a_range_beyond_the_doubles_admits_every_finite_one() -> None:
-    wide = Form(real(Fraction(-(10**400)), Fraction(10**400)))
-    assert wide.take(1.7e308, {}) is None
-    assert wide.take(inf, {}) is not None
+    wide = ValueChecker(real(Fraction(-(10**400)), Fraction(10**400)))
+    assert wide.unpack(1.7e308, {}) is None
+    assert wide.unpack(inf, {}) is not None
 
 
 def test_a_real_without_a_range_admits_only_zero() -> None:
-    none = Form(declare("x", METRES, t.Role.STATE))
-    assert none.take(0, {}) is None
-    assert none.take(5e-324, {}) is not None
+    none = ValueChecker(declare("x", METRES, t.VariableRole.STATE))
+    assert none.unpack(0, {}) is None
+    assert none.unpack(5e-324, {}) is not None
 
 
 @pytest.mark.parametrize("whole", [2**53, -(2**53)])
 def test_whole_numbers_are_taken_up_to_where_each_is_a_double(whole: int) -> None:
-    wide = Form(real(Fraction(-(2**60)), Fraction(2**60)))
-    assert wide.take(whole, {}) is None
-    beyond = wide.take(whole + (1 if whole > 0 else -1), {})
+    wide = ValueChecker(real(Fraction(-(2**60)), Fraction(2**60)))
+    assert wide.unpack(whole, {}) is None
+    beyond = wide.unpack(whole + (1 if whole > 0 else -1), {})
     assert beyond is not None
     assert beyond.code == "AE704"
 
 
 @pytest.mark.parametrize("time", [0, -1, 2**53, 0.5, -(2.0**53)])
 def test_these_are_times(time: float) -> None:
-    assert check_now(time) is None
+    assert check_time(time) is None
 
 
 @pytest.mark.parametrize("time", [nan, inf, -inf, 2**53 + 1, 2.0**54, True, "0", None, Fraction(1), 10**400])
 def test_these_are_no_times(time: Any) -> None:
-    reason = check_now(time)
+    reason = check_time(time)
     assert reason is not None
     assert (reason.code, reason.rule) == ("AE704", "time")
 
@@ -95,7 +95,7 @@ def test_these_are_no_times(time: Any) -> None:
 @pytest.mark.parametrize("limit", [Fraction(1, 10), Fraction(1, 3), Fraction(1, 10**400), Fraction(10**400)])
 @pytest.mark.parametrize("now", [0.0, 1.0, 1e9 + 0.1, 2.0**53])
 def test_an_age_is_compared_exactly(limit: Fraction, now: float) -> None:
-    aged = Form(real(Fraction(0), Fraction(1), max_age=limit))
+    aged = ValueChecker(real(Fraction(0), Fraction(1), max_age=limit))
     edge = float(max(Fraction(now) - limit, Fraction(-(2**53))))
     for time in (
         now,
@@ -104,7 +104,7 @@ def test_an_age_is_compared_exactly(limit: Fraction, now: float) -> None:
         nextafter(edge, inf),
         now - float(min(limit, Fraction(1))) / 2,
     ):
-        reason = check_age(aged, time, now, required=True)
+        reason = check_freshness(aged, time, now, required=True)
         if abs(time) > 2**53:
             assert reason is not None
         elif time > now:
@@ -115,6 +115,6 @@ def test_an_age_is_compared_exactly(limit: Fraction, now: float) -> None:
 
 
 def test_a_value_without_a_limit_is_never_too_old() -> None:
-    ageless = Form(real(Fraction(0), Fraction(1)))
-    assert check_age(ageless, -1e15, 1e15, required=True) is None
-    assert check_age(ageless, 1, 0, required=True) is not None
+    ageless = ValueChecker(real(Fraction(0), Fraction(1)))
+    assert check_freshness(ageless, -1e15, 1e15, required=True) is None
+    assert check_freshness(ageless, 1, 0, required=True) is not None

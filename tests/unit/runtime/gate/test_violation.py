@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.violation import Violation
+from aeros.runtime.gate.violation import RuleViolation
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
-SITE = load_site(reference_site(), Diagnostics())
+SITE = load_site(reference_site_path(), Diagnostics())
 SAFE: dict[str, Any] = {
     **{f"joint_velocity[j{joint}]": 0.0 for joint in range(1, 8)},
     **{f"joint_position[j{joint}]": -0.5 if joint == 4 else 0.5 for joint in range(1, 8)},
@@ -67,5 +67,5 @@ def test_each_part_that_is_not_as_required_is_named(
 ) -> None:
     assert SITE is not None
     term = next(one for one in SITE.rules if one.id == rule).terms["move_tool"]
-    text = str(Violation(rule, term, {**SAFE, **measured}))
+    text = str(RuleViolation(rule, term, {**SAFE, **measured}))
     assert text == said if said else "target.x" in text

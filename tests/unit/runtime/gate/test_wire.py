@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.gate.wire import MAX_LINE, decide_line, decision_json, request_json
 from tests.unit.runtime.bench import NOW, STATE, codes, gate, request
@@ -22,13 +22,13 @@ def decide(line: bytes | str | dict[str, Any], skill: str = "quickly") -> Decisi
     text = json.dumps(line) if isinstance(line, dict) else line
     raw = text.encode() if isinstance(text, str) else text
     decision = decide_line(gate(), "handling", skill, raw)
-    assert json.loads(json.dumps(decision_json(decision)))["verdict"] == decision.verdict.value
+    assert json.loads(json.dumps(decision_json(decision)))["verdict"] == decision.kind.value
     return decision
 
 
 def denied(line: bytes | str | dict[str, Any]) -> list[tuple[str, str]]:
     decision = decide(line)
-    assert decision.verdict is Verdict.DENY
+    assert decision.kind is DecisionKind.DENY
     return codes(decision)
 
 
@@ -49,7 +49,7 @@ def test_a_request_is_decided_as_it_would_be_in_python(mode: GateMode) -> None:
 def test_usage_and_inputs_may_be_left_out() -> None:
     asked = allowed()
     del asked["usage"], asked["inputs"]
-    assert decide(asked).verdict is Verdict.ALLOW
+    assert decide(asked).kind is DecisionKind.ALLOW
 
 
 def test_a_decision_as_json_has_verdict_action_and_reasons() -> None:
@@ -96,7 +96,7 @@ def test_a_line_that_is_no_request_is_denied(line: bytes) -> None:
 def test_the_longest_request_is_still_read() -> None:
     line = json.dumps(allowed()).encode()
     padded = line + b" " * (MAX_LINE - len(line))
-    assert decide(padded).verdict is Verdict.ALLOW
+    assert decide(padded).kind is DecisionKind.ALLOW
     assert denied(padded + b" ") == [("AE701", "request")]
 
 

@@ -13,10 +13,10 @@ import pytest
 from aeros.runtime.isolation import zygote_pool as module
 from aeros.runtime.isolation.bubblewrap import find_bubblewrap
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.layers import PUT_ON, Layer
-from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.load import CertifiedCode
-from aeros.spec.obligations.forbidden_access import HARMLESS
+from aeros.spec.obligations.forbidden_access import ALLOWED_MODULES
 from tests.unit.runtime.isolation.surroundings import Surroundings, surroundings
 
 PROBES = Path(__file__).with_name("probes")
@@ -48,26 +48,26 @@ def probe_code(name: str) -> CertifiedCode:
     return CertifiedCode("hostile", f"{name}.py", f"/hostile/{name}.py", body.encode(), "probe")
 
 
-def _nursery(bubblewrap: bool) -> Iterator[Nursery]:
+def _nursery(bubblewrap: bool) -> Iterator[ZygotePool]:
     patch = pytest.MonkeyPatch()
     if not bubblewrap:
         patch.setattr(module, "find_bubblewrap", lambda: None)
     patch.setenv("AEROS_PROBE_SECRET", "the runtime's own")
     with patch.context():
-        made = Nursery([*sorted(HARMLESS), "numpy"])
+        made = ZygotePool([*sorted(ALLOWED_MODULES), "numpy"])
     patch.undo()
     yield made
     made.close()
 
 
 @pytest.fixture(scope="session")
-def bare() -> Iterator[Nursery]:
+def bare() -> Iterator[ZygotePool]:
     """Zygotes without bubblewrap, whether or not there is one."""
     yield from _nursery(bubblewrap=False)
 
 
 @pytest.fixture(scope="session")
-def wrapped() -> Iterator[Nursery]:
+def wrapped() -> Iterator[ZygotePool]:
     """Zygotes in bubblewrap."""
     if find_bubblewrap() is None:
         pytest.skip("this host has no bubblewrap")
@@ -75,12 +75,12 @@ def wrapped() -> Iterator[Nursery]:
 
 
 @pytest.fixture(params=["alone", "in bubblewrap"])
-def nursery(request: pytest.FixtureRequest) -> Nursery:
+def nursery(request: pytest.FixtureRequest) -> ZygotePool:
     """Zygotes whose workers can put on every layer; skipped where they cannot."""
-    found: Nursery = request.getfixturevalue("bare" if request.param == "alone" else "wrapped")
-    lacking = {layer.value: found.missing[layer] for layer in PUT_ON if found.missing[layer] is not None}
-    if request.param != "alone" and found.missing[Layer.BUBBLEWRAP] is not None:
-        lacking["bubblewrap"] = found.missing[Layer.BUBBLEWRAP]
+    found: ZygotePool = request.getfixturevalue("bare" if request.param == "alone" else "wrapped")
+    lacking = {layer.value: found.missing[layer] for layer in APPLY_LAYER if found.missing[layer] is not None}
+    if request.param != "alone" and found.missing[IsolationLayer.BUBBLEWRAP] is not None:
+        lacking["bubblewrap"] = found.missing[IsolationLayer.BUBBLEWRAP]
     if lacking:
         pytest.skip(f"this host lacks {lacking}")
     return found
@@ -98,10 +98,10 @@ def start() -> Iterator[Start]:
     started: list[IsolatedRun] = []
 
     def run(
-        nursery: Nursery,
+        nursery: ZygotePool,
         name: str,
         inputs: Mapping[str, Any],
-        layers: Iterable[Layer] = PUT_ON,
+        layers: Iterable[IsolationLayer] = APPLY_LAYER,
         answer_within: float = 20.0,
     ) -> IsolatedRun:
         one = IsolatedRun(nursery, layers, probe_code(name), inputs, answer_within)

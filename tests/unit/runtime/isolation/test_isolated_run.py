@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from aeros.runtime.isolation import zygote_pool as module
-from aeros.runtime.isolation.isolated_run import LEAST_ANSWER, IsolatedRun
-from aeros.runtime.isolation.layers import PUT_ON, Layer
-from aeros.runtime.isolation.zygote_pool import Nursery, ZygoteError
+from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S, IsolatedRun
+from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError
-from aeros.runtime.skills.in_process_run import Ending
+from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.skill import Action, act
 from tests.unit.runtime.isolation.surroundings import below
@@ -32,10 +32,10 @@ STARTED: list[IsolatedRun] = []
 
 
 def run(
-    nursery: Nursery, text: str, inputs: dict[str, Any] | None = None, within: float = 20.0
+    nursery: ZygotePool, text: str, inputs: dict[str, Any] | None = None, within: float = 20.0
 ) -> IsolatedRun:
     """A run that is closed after the test."""
-    STARTED.append(IsolatedRun(nursery, PUT_ON, code(text), inputs or {}, within))
+    STARTED.append(IsolatedRun(nursery, APPLY_LAYER, code(text), inputs or {}, within))
     return STARTED[-1]
 
 
@@ -46,7 +46,7 @@ def _closed() -> Iterator[None]:
         STARTED.pop().close()
 
 
-def test_observations_and_inputs_arrive_as_they_were_sent(nursery: Nursery) -> None:
+def test_observations_and_inputs_arrive_as_they_were_sent(nursery: ZygotePool) -> None:
     text = HEAD + (
         "def lift(o, i):\n"
         "    while True:\n"
@@ -68,42 +68,50 @@ def test_observations_and_inputs_arrive_as_they_were_sent(nursery: Nursery) -> N
     assert skill.close() is None
 
 
-def test_a_skill_that_finishes_and_one_that_fails(nursery: Nursery) -> None:
+def test_a_skill_that_finishes_and_one_that_fails(nursery: ZygotePool) -> None:
     done = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n")
-    assert [done.resume({}, 1.0), done.resume({}, 1.0)] == [act("move"), Ending(StepStatus.FINISHED, "")]
+    assert [done.resume({}, 1.0), done.resume({}, 1.0)] == [
+        act("move"),
+        SkillRunResult(StepStatus.FINISHED, ""),
+    ]
     assert done.close() is None
     failed = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n    1 / 0\n")
     assert failed.resume({}, 1.0) == act("move")
-    assert failed.resume({}, 1.0) == Ending(StepStatus.RAISED, "ZeroDivisionError: division by zero")
+    assert failed.resume({}, 1.0) == SkillRunResult(StepStatus.RAISED, "ZeroDivisionError: division by zero")
     assert failed.close() is None
 
 
 @pytest.mark.parametrize(
     ("returned", "ending"),
     [
-        ("{'at': [1.0, 2.0], 'n': 3}", Ending(StepStatus.FINISHED, "", {"at": (1.0, 2.0), "n": 3})),
-        ("{}", Ending(StepStatus.FINISHED, "", {})),
-        ("3", Ending(StepStatus.RAISED, "the skill returned a `int`, not a dict of at most 64 outputs")),
-        ("{1: 2}", Ending(StepStatus.RAISED, "the skill returned an output whose name is no text")),
+        ("{'at': [1.0, 2.0], 'n': 3}", SkillRunResult(StepStatus.FINISHED, "", {"at": (1.0, 2.0), "n": 3})),
+        ("{}", SkillRunResult(StepStatus.FINISHED, "", {})),
+        (
+            "3",
+            SkillRunResult(StepStatus.RAISED, "the skill returned a `int`, not a dict of at most 64 outputs"),
+        ),
+        ("{1: 2}", SkillRunResult(StepStatus.RAISED, "the skill returned an output whose name is no text")),
         (
             "{'x': 'x' * 70_000}",
-            Ending(StepStatus.RAISED, "the skill returns outputs of more than 65536 bytes"),
+            SkillRunResult(StepStatus.RAISED, "the skill returns outputs of more than 65536 bytes"),
         ),
     ],
 )
-def test_what_a_skill_returns_are_its_outputs(nursery: Nursery, returned: str, ending: Ending) -> None:
+def test_what_a_skill_returns_are_its_outputs(
+    nursery: ZygotePool, returned: str, ending: SkillRunResult
+) -> None:
     skill = run(nursery, f"def lift(o, i):\n    return {returned}\n    yield\n")
     assert skill.resume({}, 1.0) == ending
 
 
-def test_outputs_that_are_no_plain_data_are_not_taken(nursery: Nursery) -> None:
+def test_outputs_that_are_no_plain_data_are_not_taken(nursery: ZygotePool) -> None:
     ending = run(nursery, "def lift(o, i):\n    return {'x': object()}\n    yield\n").resume({}, 1.0)
-    assert isinstance(ending, Ending)
+    assert isinstance(ending, SkillRunResult)
     assert ending.status is StepStatus.RAISED
     assert ending.reason.startswith("the skill returns outputs that are no plain data")
 
 
-def test_a_skills_own_clean_up_runs_and_is_heard(nursery: Nursery) -> None:
+def test_a_skills_own_clean_up_runs_and_is_heard(nursery: ZygotePool) -> None:
     text = HEAD + (
         "def lift(o, i):\n"
         "    try:\n"
@@ -117,7 +125,7 @@ def test_a_skills_own_clean_up_runs_and_is_heard(nursery: Nursery) -> None:
     assert skill.close() is None
 
 
-def test_a_skill_that_never_started_is_closed(nursery: Nursery) -> None:
+def test_a_skill_that_never_started_is_closed(nursery: ZygotePool) -> None:
     assert run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n").close() is None
 
 
@@ -132,12 +140,12 @@ def test_a_skill_that_never_started_is_closed(nursery: Nursery) -> None:
         ("import socketserver", "fails to load: ModuleNotFoundError: No module named 'socketserver'"),
     ],
 )
-def test_what_is_no_skill_is_refused(nursery: Nursery, text: str, why: str) -> None:
+def test_what_is_no_skill_is_refused(nursery: ZygotePool, text: str, why: str) -> None:
     with pytest.raises(SkillRefusedError, match=why):
         run(nursery, text)
 
 
-def test_numpy_computes_in_a_worker(nursery: Nursery) -> None:
+def test_numpy_computes_in_a_worker(nursery: ZygotePool) -> None:
     text = (
         "import numpy as np\n" + HEAD + "def lift(o, i):\n"
         "    matrix = np.linalg.inv(np.array([[2.0, 0.0], [0.0, 4.0]]))\n"
@@ -147,21 +155,21 @@ def test_numpy_computes_in_a_worker(nursery: Nursery) -> None:
     skill = run(nursery, text)
     assert skill.resume({}, 60.0) == act("move", x=2.5)
     ending = skill.resume({}, 60.0)
-    assert isinstance(ending, Ending)
+    assert isinstance(ending, SkillRunResult)
     assert ending.status is StepStatus.RAISED  # a NumPy scalar is a float with operators of its own
     skill.close()
 
 
-def test_what_is_left_of_the_time_out_is_a_bound_too(nursery: Nursery) -> None:
+def test_what_is_left_of_the_time_out_is_a_bound_too(nursery: ZygotePool) -> None:
     skill = run(nursery, HEAD + "def lift(o, i):\n    while True: pass\n    yield\n", within=60.0)
     began = time.monotonic()
     ending = skill.resume({}, 0.01)
-    assert isinstance(ending, Ending)
+    assert isinstance(ending, SkillRunResult)
     assert ending.status is StepStatus.TIMED_OUT
-    assert LEAST_ANSWER <= time.monotonic() - began < 10
+    assert MIN_RESPONSE_TIMEOUT_S <= time.monotonic() - began < 10
 
 
-def test_several_skills_in_flight_are_apart(nursery: Nursery) -> None:
+def test_several_skills_in_flight_are_apart(nursery: ZygotePool) -> None:
     text = HEAD + "def lift(o, i):\n    for n in range(3):\n        yield act('say', who=i['who'], n=n)\n"
     skills = [run(nursery, text, {"who": who}) for who in "abc"]
     for n in range(3):
@@ -170,25 +178,25 @@ def test_several_skills_in_flight_are_apart(nursery: Nursery) -> None:
         skill.close()
 
 
-def test_values_that_no_frame_holds_refuse_the_skill(nursery: Nursery) -> None:
+def test_values_that_no_frame_holds_refuse_the_skill(nursery: ZygotePool) -> None:
     with pytest.raises(SkillRefusedError, match="fails to load"):
         run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n", {"count": 10**30})
     assert isinstance(run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n").resume({}, 1.0), Action)
 
 
-def test_a_zygote_that_was_killed_is_replaced(bare: Nursery) -> None:
+def test_a_zygote_that_was_killed_is_replaced(bare: ZygotePool) -> None:
     text = HEAD + "def lift(o, i):\n    yield act('move')\n"
     first = run(bare, text)
     first._zygote.kill()
     ending = first.resume({}, 60.0)
-    assert isinstance(ending, Ending)
+    assert isinstance(ending, SkillRunResult)
     assert ending.status is StepStatus.RAISED
     second = run(bare, text)
     assert second.resume({}, 60.0) == act("move")
     second.close()
 
 
-def test_an_idle_zygote_that_was_killed_is_replaced(bare: Nursery) -> None:
+def test_an_idle_zygote_that_was_killed_is_replaced(bare: ZygotePool) -> None:
     text = HEAD + "def lift(o, i):\n    yield act('move')\n"
     first = run(bare, text)
     first.close()
@@ -201,9 +209,9 @@ def test_an_idle_zygote_that_was_killed_is_replaced(bare: Nursery) -> None:
 
 
 def test_a_bubblewrap_that_does_not_work_is_done_without_and_recorded() -> None:
-    nursery = Nursery([], bubblewrap="/bin/false")
+    nursery = ZygotePool([], bubblewrap="/bin/false")
     try:
-        assert "does not work here" in str(nursery.missing[Layer.BUBBLEWRAP])
+        assert "does not work here" in str(nursery.missing[IsolationLayer.BUBBLEWRAP])
         skill = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n")
         assert skill.resume({}, 60.0) == act("move")
         skill.close()
@@ -213,7 +221,7 @@ def test_a_bubblewrap_that_does_not_work_is_done_without_and_recorded() -> None:
 
 def test_a_zygote_that_cannot_start_says_why() -> None:
     with pytest.raises(ZygoteError, match=r"No module named 'json\.absent_module'"):
-        Nursery(["json.absent_module"])
+        ZygotePool(["json.absent_module"])
 
 
 _RUNTIME = """
@@ -255,6 +263,6 @@ def _lives(pid: int) -> bool:
 
 def test_a_host_without_bubblewrap_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "find_bubblewrap", lambda: None)
-    nursery = Nursery([])
+    nursery = ZygotePool([])
     nursery.close()
-    assert nursery.missing[Layer.BUBBLEWRAP] == "there is no program `bwrap`"
+    assert nursery.missing[IsolationLayer.BUBBLEWRAP] == "there is no program `bwrap`"

@@ -6,15 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.isolation.layers import PUT_ON, Layer
-from aeros.runtime.isolation.probe import probe_layer, probe_surroundings
+from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.probe import probe_layer, probe_sandbox
 from aeros.runtime.isolation.seccomp import ARCHITECTURES
-from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 
 
-@pytest.mark.parametrize("layer", PUT_ON)
-def test_a_layer_that_has_no_effect_is_missing(layer: Layer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(PUT_ON, layer, lambda: None)
+@pytest.mark.parametrize("layer", APPLY_LAYER)
+def test_a_layer_that_has_no_effect_is_missing(
+    layer: IsolationLayer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(APPLY_LAYER, layer, lambda: None)
     assert probe_layer(layer) == "it was put on and has no effect"
 
 
@@ -24,36 +26,36 @@ def test_a_layer_that_cannot_be_put_on_is_missing_with_the_kernels_words(
     def absent() -> None:
         raise OSError(38, "Function not implemented")
 
-    monkeypatch.setitem(PUT_ON, Layer.LANDLOCK, absent)
-    assert probe_layer(Layer.LANDLOCK) == "[Errno 38] Function not implemented"
+    monkeypatch.setitem(APPLY_LAYER, IsolationLayer.LANDLOCK, absent)
+    assert probe_layer(IsolationLayer.LANDLOCK) == "[Errno 38] Function not implemented"
 
 
 def test_a_layer_that_kills_its_probe_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(PUT_ON, Layer.SECCOMP, lambda: os.kill(os.getpid(), 9))
-    assert probe_layer(Layer.SECCOMP) == "its probe ended with -9"
+    monkeypatch.setitem(APPLY_LAYER, IsolationLayer.SECCOMP, lambda: os.kill(os.getpid(), 9))
+    assert probe_layer(IsolationLayer.SECCOMP) == "its probe ended with -9"
 
 
 def test_a_process_that_is_not_closed_off_finds_the_runtime(tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.touch()
     nobody = 2**22 + 1  # beyond the largest number a process can have
-    assert probe_surroundings(os.getpid(), str(file), "x") == "the runtime's process can be seen"
-    assert probe_surroundings(nobody, str(file), "x") == "the runtime's files can be opened"
+    assert probe_sandbox(os.getpid(), str(file), "x") == "the runtime's process can be seen"
+    assert probe_sandbox(nobody, str(file), "x") == "the runtime's files can be opened"
     file.unlink()
     with socket.socket(socket.AF_UNIX) as listening:
         name = f"aeros-test-{os.getpid()}"
         listening.bind(f"\0{name}")
         listening.listen()
-        assert probe_surroundings(nobody, str(file), name) == "the runtime's network can be reached"
-    assert probe_surroundings(nobody, str(file), name) is None
+        assert probe_sandbox(nobody, str(file), name) == "the runtime's network can be reached"
+    assert probe_sandbox(nobody, str(file), name) is None
 
 
-def test_a_zygote_without_bubblewrap_is_found_to_have_none(bare: Nursery) -> None:
-    zygote, channel = bare.spawn()
+def test_a_zygote_without_bubblewrap_is_found_to_have_none(bare: ZygotePool) -> None:
+    zygote, channel = bare.spawn_worker()
     channel.close()
     zygote.end_worker()
-    assert zygote.probe()[Layer.BUBBLEWRAP] == "the runtime's process can be seen"
-    bare.give_back(zygote)
+    assert zygote.probe()[IsolationLayer.BUBBLEWRAP] == "the runtime's process can be seen"
+    bare.release(zygote)
 
 
 def test_the_same_system_calls_are_allowed_on_every_machine() -> None:

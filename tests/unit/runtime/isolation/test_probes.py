@@ -18,10 +18,10 @@ from typing import Any
 import pytest
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError, execute_skill
-from aeros.runtime.skills.in_process_run import Ending, SkillRun
+from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
 from aeros.skill import Action, act
 from tests.unit.runtime.isolation.conftest import PROBES, Start, probe_code
 from tests.unit.runtime.isolation.surroundings import CONTENT, Surroundings, below
@@ -110,20 +110,20 @@ SPECIAL = {
 
 
 @pytest.fixture
-def alive(nursery: Nursery, start: Start) -> Iterator[None]:
+def alive(nursery: ZygotePool, start: Start) -> Iterator[None]:
     """After the test the runtime's next skill runs as if nothing had been."""
     yield
     assert _results(start(nursery, "changed_afterwards", {})) == [
         act("ask", speed=0.1),
         act("ask", speed=0.2),
-        Ending(StepStatus.FINISHED, ""),
+        SkillRunResult(StepStatus.FINISHED, ""),
     ]
 
 
-def _results(run: IsolatedRun, most: int = 10) -> list[Action | Ending]:
+def _results(run: IsolatedRun, most: int = 10) -> list[Action | SkillRunResult]:
     """Everything until the run ends."""
-    results: list[Action | Ending] = []
-    while len(results) < most and not (results and isinstance(results[-1], Ending)):
+    results: list[Action | SkillRunResult] = []
+    while len(results) < most and not (results and isinstance(results[-1], SkillRunResult)):
         results.append(run.resume({}, 60.0))
     run.close()
     return results
@@ -136,7 +136,7 @@ def test_every_probe_is_run() -> None:
 
 @pytest.mark.parametrize("name", ATTACKS)
 def test_an_attack_is_blocked(
-    name: str, nursery: Nursery, start: Start, around: Surroundings, capfd: pytest.CaptureFixture[str]
+    name: str, nursery: ZygotePool, start: Start, around: Surroundings, capfd: pytest.CaptureFixture[str]
 ) -> None:
     for _ in range(2):  # what one invocation leaves behind, the next would find
         first, *_ = _results(start(nursery, name, around.inputs))
@@ -151,7 +151,7 @@ def test_an_attack_is_blocked(
 
 @pytest.mark.parametrize("name", [name for name in ATTACKS if name not in ALWAYS_BLOCKED])
 def test_the_same_attack_works_where_no_layer_is_put_on(
-    name: str, bare: Nursery, start: Start, around: Surroundings
+    name: str, bare: ZygotePool, start: Start, around: Surroundings
 ) -> None:
     first, *_ = _results(start(bare, name, around.inputs, layers=()))
     if isinstance(first, Action) and first.kind == "blocked" and name in HOST_MAY_BLOCK:
@@ -162,35 +162,35 @@ def test_the_same_attack_works_where_no_layer_is_put_on(
 @pytest.mark.usefixtures("alive")
 @pytest.mark.parametrize("name", sorted(ENDINGS))
 def test_a_skill_that_misbehaves_is_ended(
-    name: str, nursery: Nursery, start: Start, around: Surroundings
+    name: str, nursery: ZygotePool, start: Start, around: Surroundings
 ) -> None:
     status, why = ENDINGS[name]
     within = 1.0 if status is TIMED_OUT else 20.0
     run = start(nursery, name, around.inputs, answer_within=within)
     began = time.monotonic()
     *asked, ending = _results(run)
-    assert isinstance(ending, Ending)
+    assert isinstance(ending, SkillRunResult)
     assert ending.status is status
     assert re.search(why, ending.reason), ending
     assert len(ending.reason) < 2000
     assert all(one == act("ask") for one in asked)
     assert time.monotonic() - began < 15
     assert around.harm() == []
-    assert run.resume({}, 1.0) == Ending(RAISED, "the skill's process has ended")
+    assert run.resume({}, 1.0) == SkillRunResult(RAISED, "the skill's process has ended")
     assert run.close() is None
 
 
 @pytest.mark.usefixtures("alive")
 @pytest.mark.parametrize(("name", "why"), [("spin_at_load", "does not answer"), ("exit_at_load", "status 0")])
 def test_code_that_never_becomes_a_skill_is_refused(
-    name: str, why: str, nursery: Nursery, start: Start
+    name: str, why: str, nursery: ZygotePool, start: Start
 ) -> None:
     with pytest.raises(SkillRefusedError, match=f"`hostile` fails to load: .*{why}"):
         start(nursery, name, {}, answer_within=1.0)
 
 
 @pytest.mark.usefixtures("alive")
-def test_a_clean_up_without_end_is_cut_off(nursery: Nursery, start: Start) -> None:
+def test_a_clean_up_without_end_is_cut_off(nursery: ZygotePool, start: Start) -> None:
     run = start(nursery, "slow_clean_up", {})
     assert run.resume({}, 60.0) == act("ask")
     began = time.monotonic()
@@ -199,13 +199,13 @@ def test_a_clean_up_without_end_is_cut_off(nursery: Nursery, start: Start) -> No
 
 
 @pytest.mark.usefixtures("alive")
-def test_a_skill_that_does_not_let_itself_be_closed_is_ended(nursery: Nursery, start: Start) -> None:
+def test_a_skill_that_does_not_let_itself_be_closed_is_ended(nursery: ZygotePool, start: Start) -> None:
     run = start(nursery, "no_clean_up", {})
     assert run.resume({}, 60.0) == act("ask")
     assert run.close() == "RuntimeError: generator ignored GeneratorExit"
 
 
-def test_strange_numbers_arrive_as_they_are_for_the_gate_to_decide(nursery: Nursery, start: Start) -> None:
+def test_strange_numbers_arrive_as_they_are_for_the_gate_to_decide(nursery: ZygotePool, start: Start) -> None:
     action, ending = _results(start(nursery, "strange_floats", {}))
     assert isinstance(action, Action)
     values = list(action.parameters.values())
@@ -214,11 +214,11 @@ def test_strange_numbers_arrive_as_they_are_for_the_gate_to_decide(nursery: Nurs
     assert values[1] == math.inf
     assert math.copysign(1.0, values[2]) == -1.0
     assert values[3] == 5e-324
-    assert ending == Ending(StepStatus.FINISHED, "")
+    assert ending == SkillRunResult(StepStatus.FINISHED, "")
 
 
 def test_inputs_changed_by_a_skill_are_the_runtimes_as_before(
-    nursery: Nursery, start: Start, around: Surroundings
+    nursery: ZygotePool, start: Start, around: Surroundings
 ) -> None:
     inputs = around.inputs
     assert _results(start(nursery, "changed_inputs", inputs))[0] == act("ask", address=0)
@@ -230,7 +230,7 @@ def test_inputs_changed_by_a_skill_are_the_runtimes_as_before(
 def test_whatever_a_worker_started_dies_with_it(
     name: str, kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
-    nursery: Nursery = request.getfixturevalue(kind)
+    nursery: ZygotePool = request.getfixturevalue(kind)
     before = below(os.getpid())
     run = start(nursery, name, around.inputs, layers=())
     run.resume({}, 60.0)
@@ -243,7 +243,7 @@ def test_whatever_a_worker_started_dies_with_it(
 def test_whatever_a_worker_started_dies_when_the_zygote_is_killed(
     kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
-    nursery: Nursery = request.getfixturevalue(kind)
+    nursery: ZygotePool = request.getfixturevalue(kind)
     run = start(nursery, "fork_bomb", around.inputs, layers=())
     run.resume({}, 60.0)
     before = below(os.getpid())
@@ -255,9 +255,9 @@ def test_whatever_a_worker_started_dies_when_the_zygote_is_killed(
 # What happens in this process instead: why code that the site does not trust never runs here.
 
 
-def _in_process(name: str, inputs: dict[str, Any]) -> SkillRun:
+def _in_process(name: str, inputs: dict[str, Any]) -> InProcessRun:
     code = probe_code(name)
-    return SkillRun(execute_skill(code.module, code.name, code.content, code.path, code.function), inputs)
+    return InProcessRun(execute_skill(code.module, code.name, code.content, code.path, code.function), inputs)
 
 
 def test_in_process_a_skill_keeps_a_second_mind() -> None:

@@ -14,20 +14,20 @@ import pytest
 
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.gate.compiled.rules import Watched
+from aeros.runtime.gate.compiled.rules import MonitorRules
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.gate.decision import Decision, Verdict
+from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.layers import Layer
-from aeros.runtime.isolation.run_factory import SkillRuns
-from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.isolation.layers import IsolationLayer
+from aeros.runtime.isolation.run_factory import SkillRunFactory
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError
-from aeros.runtime.skills.in_process_run import SkillRun
+from aeros.runtime.skills.in_process_run import InProcessRun
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
-from aeros.spec.model.model import Ecm, Isolation, Site
+from aeros.spec.model.model import Ecm, IsolationPolicy, Site
 
 CODE = "from aeros.skill import act\ndef lift(observed, inputs):\n    yield act('move', h=inputs['height'])\n"
 SPIN = "def lift(observed, inputs):\n    while True: pass\n    yield\n"
@@ -38,84 +38,86 @@ class FakeNursery:
     """A host that lacks what it is told to; it is never asked for a worker."""
 
     def __init__(self, **missing: str) -> None:
-        self.missing = {layer: missing.get(layer.value) for layer in Layer}
+        self.missing = {layer: missing.get(layer.value) for layer in IsolationLayer}
 
     def close(self) -> None:
         pass
 
 
-def _given(nursery: Nursery, preload: Sequence[str]) -> Nursery:
+def _given(nursery: ZygotePool, preload: Sequence[str]) -> ZygotePool:
     return nursery
 
 
-def _runs(site: Site, ecm: Ecm, isolation: Isolation, **missing: str) -> SkillRuns:
-    host = cast("Nursery", FakeNursery(**missing))
-    return SkillRuns(replace(site, isolation=isolation), [ecm], lambda preload: host)
+def _runs(site: Site, ecm: Ecm, isolation: IsolationPolicy, **missing: str) -> SkillRunFactory:
+    host = cast("ZygotePool", FakeNursery(**missing))
+    return SkillRunFactory(replace(site, isolation=isolation), [ecm], lambda preload: host)
 
 
 def test_a_module_that_the_site_trusts_runs_in_this_process(site: Site, make_ecm: Any) -> None:
     ecm = make_ecm(CODE)
-    trusting = replace(site, isolation=Isolation(trusted=frozenset({ecm.id})))
-    with SkillRuns(trusting, [ecm]) as runs:
-        assert runs.details()["layers"] == {}  # nothing was started, so nothing was probed
-        assert runs.details()["trusted"] == ["handling"]
+    trusting = replace(site, isolation=IsolationPolicy(trusted_modules=frozenset({ecm.id})))
+    with SkillRunFactory(trusting, [ecm]) as runs:
+        assert runs.audit_details()["layers"] == {}  # nothing was started, so nothing was probed
+        assert runs.audit_details()["trusted"] == ["handling"]
         run = runs(trusting, ecm, ecm.skills["lift"], INPUTS)
-        assert isinstance(run, SkillRun)
+        assert isinstance(run, InProcessRun)
         assert run.resume({}, 1.0) == act("move", h=0.1)
 
 
 def test_a_module_that_the_site_does_not_speak_of_is_isolated(
-    site: Site, make_ecm: Any, nursery: Nursery
+    site: Site, make_ecm: Any, nursery: ZygotePool
 ) -> None:
     ecm = make_ecm(CODE)
-    runs = SkillRuns(site, [ecm], lambda preload: nursery)
+    runs = SkillRunFactory(site, [ecm], lambda preload: nursery)
     run = runs(site, ecm, ecm.skills["lift"], INPUTS)
     assert isinstance(run, IsolatedRun)
     assert run.resume({}, 1.0) == act("move", h=0.1)
     run.close()
-    assert runs.refusal is None
-    assert runs.warning is None
-    assert runs.details()["layers"]["landlock"] == "in place"
+    assert runs.unavailable_reason is None
+    assert runs.weakness_warning is None
+    assert runs.audit_details()["layers"]["landlock"] == "in place"
 
 
 def test_code_that_was_changed_is_refused_before_any_worker_sees_it(
-    site: Site, make_ecm: Any, nursery: Nursery
+    site: Site, make_ecm: Any, nursery: ZygotePool
 ) -> None:
     ecm = make_ecm(CODE)
     (Path(ecm.folder) / "skills.py").write_text(SPIN)
     with pytest.raises(SkillRefusedError, match="is not what was certified"):
-        SkillRuns(site, [ecm], lambda preload: nursery)(site, ecm, ecm.skills["lift"], INPUTS)
+        SkillRunFactory(site, [ecm], lambda preload: nursery)(site, ecm, ecm.skills["lift"], INPUTS)
 
 
 @pytest.mark.parametrize("layer", ["landlock", "seccomp", "rlimits"])
 def test_a_host_that_lacks_a_layer_refuses(layer: str, site: Site, make_ecm: Any) -> None:
     ecm = make_ecm(CODE)
-    runs = _runs(site, ecm, Isolation(), **{layer: "no such call"})
-    assert runs.refusal is not None
+    runs = _runs(site, ecm, IsolationPolicy(), **{layer: "no such call"})
+    assert runs.unavailable_reason is not None
     assert (
         f"`handling` may not run here: the site requires isolation that this host lacks ({layer}: no such"
-        in (runs.refusal)
+        in (runs.unavailable_reason)
     )
-    assert runs.details()["layers"][layer] == "missing: no such call"
+    assert runs.audit_details()["layers"][layer] == "missing: no such call"
     with pytest.raises(SkillRefusedError, match="no such call"):
         runs(site, ecm, ecm.skills["lift"], INPUTS)
 
 
 def test_a_host_without_bubblewrap_refuses_where_the_site_requires_it(site: Site, make_ecm: Any) -> None:
     ecm = make_ecm(CODE)
-    assert _runs(site, ecm, Isolation(), bubblewrap="none").refusal is None
-    required = Isolation(require=frozenset({"bubblewrap"}))
-    assert "bubblewrap: none" in str(_runs(site, ecm, required, bubblewrap="none").refusal)
+    assert _runs(site, ecm, IsolationPolicy(), bubblewrap="none").unavailable_reason is None
+    required = IsolationPolicy(required_layers=frozenset({"bubblewrap"}))
+    assert "bubblewrap: none" in str(_runs(site, ecm, required, bubblewrap="none").unavailable_reason)
 
 
 def test_a_site_may_be_warned_instead(site: Site, make_ecm: Any) -> None:
-    runs = _runs(site, make_ecm(CODE), Isolation(refuses=False), landlock="no such call")
-    assert runs.refusal is None
-    assert runs.warning == ("skill code is isolated less than the site requires (landlock: no such call)")
-    assert runs.details()["missing"] == "warn"
+    runs = _runs(site, make_ecm(CODE), IsolationPolicy(refuses_missing=False), landlock="no such call")
+    assert runs.unavailable_reason is None
+    assert runs.weakness_warning == (
+        "skill code is isolated less than the site requires (landlock: no such call)"
+    )
+    assert runs.audit_details()["missing"] == "warn"
 
 
-def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: Nursery) -> None:
+def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: ZygotePool) -> None:
     """The layers that are there hold, also where another is missing."""
     text = (
         "from aeros.skill import act\n"
@@ -127,19 +129,21 @@ def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: Nur
         "        yield act('blocked')\n"
         "    yield act('open')\n"
     )
-    if bare.missing[Layer.LANDLOCK] or bare.missing[Layer.SECCOMP]:
+    if bare.missing[IsolationLayer.LANDLOCK] or bare.missing[IsolationLayer.SECCOMP]:
         pytest.skip("this host lacks a layer")
     ecm = make_ecm(text)
-    warning = replace(site, isolation=Isolation(refuses=False))
+    warning = replace(site, isolation=IsolationPolicy(refuses_missing=False))
     seen = {}
-    for lacking in (None, Layer.LANDLOCK, Layer.SECCOMP):
-        weaker = Nursery.__new__(Nursery)
+    for lacking in (None, IsolationLayer.LANDLOCK, IsolationLayer.SECCOMP):
+        weaker = ZygotePool.__new__(ZygotePool)
         weaker.__dict__.update(bare.__dict__)
         weaker.missing = {**bare.missing, **({} if lacking is None else {lacking: "left out"})}
-        run = SkillRuns(warning, [ecm], partial(_given, weaker))(warning, ecm, ecm.skills["lift"], INPUTS)
+        run = SkillRunFactory(warning, [ecm], partial(_given, weaker))(
+            warning, ecm, ecm.skills["lift"], INPUTS
+        )
         seen[lacking] = run.resume({}, 1.0)
         run.close()
-    assert seen == dict.fromkeys((None, Layer.LANDLOCK, Layer.SECCOMP), act("blocked"))
+    assert seen == dict.fromkeys((None, IsolationLayer.LANDLOCK, IsolationLayer.SECCOMP), act("blocked"))
 
 
 @pytest.mark.parametrize(
@@ -155,8 +159,8 @@ def test_numpy_is_preloaded_for_code_that_imports_it(
         asked.append(preload)
         return FakeNursery()
 
-    monkeypatch.setattr("aeros.runtime.isolation.run_factory.Nursery", remember)
-    SkillRuns(site, [make_ecm(text)]).close()
+    monkeypatch.setattr("aeros.runtime.isolation.run_factory.ZygotePool", remember)
+    SkillRunFactory(site, [make_ecm(text)]).close()
     assert ("numpy" in asked[0], "numpy.linalg" in asked[0]) == (numpy, numpy)
     assert "math" in asked[0]
 
@@ -166,42 +170,42 @@ def test_numpy_is_preloaded_for_code_that_imports_it(
 
 class AllowAll:
     def __init__(self, configuration: Configuration) -> None:
-        self.watched = Watched(configuration.site)
+        self.watched = MonitorRules(configuration.site)
 
     def decide(self, caller: Any, readings: Any, action: Action, now: float, usage: Any) -> Decision:
-        return Decision(Verdict.ALLOW, action, ())
+        return Decision(DecisionKind.ALLOW, action, ())
 
 
 @contextmanager
-def _executor(site: Site, ecm: Ecm, runs: SkillRuns, log: Path) -> Iterator[tuple[Executor, FakePlant]]:
+def _executor(site: Site, ecm: Ecm, runs: SkillRunFactory, log: Path) -> Iterator[tuple[Executor, FakePlant]]:
     plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
     configuration = Configuration(site=site, modules={ecm.id: ecm}, certificates={}, digest="c" * 64)
     with AuditLog(log) as audit:
         yield Executor(configuration, cast("Gate", AllowAll(configuration)), plant, audit, runs), plant
 
 
-def test_a_step_runs_in_a_worker(site: Site, make_ecm: Any, nursery: Nursery, tmp_path: Path) -> None:
+def test_a_step_runs_in_a_worker(site: Site, make_ecm: Any, nursery: ZygotePool, tmp_path: Path) -> None:
     ecm = make_ecm(CODE)
-    with _executor(site, ecm, SkillRuns(site, [ecm], lambda preload: nursery), tmp_path / "log") as (
+    with _executor(site, ecm, SkillRunFactory(site, [ecm], lambda preload: nursery), tmp_path / "log") as (
         executor,
         plant,
     ):
-        result = executor.submit(StepRequest("handling", "lift", {"height": 0.05}))
+        result = executor.run_step(StepRequest("handling", "lift", {"height": 0.05}))
     assert result == StepResult(StepStatus.FINISHED, "", allowed=1)
     assert plant.executed == [act("move", h=0.05)]
 
 
 def test_a_step_that_spins_is_timed_out_and_the_plant_stopped(
-    site: Site, make_ecm: Any, nursery: Nursery, tmp_path: Path
+    site: Site, make_ecm: Any, nursery: ZygotePool, tmp_path: Path
 ) -> None:
     ecm = make_ecm(SPIN)
-    hasty = replace(site, isolation=Isolation(answer_within=Fraction(1)))
-    runs = SkillRuns(hasty, [ecm], lambda preload: nursery)
+    hasty = replace(site, isolation=IsolationPolicy(answer_timeout_s=Fraction(1)))
+    runs = SkillRunFactory(hasty, [ecm], lambda preload: nursery)
     with _executor(hasty, ecm, runs, tmp_path / "log") as (executor, plant):
-        result = executor.submit(StepRequest("handling", "lift", {}))
+        result = executor.run_step(StepRequest("handling", "lift", {}))
     assert result.status is StepStatus.TIMED_OUT
     assert result.reason == "the skill did not answer within 1 s and was killed"
-    assert plant.count("stop") == 1
+    assert plant.call_count("stop") == 1
     assert plant.executed == []
 
 
@@ -209,9 +213,9 @@ def test_a_module_that_may_not_run_here_is_refused_as_a_step(
     site: Site, make_ecm: Any, tmp_path: Path
 ) -> None:
     ecm = make_ecm(CODE)
-    runs = _runs(site, ecm, Isolation(), seccomp="no such call")
+    runs = _runs(site, ecm, IsolationPolicy(), seccomp="no such call")
     with _executor(site, ecm, runs, tmp_path / "log") as (executor, plant):
-        result = executor.submit(StepRequest("handling", "lift", {}))
+        result = executor.run_step(StepRequest("handling", "lift", {}))
     assert result.status is StepStatus.REFUSED
     assert "seccomp: no such call" in result.reason
     assert plant.executed == []

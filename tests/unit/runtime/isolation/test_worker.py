@@ -11,20 +11,20 @@ from typing import Any
 import pytest
 
 from aeros.runtime.isolation import worker as module
-from aeros.runtime.isolation.layers import Layer
+from aeros.runtime.isolation.layers import IsolationLayer
 from aeros.runtime.isolation.protocol import (
-    MOST_ANSWER,
-    Answer,
-    Asked,
-    Close,
-    Closed,
-    Conversation,
-    Finished,
-    Load,
-    Loaded,
-    Raised,
-    Refused,
-    Resume,
+    MAX_RESPONSE_BYTES,
+    ActionRequested,
+    CloseSkill,
+    LoadSkill,
+    ResumeSkill,
+    SkillClosed,
+    SkillFinished,
+    SkillLoaded,
+    SkillRaised,
+    SkillRejected,
+    WorkerConnection,
+    WorkerResponse,
 )
 from aeros.runtime.isolation.worker import serve
 
@@ -42,10 +42,10 @@ def lift(observed, inputs):
 
 
 @pytest.fixture
-def locked(monkeypatch: pytest.MonkeyPatch) -> list[list[Layer]]:
+def locked(monkeypatch: pytest.MonkeyPatch) -> list[list[IsolationLayer]]:
     """The layers that workers put on; none is put on this process, whose search path comes back."""
-    found: list[list[Layer]] = []
-    monkeypatch.setattr(module, "lock_down", lambda layers, _: found.append(layers))
+    found: list[list[IsolationLayer]] = []
+    monkeypatch.setattr(module, "apply_layers", lambda layers, _: found.append(layers))
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(sys, "path_importer_cache", dict(sys.path_importer_cache))
     return found
@@ -59,19 +59,19 @@ class Talk:
         self._theirs = theirs
         self.thread = Thread(target=serve, args=(theirs.fileno(),), daemon=True)
         self.thread.start()
-        self._ours = Conversation(ours)
+        self._ours = WorkerConnection(ours)
 
-    def ask(self, question: Callable[[bytes], Any]) -> Answer:
-        return self._ours.ask(question(self._ours.token()), 20.0)
+    def ask(self, question: Callable[[bytes], Any]) -> WorkerResponse:
+        return self._ours.request(question(self._ours.token()), 20.0)
 
-    def load(self, source: str, function: str = "lift", layers: tuple[str, ...] = ()) -> Answer:
+    def load(self, source: str, function: str = "lift", layers: tuple[str, ...] = ()) -> WorkerResponse:
         return self.ask(
-            lambda token: Load(token, layers, "m", "skills.py", "/m/skills.py", source.encode(), function,
+            lambda token: LoadSkill(token, layers, "m", "skills.py", "/m/skills.py", source.encode(), function,
                                {"height": 0.1})
         )  # fmt: skip
 
-    def resume(self, near: float = 1.0) -> Answer:
-        return self.ask(lambda token: Resume(token, {"near": near}))
+    def resume(self, near: float = 1.0) -> WorkerResponse:
+        return self.ask(lambda token: ResumeSkill(token, {"near": near}))
 
     def end(self) -> None:
         self._ours.close()
@@ -81,7 +81,7 @@ class Talk:
 
 
 @pytest.fixture
-def talk(locked: list[list[Layer]]) -> Any:
+def talk(locked: list[list[IsolationLayer]]) -> Any:
     made = Talk()
     yield made
     made.end()
@@ -91,24 +91,26 @@ def lifting(body: str = "pass") -> str:
     return SKILL.replace("BODY", body)
 
 
-def test_a_skill_is_run_action_by_action_to_its_outputs(talk: Talk, locked: list[list[Layer]]) -> None:
-    layer = next(iter(Layer)).value
-    assert isinstance(talk.load(lifting(), layers=(layer,)), Loaded)
-    assert locked == [[Layer(layer)]]
+def test_a_skill_is_run_action_by_action_to_its_outputs(
+    talk: Talk, locked: list[list[IsolationLayer]]
+) -> None:
+    layer = next(iter(IsolationLayer)).value
+    assert isinstance(talk.load(lifting(), layers=(layer,)), SkillLoaded)
+    assert locked == [[IsolationLayer(layer)]]
     assert sys.path == []
     first, second = talk.resume(1.5), talk.resume(2.5)
-    assert isinstance(first, Asked)
+    assert isinstance(first, ActionRequested)
     assert (first.kind, first.parameters) == ("move", {"height": 0.1, "seen": 1.5})
-    assert isinstance(second, Asked)
+    assert isinstance(second, ActionRequested)
     assert second.parameters == {"seen": 2.5}
     last = talk.resume()
-    assert isinstance(last, Finished)
+    assert isinstance(last, SkillFinished)
     assert last.outputs == {"found": True}
 
 
 def test_after_its_last_answer_a_worker_is_over(talk: Talk) -> None:
     talk.load("def lift(observed, inputs):\n    return\n    yield")
-    assert isinstance(talk.resume(), Finished)
+    assert isinstance(talk.resume(), SkillFinished)
     talk.thread.join(20.0)
     assert not talk.thread.is_alive()
 
@@ -117,9 +119,9 @@ def test_without_a_layer_no_code_is_run(monkeypatch: pytest.MonkeyPatch, talk: T
     def refused(*_: object) -> None:
         raise OSError(1, "Operation not permitted")
 
-    monkeypatch.setattr(module, "lock_down", refused)
+    monkeypatch.setattr(module, "apply_layers", refused)
     answer = talk.load("raise SystemExit")
-    assert isinstance(answer, Refused)
+    assert isinstance(answer, SkillRejected)
     assert answer.reason.startswith("a layer of isolation cannot be put on: ")
 
 
@@ -134,13 +136,13 @@ def test_without_a_layer_no_code_is_run(monkeypatch: pytest.MonkeyPatch, talk: T
 )
 def test_code_that_cannot_be_loaded_is_refused_in_words(source: str, why: str, talk: Talk) -> None:
     answer = talk.load(source)
-    assert isinstance(answer, Refused)
+    assert isinstance(answer, SkillRejected)
     assert why in answer.reason
 
 
 def test_before_a_skill_is_loaded_nothing_can_be_run(talk: Talk) -> None:
     answer = talk.resume()
-    assert isinstance(answer, Raised)
+    assert isinstance(answer, SkillRaised)
     assert answer.reason == "no skill is loaded"
 
 
@@ -151,16 +153,22 @@ def test_before_a_skill_is_loaded_nothing_can_be_run(talk: Talk) -> None:
         ("raise SystemExit\n    yield", "SystemExit"),
         ("yield 3", "not an action"),
         ("yield act('move', what=object())", "an action that is no plain data"),
-        (f"yield act('move', what='x' * {MOST_ANSWER})", f"an action of more than {MOST_ANSWER} bytes"),
+        (
+            f"yield act('move', what='x' * {MAX_RESPONSE_BYTES})",
+            f"an action of more than {MAX_RESPONSE_BYTES} bytes",
+        ),
         ("return 3\n    yield", "outputs"),
-        (f"return {{'x': 'y' * {MOST_ANSWER}}}\n    yield", f"outputs of more than {MOST_ANSWER} bytes"),
+        (
+            f"return {{'x': 'y' * {MAX_RESPONSE_BYTES}}}\n    yield",
+            f"outputs of more than {MAX_RESPONSE_BYTES} bytes",
+        ),
     ],
 )
 def test_what_goes_wrong_in_a_skill_is_told_in_words(body: str, why: str, talk: Talk) -> None:
     loaded = talk.load(f"from aeros.skill import act\ndef lift(observed, inputs):\n    {body}")
-    assert isinstance(loaded, Loaded)
+    assert isinstance(loaded, SkillLoaded)
     answer = talk.resume()
-    assert isinstance(answer, Raised)
+    assert isinstance(answer, SkillRaised)
     assert why in answer.reason
 
 
@@ -168,13 +176,13 @@ def test_what_goes_wrong_in_a_skill_is_told_in_words(body: str, why: str, talk: 
 def test_closing_runs_the_skills_own_clean_up(body: str, complaint: str | None, talk: Talk) -> None:
     talk.load(lifting(body))
     talk.resume()
-    answer = talk.ask(Close)
-    assert isinstance(answer, Closed)
-    assert answer.complaint == complaint
+    answer = talk.ask(CloseSkill)
+    assert isinstance(answer, SkillClosed)
+    assert answer.error == complaint
 
 
 def test_a_skill_that_never_began_has_nothing_to_clean_up(talk: Talk) -> None:
     talk.load(lifting("raise KeyError"))
-    answer = talk.ask(Close)
-    assert isinstance(answer, Closed)
-    assert answer.complaint is None
+    answer = talk.ask(CloseSkill)
+    assert isinstance(answer, SkillClosed)
+    assert answer.error is None

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.isolation.layers import PUT_ON, Layer
-from aeros.runtime.isolation.protocol import Close, Closed, Conversation
+from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.protocol import CloseSkill, SkillClosed, WorkerConnection
 
 START = "from aeros.runtime.isolation.zygote import main; main({}, ['fractions'])"
 
@@ -55,8 +55,8 @@ def control() -> Iterator[Control]:
 
 def test_a_worker_that_ends_by_itself_is_gone_with_its_exit_code(control: Control) -> None:
     for _ in range(2):
-        talk = Conversation(control.spawn())
-        assert isinstance(talk.ask(Close(talk.token()), 20.0), Closed)
+        talk = WorkerConnection(control.spawn())
+        assert isinstance(talk.request(CloseSkill(talk.token()), 20.0), SkillClosed)
         assert control.hear() == b"gone 0"
         assert control.children() == []
         talk.close()
@@ -86,7 +86,7 @@ def test_a_worker_ends_with_its_zygote(control: Control) -> None:
 def test_a_probe_says_of_each_layer_why_it_is_missing(control: Control) -> None:
     control.socket.send(f"probe {os.getpid()} /etc/hostname none".encode())
     found = json.loads(control.hear())
-    assert found.keys() == {layer.value for layer in (*PUT_ON, Layer.BUBBLEWRAP)}
+    assert found.keys() == {layer.value for layer in (*APPLY_LAYER, IsolationLayer.BUBBLEWRAP)}
     assert all(why is None or isinstance(why, str) for why in found.values())
     # This process is not in bubblewrap: the zygote sees what is around it.
-    assert found[Layer.BUBBLEWRAP.value] is not None
+    assert found[IsolationLayer.BUBBLEWRAP.value] is not None

@@ -21,9 +21,9 @@ from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
-from aeros.spec.elaborate.past_time import Histories
+from aeros.spec.elaborate.past_time import HistoryCollector
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Access, Clause, Rule, Site
+from aeros.spec.model.model import Access, ActionCondition, Rule, Site
 from tests.unit.runtime.conftest import METRES, SPAN
 
 CODE = """
@@ -39,12 +39,14 @@ STEP = 0.0625  # s, less than a reading speaks for
 class Bench:
     def __init__(self, site: Site, ecm: Any, log: AuditLog) -> None:
         near = t.Compare("<", site.state["human_distance"].variable, t.Literal(Fraction(2), METRES))
-        histories = Histories()
-        far = t.Not(histories.flat(t.Since(t.TRUE, near, Fraction(5)), SPAN))
+        histories = HistoryCollector()
+        far = t.Not(histories.replace_past_terms(t.Since(t.TRUE, near, Fraction(5)), SPAN))
         memory = Rule("memory", f"not {NAME}", "", "", {"move": far}, {}, SPAN, SPAN)
         arm = Access(actuators=frozenset({"arm"}))
-        site = replace(site, rules=(*site.rules, memory), histories=histories.kept, access=arm, quotas=())
-        anything = Clause(t.TRUE, "true", SPAN)
+        site = replace(
+            site, rules=(*site.rules, memory), histories=histories.collected, access=arm, quotas=()
+        )
+        anything = ActionCondition(t.TRUE, "true", SPAN)
         skill = replace(ecm.skills["lift"], envelope={"move": anything})
         ecm = replace(ecm, skills={"lift": skill}, permission={"move": anything}, access=arm)
         self.configuration = configuration = Configuration(site, {"handling": ecm}, {}, "c" * 64)
@@ -55,7 +57,7 @@ class Bench:
         )
 
     def lift(self) -> StepResult:
-        return self.executor.submit(StepRequest("handling", "lift", {}))
+        return self.executor.run_step(StepRequest("handling", "lift", {}))
 
     def lift_at(self, time: float, distance: float) -> StepResult:
         self.plant.time, self.plant.values["human_distance"] = time, distance

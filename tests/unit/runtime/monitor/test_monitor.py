@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.compiled.rules import Quick, Watched
-from aeros.runtime.gate.decision import Verdict
-from aeros.runtime.gate.joint_rules import Begun
-from aeros.runtime.monitor.history import Histories
-from aeros.runtime.monitor.monitor import Monitors
+from aeros.runtime.gate.compiled.rules import FastTickCheck, MonitorRules
+from aeros.runtime.gate.decision import DecisionKind
+from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.monitor.history import HistoryTracker
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import Monitor, Reading, Readings
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -24,26 +24,26 @@ from aeros.spec.model.model import Site
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
 
 
-def monitors() -> Monitors:
+def monitors() -> RuntimeMonitor:
     """Of nothing yet, under the site of the bench."""
     site = configuration().site
-    return Monitors(Watched(site), Histories(site))
+    return RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
 
 
 def watching(action: Action, readings: Readings) -> Monitor:
     """The monitor of one action alone, which has watched another one like it before."""
-    monitor, begun = monitors(), Begun(action, readings, NOW, 0)
-    monitor.watch(begun)
+    monitor, begun = monitors(), ActiveAction(action, readings, NOW, 0)
+    monitor.add(begun)
     monitor(NOW, STATE)
-    monitor.forget(begun)
-    monitor.watch(begun)
+    monitor.remove(begun)
+    monitor.add(begun)
     return monitor
 
 
 def watch(asked: Request) -> Monitor:
     """The monitor of the action that the gate decides on, as the executor asks for it."""
     decision = asked.decided_by(gate())
-    assert decision.verdict is not Verdict.DENY
+    assert decision.kind is not DecisionKind.DENY
     assert decision.action is not None
     return watching(decision.action, asked.readings)
 
@@ -88,10 +88,10 @@ def test_one_monitor_watches_each_motion_with_its_own_parameters() -> None:
     monitor, near = monitors(), {"human_distance": 1.2}
     for speed, tripped in ((0.25, None), (0.5, "near-person"), (0.25, None)):
         asked = request(speed=speed)
-        begun = Begun(asked.action, asked.readings, NOW, 0)
-        monitor.watch(begun)
+        begun = ActiveAction(asked.action, asked.readings, NOW, 0)
+        monitor.add(begun)
         assert monitor(NOW, near) == tripped
-        monitor.forget(begun)
+        monitor.remove(begun)
 
 
 def test_an_attenuated_motion_is_watched_with_its_reduced_parameters() -> None:
@@ -147,11 +147,11 @@ def test_a_rule_whose_state_is_unknown_trips() -> None:
 
 def test_one_motion_leaves_nothing_behind_for_the_next() -> None:
     monitor = monitors()
-    first, second = (Begun(request().action, request().readings, NOW, record) for record in (1, 2))
-    monitor.watch(first)
+    first, second = (ActiveAction(request().action, request().readings, NOW, record) for record in (1, 2))
+    monitor.add(first)
     assert monitor(NOW, {"human_distance": 0.1}) == "separation"
-    monitor.forget(first)
-    monitor.watch(second)
+    monitor.remove(first)
+    monitor.add(second)
     assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
 
@@ -191,46 +191,46 @@ def test_what_was_measured_before_counts_until_it_is_too_old(
     assert monitor(NOW, {"human_distance": Reading(value, NOW - age)}) == rule
 
 
-class _Noting(Watched):
+class _Noting(MonitorRules):
     """Notes what is compiled."""
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)
         self.compiled: list[str] = []
 
-    def quick(self, kind: str, measured: frozenset[str]) -> Quick | None:
-        """See `Watched`."""
+    def fast_check(self, kind: str, measured: frozenset[str]) -> FastTickCheck | None:
+        """See `MonitorRules`."""
         self.compiled.append(kind)
-        return super().quick(kind, measured)
+        return super().fast_check(kind, measured)
 
 
 def test_nothing_is_compiled_in_a_tick() -> None:
     site = configuration().site
     watched = _Noting(site)
-    monitor = Monitors(watched, Histories(site))
+    monitor = RuntimeMonitor(watched, HistoryTracker(site))
     compiled, quickly = [], []
     for kind in ("move", "carry", "move", "carry"):
         asked = request("quickly", kind)
         decision = asked.decided_by(gate())
         assert decision.action is not None
-        begun = Begun(decision.action, asked.readings, NOW, 0)
-        monitor.watch(begun)
+        begun = ActiveAction(decision.action, asked.readings, NOW, 0)
+        monitor.add(begun)
         compiled.append(list(watched.compiled))
         for _ in range(2):
             assert monitor(NOW, STATE) is None
         assert watched.compiled == compiled[-1]
         quickly.append(monitor._holds is not None)
-        monitor.forget(begun)
+        monitor.remove(begun)
     # Of the first motion nobody knows yet what its ticks measure.
     assert compiled == [[], ["carry"], ["carry", "move"], ["carry", "move"]]
     assert quickly == [False, True, True, True]
 
 
-class _Slowly(Watched):
+class _Slowly(MonitorRules):
     """Has no quick answer."""
 
-    def quick(self, kind: str, measured: frozenset[str]) -> None:
-        """See `Watched`."""
+    def fast_check(self, kind: str, measured: frozenset[str]) -> None:
+        """See `MonitorRules`."""
 
 
 @pytest.mark.parametrize(
@@ -239,13 +239,13 @@ class _Slowly(Watched):
 def test_a_rule_that_only_bounds_what_it_reads_trips(distance: Any, rule: str | None) -> None:
     site = load_site(Path(__file__).parents[1] / "data" / "bounded.yaml", Diagnostics())
     assert site is not None
-    monitor = Monitors(Watched(site), Histories(site))
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
     for _ in range(2):
-        begun = Begun(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0)
-        monitor.watch(begun)
+        begun = ActiveAction(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0)
+        monitor.add(begun)
         assert monitor(NOW, {"human_distance": 2.0}) is None
-        monitor.forget(begun)
-    monitor.watch(begun)
+        monitor.remove(begun)
+    monitor.add(begun)
     for _ in range(2):
         assert monitor(NOW, {"human_distance": 2.0}) is None
         assert monitor._holds is not None
@@ -262,14 +262,14 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
     decision = asked.decided_by(gate())
     assert decision.action is not None
     answers, quickly = set(), 0
-    compiled = Watched(site), _Slowly(site)
+    compiled = MonitorRules(site), _Slowly(site)
     for action in range(400):
         if action % 4 == 0:  # what a monitor has seen outlasts an action
-            quick, slow = (Monitors(watched, Histories(site)) for watched in compiled)
+            quick, slow = (RuntimeMonitor(watched, HistoryTracker(site)) for watched in compiled)
             names = chance.sample(sorted(STATE), chance.randint(0, len(STATE)))
-        begun = Begun(decision.action, asked.readings, NOW, 0)
+        begun = ActiveAction(decision.action, asked.readings, NOW, 0)
         for monitor in (quick, slow):
-            monitor.watch(begun)
+            monitor.add(begun)
         measured = {name: STATE[name] for name in names}
         for _ in range(6):
             name, drawn = chance.choice(sorted(STATE)), chance.random()
@@ -292,6 +292,6 @@ def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
             answers.add(answer)
             quickly += quick._holds is not None
         for monitor in (quick, slow):
-            monitor.forget(begun)
+            monitor.remove(begun)
     assert {None, "stop-button", "input:human_distance"} <= answers
     assert quickly > 400

@@ -8,20 +8,20 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.monitor.rule_bounds import Bound, bounds_of
+from aeros.runtime.monitor.rule_bounds import Bound, rule_bounds
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
-from aeros.spec.expr.semantics import Value, holds
+from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import RealType
-from aeros.spec.expr.unparse import spell
+from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.model import Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 
 def reference() -> Site:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     return site
 
@@ -32,8 +32,8 @@ RULES = {rule.id: rule for rule in SITE.rules}
 
 def found(rule: str, kind: str, **values: Any) -> list[tuple[str, str, float]]:
     exact = {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
-    bounds = bounds_of(lower(RULES[rule].terms[kind]), exact)
-    return [(spell(b.quantity), "at most" if b.is_upper else "at least", float(b.value)) for b in bounds]
+    bounds = rule_bounds(lower(RULES[rule].terms[kind]), exact)
+    return [(unparse(b.quantity), "at most" if b.is_upper else "at least", float(b.value)) for b in bounds]
 
 
 def test_a_constant_bounds_what_is_measured() -> None:
@@ -88,11 +88,11 @@ def test_past_a_bound_the_rule_does_not_hold() -> None:
         for term in map(lower, rule.terms.values()):
             for _ in range(20):
                 values = {name: _some(one, chance) for name, one in t.variables_of(term).items()}
-                for bound in bounds_of(term, values):
+                for bound in rule_bounds(term, values):
                     moved = _moved(bound)
                     if isinstance(bound.quantity, t.Absolute) and moved < 0:
                         continue
                     tried += 1
                     assert bound.margin({**values, bound.variable.name: moved}) < 0
-                    assert not holds(term, {**values, bound.variable.name: moved}), rule.id
+                    assert not is_true(term, {**values, bound.variable.name: moved}), rule.id
     assert tried > 1000

@@ -9,16 +9,25 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.runtime.gate.decision import Decision, Verdict
-from aeros.runtime.motion.merged import Companion
+from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.motion.merged import ConcurrentMotion
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import Ball, Body, Completion, Motionless, Reading, Servo, Trajectory, Triple
+from aeros.runtime.ports import (
+    Ball,
+    MotionCompletion,
+    NoMotion,
+    Reading,
+    RobotBody,
+    ServoBounds,
+    Trajectory,
+    Vec3,
+)
 from aeros.skill import Action, act
-from aeros.spec.expr.scope import Box
+from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.model import Barrier, MotionKind, MotionPolicy, ToolLimits
 
 NOWHERE = (0.0, 0.0, 0.0)
-PILLAR = Box((Fraction(0), Fraction(1, 2), Fraction(0)), (Fraction(1), Fraction(2), Fraction(1)))
+PILLAR = AxisAlignedBox((Fraction(0), Fraction(1, 2), Fraction(0)), (Fraction(1), Fraction(2), Fraction(1)))
 POLICY = MotionPolicy(
     kinds={
         "move": MotionKind("target", None, "speed"),
@@ -26,19 +35,21 @@ POLICY = MotionPolicy(
         "drive": MotionKind(None, ("x", "y"), "speed"),
         "turn": MotionKind(None, None, "speed", ("angle",)),
     },
-    starts_at="joint_angle",
-    starts_within=Fraction(1, 100),
-    ends_within=Fraction(1, 1000),
+    start_variable="joint_angle",
+    start_tolerance=Fraction(1, 100),
+    end_tolerance=Fraction(1, 1000),
     lowest=(Fraction(-2),),
     highest=(Fraction(2),),
-    rates=((Fraction(1),), (Fraction(5),), (Fraction(500),)),
-    tool=ToolLimits((Fraction(1), Fraction(5), Fraction(500)), (Fraction(1), Fraction(5), Fraction(500))),
+    joint_limits=((Fraction(1),), (Fraction(5),), (Fraction(500),)),
+    tool_limits=ToolLimits(
+        (Fraction(1), Fraction(5), Fraction(500)), (Fraction(1), Fraction(5), Fraction(500))
+    ),
     clearance=Fraction(1, 100),
     barriers=(
         Barrier("off-the-pillar", "pillar", PILLAR, False, False, frozenset({"arm"}), "it holds the roof"),
     ),
 )
-BODY = Body(
+BODY = RobotBody(
     ((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), tuple(Ball("arm", 1, (x / 10, 0.0, 0.5), 0.06) for x in range(6))
 )
 
@@ -59,9 +70,9 @@ def decided(
 ) -> list[tuple[str, str]]:
     target = (0.438791280945, 0.239712769302, 0.5)
     parameters = {"target": target, "x": 0.0, "y": 0.0, "speed": speed, **more}
-    allowed = Decision(Verdict.ALLOW, act(kind, **parameters), ())
+    allowed = Decision(DecisionKind.ALLOW, act(kind, **parameters), ())
     found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((joint,), 0.0)})
-    assert (found.verdict is Verdict.DENY) == bool(found.reasons)
+    assert (found.kind is DecisionKind.DENY) == bool(found.reasons)
     assert found == allowed or found.action is None
     return [(reason.code, reason.rule) for reason in found.reasons]
 
@@ -71,15 +82,15 @@ def test_a_motion_in_order_stays_allowed() -> None:
 
 
 def test_a_denied_action_and_kinds_that_are_not_governed_are_left_as_they_are() -> None:
-    denied = Decision(Verdict.DENY, None, ())
+    denied = Decision(DecisionKind.DENY, None, ())
     assert MotionDecider(POLICY).decide(denied, motion(), {}) is denied
     assert decided(None, "wait") == []
-    assert MotionDecider(None).governs("move") is False
+    assert MotionDecider(None).covers_kind("move") is False
 
 
 def test_a_plant_that_moves_nothing_or_cannot_do_it_is_believed() -> None:
-    assert decided(Motionless("no body")) == []
-    assert decided(Completion(False, "unreachable")) == []
+    assert decided(NoMotion("no body")) == []
+    assert decided(MotionCompletion(False, "unreachable")) == []
 
 
 @pytest.mark.parametrize(
@@ -97,24 +108,24 @@ def test_a_plant_that_moves_nothing_or_cannot_do_it_is_believed() -> None:
         motion(paths=()),
         motion(paths=((),)),
         motion(paths=None),
-        motion(paths=motion().paths * 2),
+        motion(paths=motion().joint_paths * 2),
         motion(paths=(((0.0,), (0.0,), (0.0,), (0.0,)),)),
         motion(paths=((((0.0,), (0.1,), (0.2,)),),)),
         motion(paths=((((0.0, 0.0),) * 4,),)),
         # A jump of position, of slope, of bend.
-        motion(paths=(motion(0.2).paths[0] * 2,)),
+        motion(paths=(motion(0.2).joint_paths[0] * 2,)),
         motion(paths=((((0.0,),) * 4, ((0.0,), (0.1,), (0.2,), (0.3,))),)),
         motion(paths=((((0.0,),) * 4, ((0.0,), (0.0,), (0.1,), (0.3,))),)),
-        motion(body=replace(BODY, rows=BODY.rows * 2)),
-        motion(body=replace(BODY, tool=cast("Triple", (0.0, 0.0)))),
+        motion(body=replace(BODY, dh_rows=BODY.dh_rows * 2)),
+        motion(body=replace(BODY, tool_offset=cast("Vec3", (0.0, 0.0)))),
         motion(body=replace(BODY, balls=())),
         motion(body=replace(BODY, balls=(Ball("leg", 1, NOWHERE, 0.1),))),
         motion(body=replace(BODY, balls=(Ball("arm", 2, NOWHERE, 0.1),))),
         motion(body=replace(BODY, balls=(Ball("arm", 1, NOWHERE, -0.1),))),
         motion(body=replace(BODY, balls=(Ball("arm", 1, NOWHERE, nan),))),
-        motion(servo=Servo((), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
-        motion(servo=Servo((nan,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
-        motion(way=(1.0, 0.0, 0.0), servo=Servo((0.1,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
+        motion(servo=ServoBounds((), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
+        motion(servo=ServoBounds((nan,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
+        motion(way=(1.0, 0.0, 0.0), servo=ServoBounds((0.1,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
     ],
 )
 def test_a_motion_of_which_nothing_can_be_said_is_denied(plan: Any) -> None:
@@ -136,7 +147,7 @@ def test_joints_end_where_they_are_asked_to() -> None:
 
 
 def test_joints_that_are_not_measured_are_a_reason() -> None:
-    allowed = Decision(Verdict.ALLOW, act("slide", speed=0.25), ())
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.25), ())
     found = MotionDecider(POLICY).decide(allowed, motion(), {})
     assert [(reason.code, reason.rule) for reason in found.reasons] == [("AE761", "joint_angle")]
 
@@ -213,14 +224,14 @@ def test_the_tool_keeps_to_the_speed_that_was_decided() -> None:
 
 def test_no_link_meets_a_barrier() -> None:
     assert decided(motion(1.5, 8.0), "slide") == [("AE763", "off-the-pillar")]
-    away = replace(POLICY, barriers=(replace(POLICY.barriers[0], in_base=True),))
+    away = replace(POLICY, barriers=(replace(POLICY.barriers[0], is_in_base_frame=True),))
     beside = motion(1.5, 8.0, base=(0.0, -1.0, 0.0))
     assert decided(beside, "slide") == []
     assert decided(beside, "slide", policy=away) == [("AE763", "off-the-pillar")]
 
 
-def servo(**changed: Any) -> Servo:
-    return replace(Servo((0.0,), (0.5,), (2.0,), (50.0,), 0.1, 1.0, 10.0), **changed)
+def servo(**changed: Any) -> ServoBounds:
+    return replace(ServoBounds((0.0,), (0.5,), (2.0,), (50.0,), 0.1, 1.0, 10.0), **changed)
 
 
 @pytest.mark.parametrize(
@@ -234,13 +245,13 @@ def servo(**changed: Any) -> Servo:
     ],
 )
 def test_what_feedback_may_do_is_decided_too(changed: dict[str, Any], rule: tuple[str, str]) -> None:
-    paths = motion().paths * 2
+    paths = motion().joint_paths * 2
     assert decided(motion(paths=paths, servo=servo()), "slide") == []
     assert rule in decided(motion(paths=paths, servo=servo(**changed)), "slide")
 
 
 def test_every_path_of_several_is_decided() -> None:
-    paths = (*motion().paths, *motion(1.5).paths)
+    paths = (*motion().joint_paths, *motion(1.5).joint_paths)
     assert decided(motion(paths=paths, servo=servo()), "slide") == [("AE763", "off-the-pillar")]
 
 
@@ -249,25 +260,27 @@ def test_every_path_of_several_is_decided() -> None:
 REACH = act("move", target=(0.838791280945, 0.239712769302, 0.5), speed=0.5)
 DRIVE = act("drive", x=0.4, y=0.0, speed=0.2)
 DRIVING = motion(0.0, 4.0, way=(0.4, 0.0, 0.0))
-WALL = Box((Fraction(85, 100), Fraction(1, 5), Fraction(0)), (Fraction(2), Fraction(2), Fraction(1)))
+WALL = AxisAlignedBox(
+    (Fraction(85, 100), Fraction(1, 5), Fraction(0)), (Fraction(2), Fraction(2), Fraction(1))
+)
 WALLED = replace(POLICY, barriers=(replace(POLICY.barriers[0], box=WALL),))
 
 
 def beside(
     action: Action,
     plan: Trajectory,
-    other: Companion,
+    other: ConcurrentMotion,
     policy: MotionPolicy = POLICY,
     joint: float = 0.0,
 ) -> list[tuple[str, str]]:
-    allowed = Decision(Verdict.ALLOW, action, ())
+    allowed = Decision(DecisionKind.ALLOW, action, ())
     found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((joint,), 0.0)}, [other])
-    assert (found.verdict is Verdict.DENY) == bool(found.reasons)
+    assert (found.kind is DecisionKind.DENY) == bool(found.reasons)
     return [(reason.code, reason.rule) for reason in found.reasons]
 
 
-def driving(since: float = 0.0, plan: Trajectory = DRIVING, is_halting: bool = False) -> Companion:
-    return Companion(DRIVE, plan, since, is_halting)
+def driving(since: float = 0.0, plan: Trajectory = DRIVING, is_halting: bool = False) -> ConcurrentMotion:
+    return ConcurrentMotion(DRIVE, plan, since, is_halting)
 
 
 def test_the_arm_moves_beside_the_base_where_both_end_as_asked() -> None:
@@ -278,9 +291,9 @@ def test_the_arm_moves_beside_the_base_where_both_end_as_asked() -> None:
 
 
 def test_a_drive_may_not_carry_off_what_the_arm_was_asked_to_reach() -> None:
-    reaching = Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0)
+    reaching = ConcurrentMotion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0)
     assert beside(DRIVE, DRIVING, reaching) == []
-    assert beside(DRIVE, replace(DRIVING, way=(0.41, 0.0, 0.0)), reaching) == [
+    assert beside(DRIVE, replace(DRIVING, base_path=(0.41, 0.0, 0.0)), reaching) == [
         ("AE761", "x"),
         ("AE761", "target"),
     ]
@@ -291,17 +304,17 @@ def test_the_tool_keeps_to_its_speed_with_what_the_base_carries_it_at() -> None:
     for speed, found in ((0.423, []), (0.421, [("AE762", "speed")])):
         reach = act("move", **{**REACH.parameters, "speed": speed})
         assert beside(reach, motion(), driving()) == found
-        reaching = Companion(reach, motion(base=(0.4, 0.0, 0.0)), 0.0)
+        reaching = ConcurrentMotion(reach, motion(base=(0.4, 0.0, 0.0)), 0.0)
         assert beside(DRIVE, DRIVING, reaching) == found
 
 
 def test_the_base_keeps_to_its_own_speed() -> None:
-    slow = Companion(act("drive", x=0.4, y=0.0, speed=0.18), DRIVING, 0.0)
+    slow = ConcurrentMotion(act("drive", x=0.4, y=0.0, speed=0.18), DRIVING, 0.0)
     assert beside(REACH, motion(), slow) == [("AE762", "speed")]
 
 
 def test_the_base_keeps_to_its_limits() -> None:
-    policy = replace(POLICY, base=(Fraction(1, 2), Fraction(9, 10)))
+    policy = replace(POLICY, base_limits=(Fraction(1, 2), Fraction(9, 10)))
     for way, found in ((0.5, []), (0.55, ["base-speed"]), (0.9, ["base-speed", "base-acceleration"])):
         drive = motion(0.0, duration=2.0, way=(way, 0.0, 0.0))
         said = decided(drive, "drive", policy, x=way, speed=1.0)
@@ -314,9 +327,11 @@ def test_limits_of_the_tool_are_kept_in_the_world(number: int) -> None:
     # Bounds of the arm alone are 0.2344 m/s, 0.521 m/s² and 2.68 m/s³; the base adds 0.1875, 0.144 and 0.375.
     rule = ("tool-speed", "tool-acceleration", "tool-jerk")[number]
     for limits, found in (((0.422, 0.67, 3.1), []), ((0.421, 0.66, 3.0), [("AE762", rule)])):
-        kept = list(POLICY.tool.moving)
+        kept = list(POLICY.tool_limits.translation)
         kept[number] = Fraction(limits[number])
-        policy = replace(POLICY, tool=replace(POLICY.tool, moving=(kept[0], kept[1], kept[2])))
+        policy = replace(
+            POLICY, tool_limits=replace(POLICY.tool_limits, translation=(kept[0], kept[1], kept[2]))
+        )
         assert beside(REACH, motion(), driving(), policy) == found
         assert decided(motion(), policy=policy) == []
 
@@ -326,7 +341,7 @@ def test_what_is_safe_alone_may_not_be_together() -> None:
     assert decided(motion(), policy=WALLED) == []
     assert decided(motion(0.0, 4.0, way=(0.4, 0.0, 0.0)), "drive", policy=WALLED, x=0.4) == []
     assert beside(REACH, motion(), driving(), WALLED) == [("AE763", "off-the-pillar")]
-    assert beside(DRIVE, DRIVING, Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0), WALLED) == [
+    assert beside(DRIVE, DRIVING, ConcurrentMotion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0), WALLED) == [
         ("AE763", "off-the-pillar")
     ]
 
@@ -336,25 +351,25 @@ def test_what_is_over_of_a_motion_under_way_is_not_decided_again() -> None:
     away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
     drive = act("drive", x=0.5, y=0.0, speed=0.3)
     reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
-    assert beside(reach, motion(), Companion(drive, away, 0.0)) == [("AE763", "off-the-pillar")]
-    assert beside(reach, motion(), Companion(drive, away, 3.0)) == []
-    assert beside(reach, motion(), Companion(drive, away, 9.0)) == []
+    assert beside(reach, motion(), ConcurrentMotion(drive, away, 0.0)) == [("AE763", "off-the-pillar")]
+    assert beside(reach, motion(), ConcurrentMotion(drive, away, 3.0)) == []
+    assert beside(reach, motion(), ConcurrentMotion(drive, away, 9.0)) == []
 
 
 @pytest.mark.parametrize("since", [nan, -inf, -1.0])
 def test_where_the_clock_says_nothing_all_of_it_is_still_to_come(since: float) -> None:
     away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
-    companion = Companion(act("drive", x=0.5, y=0.0, speed=0.3), away, since)
+    companion = ConcurrentMotion(act("drive", x=0.5, y=0.0, speed=0.3), away, since)
     reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
     assert beside(reach, motion(), companion) == [("AE763", "off-the-pillar")]
 
 
 def test_a_motion_under_way_is_where_its_time_has_it() -> None:
     # Half of its time: half of its way, 0.25 rad.
-    reaching = Companion(REACH, motion(base=(0.4, 0.0, 0.0)), 1.0)
-    drive = replace(DRIVING, paths=motion(0.0).paths)
-    stands = tuple(tuple((q + 0.25,) for (q,) in piece) for piece in drive.paths[0])
-    drive = replace(drive, paths=(stands,))  # type: ignore[arg-type]
+    reaching = ConcurrentMotion(REACH, motion(base=(0.4, 0.0, 0.0)), 1.0)
+    drive = replace(DRIVING, joint_paths=motion(0.0).joint_paths)
+    stands = tuple(tuple((q + 0.25,) for (q,) in piece) for piece in drive.joint_paths[0])
+    drive = replace(drive, joint_paths=(stands,))  # type: ignore[arg-type]
     assert beside(DRIVE, drive, reaching, joint=0.25) == []
     assert beside(DRIVE, drive, reaching, joint=0.265) == [("AE761", "joint_angle")] * 2
     assert beside(DRIVE, DRIVING, reaching, joint=0.0) == [("AE761", "joint_angle")]
@@ -363,30 +378,32 @@ def test_a_motion_under_way_is_where_its_time_has_it() -> None:
 @pytest.mark.parametrize(
     ("plan", "other"),
     [
-        (motion(), Companion(REACH, motion(), 0.0)),
+        (motion(), ConcurrentMotion(REACH, motion(), 0.0)),
         (DRIVING, driving()),
         (motion(way=(0.1, 0.0, 0.0)), driving()),
         (motion(), driving(is_halting=True)),
-        (motion(), driving(plan=replace(DRIVING, paths=()))),
+        (motion(), driving(plan=replace(DRIVING, joint_paths=()))),
         (motion(), driving(plan=replace(DRIVING, duration=0.0))),
-        (motion(), driving(plan=replace(DRIVING, body=replace(BODY, tool=(0.4, 0.0, 0.5))))),
-        (motion(paths=motion().paths * 2, servo=servo()), driving()),
-        (DRIVING, Companion(act("slide", speed=0.25), motion(servo=servo()), 0.0)),
+        (motion(), driving(plan=replace(DRIVING, body=replace(BODY, tool_offset=(0.4, 0.0, 0.5))))),
+        (motion(paths=motion().joint_paths * 2, servo=servo()), driving()),
+        (DRIVING, ConcurrentMotion(act("slide", speed=0.25), motion(servo=servo()), 0.0)),
     ],
 )
-def test_what_cannot_be_decided_together_is_denied(plan: Trajectory, other: Companion) -> None:
+def test_what_cannot_be_decided_together_is_denied(plan: Trajectory, other: ConcurrentMotion) -> None:
     action = DRIVE if plan is DRIVING else REACH
     assert beside(action, plan, other) == [("AE764", action.kind)]
 
 
 def test_a_motion_that_moves_nothing_is_beside_any() -> None:
-    still = replace(DRIVING, way=NOWHERE)
+    still = replace(DRIVING, base_path=NOWHERE)
     here = act("drive", x=0.0, y=0.0, speed=0.2)
     assert (
         beside(
             here,
             still,
-            Companion(act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.3), motion(), 0.0),
+            ConcurrentMotion(
+                act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.3), motion(), 0.0
+            ),
         )
         == []
     )

@@ -8,11 +8,19 @@ from random import Random
 from typing import Any
 
 from aeros.runtime.audit.log import AuditLog, verify_log
-from aeros.runtime.canonical_json import Encoded, canonical
-from aeros.runtime.gate.decision import Caller, Decision, Reason, Verdict
-from aeros.runtime.ports import Completion, Moment, Motionless, Names, Plan, Reading, Readings
-from aeros.runtime.records.encode_decisions import DecisionTeller
-from aeros.runtime.records.encode_readings import ReadingsTeller
+from aeros.runtime.canonical_json import Encoded, to_canonical_json
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
+from aeros.runtime.ports import (
+    ColumnNames,
+    MotionCompletion,
+    NoMotion,
+    PlannedMotion,
+    Reading,
+    Readings,
+    Snapshot,
+)
+from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
+from aeros.runtime.records.encode_readings import IncrementalReadingsEncoder
 from aeros.runtime.records.records import DecisionRecord, decision_details, motion_details, motion_to_json
 from aeros.skill import Action
 
@@ -21,7 +29,7 @@ _VALUES: tuple[Any, ...] = (
     10**400, "x" * 2000,
 )  # fmt: skip
 _NAMES = ("float", "aim", "é", "speed")
-_STILL = Motionless("it has no body")
+_STILL = NoMotion("it has no body")
 
 
 def _mapping(chance: Random) -> dict[str, Any]:
@@ -32,24 +40,24 @@ def _mapping(chance: Random) -> dict[str, Any]:
 def _readings(chance: Random, time: float) -> Readings:
     values = {name: chance.choice((0.1, True, (0.1, 0.2), "open")) for name in ("lid", "pot", "tool")}
     if chance.random() < 0.5:
-        order = Names(values)
-        return Moment(order, tuple(values[name] for name in order.names), time)
+        order = ColumnNames(values)
+        return Snapshot(order, tuple(values[name] for name in order.names), time)
     return {name: Reading(value, time) for name, value in values.items()}
 
 
 def _decision(chance: Random, asked: Action) -> Decision:
     match chance.randint(0, 4):
         case 0:
-            return Decision(Verdict.DENY, None, (Reason("AE750", "slow", "too fast"),))
+            return Decision(DecisionKind.DENY, None, (Reason("AE750", "slow", "too fast"),))
         case 1:
             return Decision(
-                Verdict.ATTENUATE, Action("move", {"speed": 0.1}), (Reason("AE750", "slow", "so"),)
+                DecisionKind.ATTENUATE, Action("move", {"speed": 0.1}), (Reason("AE750", "slow", "so"),)
             )
         case 2 | 3:
             same = {name: tuple(one) if type(one) is tuple else one for name, one in asked.parameters.items()}
-            return Decision(Verdict.ALLOW, Action(asked.kind, same), ())
+            return Decision(DecisionKind.ALLOW, Action(asked.kind, same), ())
         case _:
-            return Decision(Verdict.ALLOW, Action(asked.kind, _mapping(chance)), ())
+            return Decision(DecisionKind.ALLOW, Action(asked.kind, _mapping(chance)), ())
 
 
 def _said(
@@ -69,7 +77,7 @@ def _said(
 
 def test_decisions_are_told_as_their_details_are_encoded(tmp_path: Path) -> None:
     chance = Random(7)  # noqa: S311 - a test, the same every time
-    teller, one_by_one = DecisionTeller(), ReadingsTeller()
+    teller, one_by_one = IncrementalDecisionEncoder(), IncrementalReadingsEncoder()
     callers = [
         Caller("dumplings", "wrap", {}),
         Caller("é", "wrap", {"aim": (0.1, 0.2), "float": 1.0}),
@@ -85,21 +93,23 @@ def test_decisions_are_told_as_their_details_are_encoded(tmp_path: Path) -> None
                 _readings(chance, time),
                 chance.choice(callers),
             )
-            plan: Plan = chance.choice((_STILL, Motionless("it waits"), Completion(False, "unreachable")))
+            plan: PlannedMotion = chance.choice(
+                (_STILL, NoMotion("it waits"), MotionCompletion(False, "unreachable"))
+            )
             usage = chance.choice((None, {}, {"grip": 1}, {"grip": 1}, {"grip": 2, "arm": 0}))
             beside = chance.choice(([], [], [3]))
             moved = chance.random() < 0.5
-            before = Decision(Verdict.ALLOW, asked, ()) if chance.random() < 0.2 else decision
-            motion = teller.motion(plan, "", before, decision) if moved else {}
+            before = Decision(DecisionKind.ALLOW, asked, ()) if chance.random() < 0.2 else decision
+            motion = teller.encode_motion(plan, "", before, decision) if moved else {}
             same = motion_details(before, decision, motion_to_json(plan, "")) if moved else {}
             said = _said(time, readings, caller, asked, usage, beside)
-            details = teller.tell(DecisionRecord(decision, **said, motion=motion))
+            details = teller.encode(DecisionRecord(decision, **said, motion=motion))
             as_text += type(details) is Encoded
             told.append("decision", details)
             usually = DecisionRecord(decision, **said, motion=same)
-            usual.append("decision", decision_details(usually, one_by_one.tell))
+            usual.append("decision", decision_details(usually, one_by_one.encode))
     assert (tmp_path / "told").read_bytes() == (tmp_path / "usual").read_bytes()
-    assert verify_log(tmp_path / "told").sound
+    assert verify_log(tmp_path / "told").is_sound
     assert 200 < as_text < 2700
 
 
@@ -107,9 +117,9 @@ def test_what_is_told_as_text_takes_as_much_room_as_it_needs_at_most() -> None:
     asked = Action("move", {"aim": (0.1, 0.2), "speed": 0.25})
     readings = {"lid": Reading(True, 1.0), "pot": Reading((0.1, 0.2), 1.0)}
     said = _said(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])
-    decision = Decision(Verdict.ALLOW, asked, ())
+    decision = Decision(DecisionKind.ALLOW, asked, ())
     made = DecisionRecord(decision, **said)
-    told = DecisionTeller().tell(made)
+    told = IncrementalDecisionEncoder().encode(made)
     assert type(told) is Encoded
-    assert told.text.encode() == canonical({"details": decision_details(made)}, ["state"])[11:-1]
+    assert told.text.encode() == to_canonical_json({"details": decision_details(made)}, ["state"])[11:-1]
     assert told.size >= len(told.text)

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.canonical_json import MOST_SIZE
+from aeros.runtime.canonical_json import MAX_SIZE
 from aeros.runtime.ports import Reading, Readings
-from aeros.runtime.records.encode_readings import ReadingsTeller, told_readings
+from aeros.runtime.records.encode_readings import IncrementalReadingsEncoder, encode_readings
 
 _VALUES = (
     0.0, -0.0, 1, True, False, None, nan, inf, "open", "é", (0.1, 0.2), (True, False), (), [1.0], [[2.0]],
@@ -32,37 +32,37 @@ def _moment(chance: Random, before: Readings) -> dict[str, Reading]:
 
 def test_moments_are_told_as_each_is_by_itself() -> None:
     chance = Random(5)  # noqa: S311 - a test, the same every time
-    teller = ReadingsTeller()
+    teller = IncrementalReadingsEncoder()
     moment: dict[str, Reading] = {}
     for _ in range(3000):
         moment = _moment(chance, moment)
-        assert teller.tell(moment) == told_readings(moment)
+        assert teller.encode(moment) == encode_readings(moment)
 
 
 def test_a_list_that_has_changed_is_told_as_it_is_now() -> None:
-    teller, place = ReadingsTeller(), [1.0]
+    teller, place = IncrementalReadingsEncoder(), [1.0]
     moment = {"place": Reading(place, 0.0), "lid": Reading(True, 0.0)}
-    first = teller.tell(moment)
+    first = teller.encode(moment)
     place[0] = 2.0
-    assert teller.tell(moment) == told_readings(moment) != first
+    assert teller.encode(moment) == encode_readings(moment) != first
 
 
 @pytest.mark.parametrize(
     "strange", [{1: Reading(1.0, 0.0), "lid": Reading(1.0, 0.0)}, {None: Reading(1.0, 0.0)}]
 )
 def test_what_has_no_name_is_told_as_such(strange: Any) -> None:
-    assert ReadingsTeller().tell(strange) == told_readings(strange)
+    assert IncrementalReadingsEncoder().encode(strange) == encode_readings(strange)
 
 
 def test_more_than_a_record_holds_is_told_as_too_large() -> None:
-    moment = {name: Reading(name * (MOST_SIZE // 2), 0.0) for name in "abc"}
-    teller = ReadingsTeller()
-    assert teller.tell(moment) == teller.tell(moment) == told_readings(moment)
-    assert "too large" in teller.tell(moment).text
+    moment = {name: Reading(name * (MAX_SIZE // 2), 0.0) for name in "abc"}
+    teller = IncrementalReadingsEncoder()
+    assert teller.encode(moment) == teller.encode(moment) == encode_readings(moment)
+    assert "too large" in teller.encode(moment).text
 
 
 def test_names_without_end_leave_no_more_behind_than_is_needed() -> None:
-    teller = ReadingsTeller()
+    teller = IncrementalReadingsEncoder()
     for number in range(30_000):
-        teller.tell({f"name {number}": Reading(1.0, 0.0), "lid": Reading(True, 0.0)})
+        teller.encode({f"name {number}": Reading(1.0, 0.0), "lid": Reading(True, 0.0)})
     assert len(teller._texts) == 2

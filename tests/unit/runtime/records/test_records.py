@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.canonical_json import canonical, digest_of
-from aeros.runtime.ports import Ball, Body, Completion, Motionless, Servo, Trajectory
+from aeros.runtime.canonical_json import digest_of, to_canonical_json
+from aeros.runtime.ports import Ball, MotionCompletion, NoMotion, RobotBody, ServoBounds, Trajectory
 from aeros.runtime.records.records import body_to_json, motion_from_json, motion_to_json
 from tests.unit.runtime import motions
 
@@ -24,16 +24,16 @@ def motion(seed: int = 0, pieces: int = 3, lanes: int = 1, **changed: Any) -> Tr
     return replace(Trajectory(body, found, NOWHERE, (0.1, -0.2, 0.0), 2.5), **changed)
 
 
-def servo() -> Servo:
+def servo() -> ServoBounds:
     row = (0.1,) * motions.JOINTS
-    return Servo(row, row, row, row, 0.1, 0.2, 0.3)
+    return ServoBounds(row, row, row, row, 0.1, 0.2, 0.3)
 
 
 def told(plan: Any) -> tuple[Any, dict[str, Any]]:
     """What a log says of it, and the bodies in the log by digest."""
     held = body_to_json(plan.body) if type(plan) is Trajectory else None
     said = motion_to_json(plan, digest_of(held))
-    return json.loads(canonical(said)), {digest_of(held): json.loads(canonical(held))}
+    return json.loads(to_canonical_json(said)), {digest_of(held): json.loads(to_canonical_json(held))}
 
 
 def read(plan: Any) -> Any:
@@ -45,7 +45,7 @@ def test_a_motion_comes_back_as_it_was(seed: int) -> None:
     pieces, lanes = 1 + seed % 4, 1 + seed % 3
     one = motion(seed, pieces, lanes, servo=servo() if lanes > 1 else None)
     # Each point that two pieces share is written once, and so has to be the same.
-    joined = replace(one, paths=tuple(map(_joined, one.paths)))
+    joined = replace(one, joint_paths=tuple(map(_joined, one.joint_paths)))
     again = read(joined)
     assert again == joined
     assert repr(again) == repr(joined)
@@ -61,7 +61,15 @@ def _joined(path: Any) -> Any:
 
 @pytest.mark.parametrize(
     "plan",
-    [Motionless("it waits"), Completion(False, "unreachable"), Completion(True), None, 5, "motion", [1.0]],
+    [
+        NoMotion("it waits"),
+        MotionCompletion(False, "unreachable"),
+        MotionCompletion(True),
+        None,
+        5,
+        "motion",
+        [1.0],
+    ],
 )
 def test_what_else_a_plant_may_say_comes_back_too(plan: Any) -> None:
     assert read(plan) == plan
@@ -86,9 +94,9 @@ MALFORMED: list[dict[str, Any]] = [
     {"duration": inf},
     {"duration": "long"},
     {"servo": 5},
-    {"servo": replace(servo(), slack=())},
+    {"servo": replace(servo(), joint_tolerance=())},
     {"body": None},
-    {"body": Body((), NOWHERE, ())},
+    {"body": RobotBody((), NOWHERE, ())},
     {"body": replace(BODY, **NO_BALLS)},
     {"body": replace(BODY, balls=(Ball("arm", 1, NOWHERE, -1.0),))},
 ]
@@ -110,11 +118,11 @@ def test_whatever_a_plant_says_can_be_told() -> None:
     for strange in (object(), {1: 2}, [1.0], b"x"):
         for changed in ("paths", "base", "way", "duration", "servo", "body"):
             malformed: dict[str, Any] = {changed: strange}
-            assert json.loads(canonical(motion_to_json(motion(**malformed), ""))).keys() > {changed} - {
-                "body"
-            }
-            json.loads(canonical(body_to_json(strange)))
-        assert json.loads(canonical(motion_to_json(strange, ""))) is not None
+            assert json.loads(to_canonical_json(motion_to_json(motion(**malformed), ""))).keys() > {
+                changed
+            } - {"body"}
+            json.loads(to_canonical_json(body_to_json(strange)))
+        assert json.loads(to_canonical_json(motion_to_json(strange, ""))) is not None
 
 
 @pytest.mark.parametrize(
@@ -147,6 +155,6 @@ def test_what_is_not_even_like_one_is_refused(said: Any) -> None:
 
 def test_a_path_takes_eleven_characters_for_each_number() -> None:
     one = motion(pieces=40)
-    one = replace(one, paths=tuple(map(_joined, one.paths)))
+    one = replace(one, joint_paths=tuple(map(_joined, one.joint_paths)))
     numbers = motions.JOINTS * (1 + 3 * 40)
-    assert len(canonical(told(one)[0])) < 11 * numbers + 300
+    assert len(to_canonical_json(told(one)[0])) < 11 * numbers + 300

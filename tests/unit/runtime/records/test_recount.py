@@ -12,8 +12,8 @@ import pytest
 
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.canonical_json import digest_of
-from aeros.runtime.gate.configuration import only
-from aeros.runtime.records.replay import Replay
+from aeros.runtime.gate.configuration import single_configuration
+from aeros.runtime.records.replay import LogReplay
 from aeros.spec.model.model import Site
 from tests.unit.runtime.monitor.test_history import CODE, NAME, STEP, Bench
 
@@ -28,13 +28,13 @@ def made(site: Site, make_ecm: Any, tmp_path: Path) -> tuple[Bench, Path]:
     return Bench(site, make_ecm(CODE), AuditLog(log)), log
 
 
-def replayed(made: tuple[Bench, Path], change: Change = lambda records: None) -> Replay:
+def replayed(made: tuple[Bench, Path], change: Change = lambda records: None) -> LogReplay:
     bench, log = made
     records = [json.loads(line) for line in log.read_bytes().splitlines()]
     change([record["details"] for record in records if record["event"] == "decision"])
-    replay = Replay(only(bench.configuration))
+    replay = LogReplay(single_configuration(bench.configuration))
     for record in records:
-        replay.take(record)
+        replay.replay_record(record)
     return replay
 
 
@@ -54,13 +54,13 @@ def test_what_an_earlier_decision_saw_cannot_be_forgotten(made: tuple[Bench, Pat
     bench, _ = made
     for tick, distance in enumerate((FAR, NEAR, FAR)):
         bench.lift_at(tick * STEP, distance)
-    assert (replayed(made).disagreements, replayed(made).agreed) == ([], 3)
+    assert (replayed(made).mismatches, replayed(made).matching_count) == ([], 3)
     for history, said in ((False, "False"), (None, "unknown")):
         (found,) = replayed(
             made,
             lambda records, history=history: forgetting(records, 2, history),  # type: ignore[misc]
-        ).disagreements
-        assert found.why == (
+        ).mismatches
+        assert found.reason == (
             f"the history `{NAME}` is recorded as {said}, and what was decided before it adds up to True"
         )
 
@@ -70,8 +70,8 @@ def test_before_anything_has_begun_nothing_can_have_been_seen_but_by_decisions(
 ) -> None:
     bench, _ = made
     bench.lift_at(0.0, FAR)
-    (found,) = replayed(made, lambda records: forgetting(records, 0, history=True)).disagreements
-    assert found.why.endswith("is recorded as True, and what was decided before it adds up to False")
+    (found,) = replayed(made, lambda records: forgetting(records, 0, history=True)).mismatches
+    assert found.reason.endswith("is recorded as True, and what was decided before it adds up to False")
 
 
 def test_what_a_tick_alone_saw_is_taken_as_recorded(made: tuple[Bench, Path]) -> None:
@@ -81,8 +81,8 @@ def test_what_a_tick_alone_saw_is_taken_as_recorded(made: tuple[Bench, Path]) ->
     bench.plant.during = []
     bench.lift_at(STEP, FAR)
     replay = replayed(made)
-    assert (replay.disagreements, replay.agreed) == ([], 2)
-    assert replayed(made, lambda records: forgetting(records, 1, history=False)).agreed == 2
+    assert (replay.mismatches, replay.matching_count) == ([], 2)
+    assert replayed(made, lambda records: forgetting(records, 1, history=False)).matching_count == 2
 
 
 def test_a_clock_that_went_back_leaves_nothing_known_again(made: tuple[Bench, Path]) -> None:
@@ -90,4 +90,4 @@ def test_a_clock_that_went_back_leaves_nothing_known_again(made: tuple[Bench, Pa
     for time in (1.0, 0.5, 1.5):
         bench.lift_at(time, NEAR)
     replay = replayed(made)
-    assert (replay.disagreements, replay.agreed) == ([], 3)
+    assert (replay.mismatches, replay.matching_count) == ([], 3)

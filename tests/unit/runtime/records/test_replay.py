@@ -12,13 +12,18 @@ import pytest
 from aeros.runtime.audit.check import Record
 from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.canonical_json import digest_of
-from aeros.runtime.gate.configuration import Configuration, Configurations, UnknownConfigurationError, only
-from aeros.runtime.gate.decision import Caller, Decision, Verdict
+from aeros.runtime.gate.configuration import (
+    Configuration,
+    FindConfiguration,
+    UnknownConfigurationError,
+    single_configuration,
+)
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
-from aeros.runtime.gate.quotas import ClockError, Usage, denied_by_clock
+from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter, clock_denial
 from aeros.runtime.ports import Reading
 from aeros.runtime.records.records import DecisionRecord, decision_details, session_details
-from aeros.runtime.records.replay import Replay
+from aeros.runtime.records.replay import LogReplay
 from aeros.skill import Action
 from tests.unit.runtime import bench
 
@@ -43,20 +48,20 @@ OPENED = ("session-opened", session_details(bench.configuration()))
 def replayed(
     *records: tuple[str, Mapping[str, Any]],
     mode: GateMode = GateMode.COMPILED,
-    known: Configurations | None = None,
+    known: FindConfiguration | None = None,
     path: Path,
-) -> Replay:
+) -> LogReplay:
     """The records written to a log, in a session unless they are several, and decided again."""
     opened = () if any(event == "session-opened" for event, _ in records) else (OPENED,)
     with AuditLog(path) as log:
         for event, details in (*opened, *records):
             log.append(event, details)
-    replay = Replay(known or only(bench.configuration()), mode)
+    replay = LogReplay(known or single_configuration(bench.configuration()), mode)
 
     def take(record: Record, own: str) -> None:
-        replay.take(record)
+        replay.replay_record(record)
 
-    assert verify_log(path, take).sound
+    assert verify_log(path, take).is_sound
     return replay
 
 
@@ -87,25 +92,25 @@ def requests() -> list[tuple[dict[str, Any], dict[str, Any]]]:
 
 def test_whatever_was_asked_for_is_decided_the_same_again(log: Path) -> None:
     made = [decided(parameters, **state) for parameters, state in requests()]
-    verdicts = [decision.verdict for decision, _ in made]
-    assert {Verdict.ALLOW, Verdict.DENY} <= set(verdicts)
+    verdicts = [decision.kind for decision, _ in made]
+    assert {DecisionKind.ALLOW, DecisionKind.DENY} <= set(verdicts)
     replay = replayed(*(("decision", details) for _, details in made), path=log)
-    assert replay.disagreements == []
-    assert replay.agreed == len(made)
-    assert 0 < replay.verdict_only < len(made) / 2
+    assert replay.mismatches == []
+    assert replay.matching_count == len(made)
+    assert 0 < replay.verdict_only_count < len(made) / 2
 
 
 @pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.SHADOW])
 def test_every_gate_decides_it_the_same_again(mode: GateMode, log: Path) -> None:
     made = [decided(parameters, **state)[1] for parameters, state in requests()[:8]]
     replay = replayed(*(("decision", one) for one in made), mode=mode, path=log)
-    assert (replay.disagreements, replay.agreed) == ([], len(made))
+    assert (replay.mismatches, replay.matching_count) == ([], len(made))
 
 
 def test_a_request_too_large_to_record_is_compared_by_its_verdict(log: Path) -> None:
     _, details = decided({**bench.PARAMETERS["move"], "speed": "x" * 2_000_000})
     replay = replayed(("decision", details), path=log)
-    assert (replay.agreed, replay.verdict_only, replay.disagreements) == (1, 1, [])
+    assert (replay.matching_count, replay.verdict_only_count, replay.mismatches) == (1, 1, [])
 
 
 ALTERED: list[tuple[str, dict[str, Any], str]] = [
@@ -133,36 +138,36 @@ def test_a_record_that_does_not_come_out_the_same_is_named(
 ) -> None:
     _, details = decided(bench.PARAMETERS["move"])
     replay = replayed(("decision", {**details, **changes}), path=log)
-    (found,) = replay.disagreements
+    (found,) = replay.mismatches
     assert found.sequence == 1
-    assert found.why.startswith(why)
-    assert (found.again is None) == bool(why)
+    assert found.reason.startswith(why)
+    assert (found.replayed is None) == bool(why)
 
 
 @pytest.mark.parametrize("name", ["time", "state", "usage", "module", "skill", "inputs", "asked"])
 def test_a_record_that_lacks_something_is_not_decided_again(name: str, log: Path) -> None:
     _, details = decided(bench.PARAMETERS["move"])
     del details[name]
-    (found,) = replayed(("decision", details), path=log).disagreements
-    assert found.why == f"the record does not hold its {name}"
+    (found,) = replayed(("decision", details), path=log).mismatches
+    assert found.reason == f"the record does not hold its {name}"
 
 
 def test_a_clock_that_went_back_denies_again_and_a_new_session_has_a_new_clock(log: Path) -> None:
     decision, details = decided(bench.PARAMETERS["move"])
-    assert decision.verdict is Verdict.ALLOW
-    clock = Usage(())
-    clock.count(bench.NOW)
+    assert decision.kind is DecisionKind.ALLOW
+    clock = QuotaUsageCounter(())
+    clock.usage_at(bench.NOW)
     with pytest.raises(ClockError) as wrong:
-        clock.count(bench.NOW - 1)
+        clock.usage_at(bench.NOW - 1)
     readings = bench.measured(bench.STATE)
     denied = decision_details(DecisionRecord(
-        denied_by_clock(wrong.value), details["configuration"], bench.NOW - 1, readings, CALLER,
+        clock_denial(wrong.value), details["configuration"], bench.NOW - 1, readings, CALLER,
         Action("move", {}), None,
     ))  # fmt: skip
     records = [("decision", details), ("decision", denied)]
-    assert replayed(OPENED, *records, OPENED, records[0], path=log).disagreements == []
-    (found,) = replayed(records[1], path=log.with_name("other")).disagreements
-    assert found.why.startswith("the use of quotas is recorded if and only if")
+    assert replayed(OPENED, *records, OPENED, records[0], path=log).mismatches == []
+    (found,) = replayed(records[1], path=log.with_name("other")).mismatches
+    assert found.reason.startswith("the use of quotas is recorded if and only if")
 
 
 def test_gates_that_disagree_are_named_with_the_record(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -171,8 +176,8 @@ def test_gates_that_disagree_are_named_with_the_record(log: Path, monkeypatch: p
 
     _, details = decided(bench.PARAMETERS["move"])
     monkeypatch.setattr(CompiledGate, "decide", disagree)
-    (found,) = replayed(("decision", details), path=log).disagreements
-    assert (found.sequence, found.why, found.again) == (1, "compiled gate: ALLOW; z3: DENY", None)
+    (found,) = replayed(("decision", details), path=log).mismatches
+    assert (found.sequence, found.reason, found.replayed) == (1, "compiled gate: ALLOW; z3: DENY", None)
 
 
 def test_readings_are_recorded_with_their_times(log: Path) -> None:
@@ -222,24 +227,26 @@ def test_a_log_is_decided_again_across_changes_of_the_configuration(log: Path) -
         return both(digest)
 
     replay = replayed(OPENED, *records, CHANGED, path=log, known=known)
-    assert (replay.disagreements, replay.agreed) == ([], 4)
+    assert (replay.mismatches, replay.matching_count) == ([], 4)
     assert asked == [before.digest, after.digest]
 
 
 def test_a_decision_under_another_configuration_than_the_one_in_force_is_named(log: Path) -> None:
     replay = replayed(carried(0, other()), CHANGED, carried(1, other()), path=log, known=both)
-    (found,) = replay.disagreements
+    (found,) = replay.mismatches
     assert found.sequence == 1
-    assert found.why == f"it names the configuration {'e' * 64} where {bench.configuration().digest} governs"
-    assert replay.agreed == 1
+    assert (
+        found.reason == f"it names the configuration {'e' * 64} where {bench.configuration().digest} governs"
+    )
+    assert replay.matching_count == 1
 
 
 def test_a_configuration_that_is_not_to_be_had_is_named_and_nothing_is_agreed_to(log: Path) -> None:
     before, after = bench.configuration(), other()
     records = [carried(0, after), ("configuration-changed", OPENED[1]), carried(1, before)]
-    replay = replayed(("session-opened", CHANGED[1]), *records, path=log, known=only(before))
-    assert replay.agreed == 0
-    assert [found.why for found in replay.disagreements] == [
+    replay = replayed(("session-opened", CHANGED[1]), *records, path=log, known=single_configuration(before))
+    assert replay.matching_count == 0
+    assert [found.reason for found in replay.mismatches] == [
         f"it was decided under the configuration {after.digest}, and the one given is {before.digest}",
         "what was counted before it depends on a configuration that is not known",
     ]
@@ -261,13 +268,13 @@ def test_a_session_that_says_something_else_of_its_configuration_is_named(
 ) -> None:
     opened = ("session-opened", {**OPENED[1], **changed})
     replay = replayed(opened, carried(0, bench.configuration()), path=log, known=both)
-    assert [found.sequence for found in replay.disagreements] == sequences
+    assert [found.sequence for found in replay.mismatches] == sequences
 
 
 def test_without_a_session_nothing_governs(log: Path) -> None:
     replay = replayed(carried(0, bench.configuration()), OPENED, path=log)
-    (found,) = replay.disagreements
-    assert found.why == "no record before it says which configuration governs"
+    (found,) = replay.mismatches
+    assert found.reason == "no record before it says which configuration governs"
 
 
 # What the quotas have counted.
@@ -279,11 +286,11 @@ def test_the_use_of_quotas_is_what_the_log_adds_up_to(log: Path) -> None:
     assert [details["verdict"] for _, details in full] == ["ALLOW", "ALLOW", "ALLOW", "DENY"]
     later = carried(2, one, now + 60.5)
     replay = replayed(*full, later, path=log)
-    assert (replay.disagreements, replay.agreed) == ([], 5)
+    assert (replay.mismatches, replay.matching_count) == ([], 5)
     # The second is taken out, and the chain made anew.
     replay = replayed(full[0], *full[2:], path=log.with_name("other"))
-    assert [found.sequence for found in replay.disagreements] == [2, 3]
-    assert replay.disagreements[0].why == (
+    assert [found.sequence for found in replay.mismatches] == [2, 3]
+    assert replay.mismatches[0].reason == (
         "the use of quotas is another: what was decided before it adds up to {'carry-rate': 1}, "
         "and recorded is {'carry-rate': 2}"
     )
@@ -292,10 +299,10 @@ def test_the_use_of_quotas_is_what_the_log_adds_up_to(log: Path) -> None:
 def test_under_a_site_with_other_quotas_the_count_goes_on_as_it_did(log: Path) -> None:
     one = bench.configuration()
     (quota,) = one.site.quotas
-    site = replace(one.site, quotas=(replace(quota, at_most=9),), digest="9" * 64)
+    site = replace(one.site, quotas=(replace(quota, max_count=9),), digest="9" * 64)
     wider = replace(one, site=site, certificates={}, digest="8" * 64)
     changed = ("configuration-changed", session_details(wider))
     records = [carried(0, one), carried(1, one), changed, carried(0, wider), carried(1, wider)]
     found = {one.digest: one, wider.digest: wider}
     replay = replayed(*records, path=log, known=found.__getitem__)
-    assert (replay.disagreements, replay.agreed) == ([], 4)
+    assert (replay.mismatches, replay.matching_count) == ([], 4)

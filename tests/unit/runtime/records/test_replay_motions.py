@@ -12,18 +12,18 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, end_record, verify_log
+from aeros.runtime.audit.check import GENESIS, seal_record, verify_log
 from aeros.runtime.canonical_json import digest_of
-from aeros.runtime.gate.configuration import Configuration, only
+from aeros.runtime.gate.configuration import Configuration, single_configuration
 from aeros.runtime.gate.gate import GateMode
-from aeros.runtime.ports import Completion, Motionless, Plan, Trajectory
+from aeros.runtime.ports import MotionCompletion, NoMotion, PlannedMotion, Trajectory
 from aeros.runtime.records.records import body_to_json, motion_to_json
-from aeros.runtime.records.replay import Replay
+from aeros.runtime.records.replay import LogReplay
 from aeros.skill import act
 from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.together import Cart, asking, configuration, move, roll
 
-AWAY = replace(PLAN, paths=((((0.5,),) * 4,),))
+AWAY = replace(PLAN, joint_paths=((((0.5,),) * 4,),))
 """Starts half a radian from where the joint is."""
 
 
@@ -53,7 +53,7 @@ def written(folder: Path, *plans: Any) -> Path:
 Change = Callable[[list[dict[str, Any]]], None]
 
 
-def replayed(log: Path, change: Change | None = None, mode: GateMode = GateMode.COMPILED) -> Replay:
+def replayed(log: Path, change: Change | None = None, mode: GateMode = GateMode.COMPILED) -> LogReplay:
     """The log decided again, with its records changed and the chain made anew."""
     records = [json.loads(line) for line in log.read_bytes().splitlines()]
     if change is not None:
@@ -63,23 +63,23 @@ def replayed(log: Path, change: Change | None = None, mode: GateMode = GateMode.
         for sequence, record in enumerate(records):
             body = {name: record[name] for name in ("details", "event", "written")}
             body |= {"previous": previous, "sequence": sequence}
-            line, previous = end_record(json.dumps(body, sort_keys=True, separators=(",", ":")).encode())
+            line, previous = seal_record(json.dumps(body, sort_keys=True, separators=(",", ":")).encode())
             file.write(line)
-    replay = Replay(only(with_motions()), mode)
-    assert verify_log(again, lambda record, _: replay.take(record)).sound
+    replay = LogReplay(single_configuration(with_motions()), mode)
+    assert verify_log(again, lambda record, _: replay.replay_record(record)).is_sound
     return replay
 
 
 @pytest.mark.parametrize("mode", GateMode)
 def test_whatever_the_plant_said_is_decided_the_same_again(mode: GateMode, tmp_path: Path) -> None:
     plans: list[Any] = [
-        PLAN, AWAY, PLAN, Motionless("it waits"), Completion(False, "too far"), None, "nothing",
-        replace(PLAN, duration=0.0), replace(PLAN, paths=()), altered(body=None),
+        PLAN, AWAY, PLAN, NoMotion("it waits"), MotionCompletion(False, "too far"), None, "nothing",
+        replace(PLAN, duration=0.0), replace(PLAN, joint_paths=()), altered(body=None),
         replace(PLAN, body=replace(PLAN.body, balls=())),
     ]  # fmt: skip
     log = written(tmp_path, *plans)
     replay = replayed(log, mode=mode)
-    assert (replay.disagreements, replay.agreed, replay.verdict_only) == ([], len(plans), 0)
+    assert (replay.mismatches, replay.matching_count, replay.verdict_only_count) == ([], len(plans), 0)
     records = [json.loads(line) for line in log.read_bytes().splitlines()]
     bodies = [record["details"]["body"] for record in records if record["event"] == "body"]
     assert len(bodies) == 3  # PLAN's, none, and one without balls
@@ -89,14 +89,14 @@ def test_whatever_the_plant_said_is_decided_the_same_again(mode: GateMode, tmp_p
 
 def test_a_motion_that_no_record_can_hold_is_compared_by_its_verdict(tmp_path: Path) -> None:
     replay = replayed(written(tmp_path, altered(base=object()), object()))
-    assert (replay.disagreements, replay.agreed, replay.verdict_only) == ([], 2, 2)
+    assert (replay.mismatches, replay.matching_count, replay.verdict_only_count) == ([], 2, 2)
 
 
-def two_at_once(log: Path, second: Plan, *, cancelled: bool = False) -> Cart:
+def two_at_once(log: Path, second: PlannedMotion, *, cancelled: bool = False) -> Cart:
     """A cart whose arm turns, and meanwhile does something else; the turn may be taken back before."""
     one = Cart(log, {"reach": asking(move()), "drive": asking(roll())}, under=with_motions())
     one.plant.values["joint_angle"] = (0.0,)
-    plans: dict[str, Plan] = {"move": TURNS, "roll": second}
+    plans: dict[str, PlannedMotion] = {"move": TURNS, "roll": second}
     one.plant.plan = lambda action: plans[action.kind]  # type: ignore[method-assign]
     reach = one.start("reach")
     if cancelled:
@@ -110,14 +110,14 @@ def two_at_once(log: Path, second: Plan, *, cancelled: bool = False) -> Cart:
 
 
 @pytest.mark.parametrize(
-    ("second", "reason"), [(TURNS, "AE764"), (DRIVES, None), (Motionless("wheels alone"), None)]
+    ("second", "reason"), [(TURNS, "AE764"), (DRIVES, None), (NoMotion("wheels alone"), None)]
 )
 def test_a_second_motion_of_the_robot_is_decided_beside_the_first_again(
-    second: Plan, reason: str | None, tmp_path: Path
+    second: PlannedMotion, reason: str | None, tmp_path: Path
 ) -> None:
     one = two_at_once(tmp_path / "audit.jsonl", second)
     replay = replayed(one.log)
-    assert (replay.disagreements, replay.agreed) == ([], 2)
+    assert (replay.mismatches, replay.matching_count) == ([], 2)
     last = one.records("decision")[-1]
     assert [code for code, _, _ in last["reasons"]] == ([reason] if reason else [])
     assert "motion" in last
@@ -128,9 +128,9 @@ def test_beside_what_comes_to_rest_it_is_denied_again_and_not_where_the_record_k
 ) -> None:
     one = two_at_once(tmp_path / "audit.jsonl", DRIVES, cancelled=True)
     replay = replayed(one.log)
-    assert (replay.disagreements, replay.agreed) == ([], 2)
-    (found,) = replayed(one.log, lambda records: decisions(records)[-1].pop("halting")).disagreements
-    assert (found.recorded["verdict"], found.again and found.again["verdict"]) == ("DENY", "ALLOW")
+    assert (replay.mismatches, replay.matching_count) == ([], 2)
+    (found,) = replayed(one.log, lambda records: decisions(records)[-1].pop("halting")).mismatches
+    assert (found.recorded["verdict"], found.replayed and found.replayed["verdict"]) == ("DENY", "ALLOW")
 
 
 # What is altered.
@@ -238,8 +238,8 @@ WITHOUT = "a motion is recorded if and only if one was to be decided"
 )
 def test_what_is_altered_is_found(change: Change, found: list[str], tmp_path: Path) -> None:
     log = written(tmp_path, PLAN, AWAY)
-    assert replayed(log).agreed == 2
-    assert [one.why for one in replayed(log, change).disagreements] == found
+    assert replayed(log).matching_count == 2
+    assert [one.reason for one in replayed(log, change).mismatches] == found
 
 
 def test_an_action_that_is_no_motion_has_none(tmp_path: Path) -> None:
@@ -248,13 +248,13 @@ def test_an_action_that_is_no_motion_has_none(tmp_path: Path) -> None:
     one.start("look")
     one.ends(1)
     one.audit.close()
-    assert replayed(one.log).agreed == 1
+    assert replayed(one.log).matching_count == 1
 
     def add(records: list[dict[str, Any]]) -> None:
         decisions(records)[0].update(motion={"motionless": "so"}, motion_digest="")
 
-    (found,) = replayed(one.log, add).disagreements
-    assert found.why == WITHOUT
+    (found,) = replayed(one.log, add).mismatches
+    assert found.reason == WITHOUT
 
 
 def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -304,13 +304,13 @@ def with_change(
 def test_whatever_else_is_altered_anywhere_in_a_record_is_found(tmp_path: Path) -> None:
     log = written(tmp_path, PLAN, AWAY)
     records = [json.loads(line) for line in log.read_bytes().splitlines()]
-    replay, unfound, count = Replay(only(with_motions())), set(), 0
+    replay, unfound, count = LogReplay(single_configuration(with_motions())), set(), 0
     for number, path in places(records):
-        replay.disagreements.clear()
+        replay.mismatches.clear()
         for one in with_change(records, number, path, another):
-            replay.take(one)
+            replay.replay_record(one)
         count += 1
-        if not replay.disagreements:
+        if not replay.mismatches:
             unfound.add((number, *path))
     assert unfound == set()
     assert count > 50
@@ -327,14 +327,14 @@ def test_whatever_stands_in_a_record_is_no_more_than_a_disagreement(strange: Any
     found = places(records)
     # Also in place of everything that holds such a leaf.
     inner = {(number, path[:cut]): None for number, path in found for cut in range(1, len(path))}
-    replay, unfound = Replay(only(with_motions())), []
+    replay, unfound = LogReplay(single_configuration(with_motions())), []
     for number, path in (*found, *inner):
-        replay.disagreements.clear()
+        replay.mismatches.clear()
         for one in with_change(records, number, path, lambda _: strange):
-            replay.take(one)
+            replay.replay_record(one)
         details = records[number]["details"]
         is_altered = repr(replaced_at(details, path, lambda _: strange)) != repr(details)
-        if is_altered and not replay.disagreements:
+        if is_altered and not replay.mismatches:
             unfound.append((number, path))
     # What a record says that could not be encoded is the same as anything that cannot be.
     assert unfound == [] or strange == {"unencodable": "x"}, unfound

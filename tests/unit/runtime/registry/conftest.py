@@ -19,7 +19,7 @@ Author = Callable[..., Path]
 def registry(tmp_path: Path) -> Registry:
     """With the site of docs/codes in force, and nothing installed."""
     made = Registry(tmp_path / "robot")
-    made.policy(BASE / "site.yaml")
+    made.set_policy(BASE / "site.yaml")
     return made
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.registry.archive import packed, unpack
+from aeros.runtime.registry.archive import pack, unpack
 from aeros.runtime.registry.bundle_store import module_files
 from aeros.spec.diagnostics.errors import UserError
 
@@ -31,8 +31,8 @@ def test_what_is_packed_comes_out_again(
         if not any(other.startswith(f"{name}/") for other in names)
     }
     folder = tmp_path_factory.mktemp("archive")
-    (folder / "a.zip").write_bytes(packed(kept))
-    assert packed(dict(reversed(kept.items()))) == packed(kept)
+    (folder / "a.zip").write_bytes(pack(kept))
+    assert pack(dict(reversed(kept.items()))) == pack(kept)
     unpack(folder / "a.zip", folder / "out")
     (folder / "out").mkdir(exist_ok=True)
     assert module_files(folder / "out") == kept
@@ -90,7 +90,7 @@ def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path: Path) -> None:
 
 def test_a_damaged_archive_is_refused_in_words_or_gives_what_was_packed(tmp_path: Path) -> None:
     files = {"ecm.yaml": b"id: tidy\n" * 100, "skills.py": b"pass\n"}
-    whole = packed(files)
+    whole = pack(files)
     path = tmp_path / "a.zip"
     refused = accepted = 0
     for position in range(0, len(whole), 3):

@@ -11,35 +11,35 @@ import pytest
 from aeros.runtime.audit.checkpoints import verify_signed
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog, verify_log
-from aeros.runtime.registry.change_log import LOG, adopted, record_change
-from aeros.runtime.registry.lifecycle import State
-from aeros.runtime.registry.store import Installed, Snapshot
+from aeros.runtime.registry.change_log import LOG, record_change, recorded_configurations
+from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 
-TIDY = Installed.kept("tidy", "1.2.0", "d" * 64, State.ACTIVE)
-BLOCK = Block("no_welder", "it is being repaired", "welder", None, "weld")
-OLD = Snapshot(4, "sites/a.yaml", {}, {})
-NEW = Snapshot(5, "sites/b.yaml", {"tidy": TIDY}, {"no_welder": BLOCK})
+TIDY = InstalledModule.from_digest("tidy", "1.2.0", "d" * 64, ModuleState.ACTIVE)
+BLOCK = OperatorOverride("no_welder", "it is being repaired", "welder", None, "weld")
+OLD = RegistrySnapshot(4, "sites/a.yaml", {}, {})
+NEW = RegistrySnapshot(5, "sites/b.yaml", {"tidy": TIDY}, {"no_welder": BLOCK})
 
 
 def test_a_change_is_recorded_whole_and_comes_back_as_it_was(tmp_path: Path) -> None:
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "activate tidy", "c" * 64)
-    assert verify_log(tmp_path / LOG).sound
+    assert verify_log(tmp_path / LOG).is_sound
     (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
     details = record["details"]
     assert record["event"] == "registry-change"
     assert (details["change"], details["from"], details["to"]) == ("activate tidy", 4, 5)
     assert details["by"].keys() == {"user", "host", "pid"}
     assert details["by"]["pid"] == os.getpid()
-    assert adopted(tmp_path) == {"c" * 64: NEW}
+    assert recorded_configurations(tmp_path) == {"c" * 64: NEW}
 
 
 def test_of_several_changes_to_one_configuration_the_newest_counts(tmp_path: Path) -> None:
-    newer = Snapshot(7, NEW.site, NEW.modules, {})
+    newer = RegistrySnapshot(7, NEW.site, NEW.modules, {})
     for old, new, digest in ((OLD, NEW, "c"), (NEW, OLD, "o"), (OLD, newer, "c")):
         record_change(tmp_path, tmp_path / "no-key", old, new, "x", digest)
-    assert adopted(tmp_path) == {"c": newer, "o": OLD}
+    assert recorded_configurations(tmp_path) == {"c": newer, "o": OLD}
 
 
 def test_with_a_key_the_record_is_signed(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_with_a_key_the_record_is_signed(tmp_path: Path) -> None:
     record_change(tmp_path, tmp_path / "key", OLD, NEW, "x", "c")
     key = read_signing_key(tmp_path / "key")
     assert verify_signed(tmp_path / LOG, key.public, None).signed > 0
-    assert adopted(tmp_path) == {"c": NEW}
+    assert recorded_configurations(tmp_path) == {"c": NEW}
 
 
 def test_what_cannot_be_recorded_is_not_done(tmp_path: Path) -> None:
@@ -68,14 +68,14 @@ def test_records_of_another_form_and_after_a_break_are_passed_over(tmp_path: Pat
         log.append("registry-change", {"configuration": "other"})
         log.append("note", {"configuration": "c"})
     record_change(tmp_path, tmp_path / "no-key", NEW, OLD, "x", "o")
-    assert adopted(tmp_path) == {"c": NEW, "o": OLD}
+    assert recorded_configurations(tmp_path) == {"c": NEW, "o": OLD}
     lines = (tmp_path / LOG).read_text().splitlines(keepends=True)
     (tmp_path / LOG).write_text("".join([*lines[:-1], lines[-1].replace("sites/a", "sites/z")]))
-    assert adopted(tmp_path) == {"c": NEW}
+    assert recorded_configurations(tmp_path) == {"c": NEW}
 
 
 def test_where_nothing_was_ever_changed_nothing_is_adopted(tmp_path: Path) -> None:
-    assert adopted(tmp_path) == {}
+    assert recorded_configurations(tmp_path) == {}
 
 
 def test_a_user_without_a_name_is_a_number(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.store import Installed, Records, Snapshot
+from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot, RegistryStore
 
 _PATIENCE = 10.0
 
@@ -26,7 +26,7 @@ def test_who_waited_for_a_first_change_that_was_refused_holds_the_lock_that_is_t
     waits, holds, done = Event(), Event(), Event()
 
     def change() -> None:
-        with other._changing():
+        with other._change_lock():
             holds.set()
             done.wait(_PATIENCE)
 
@@ -39,7 +39,7 @@ def test_who_waited_for_a_first_change_that_was_refused_holds_the_lock_that_is_t
         flock(lock, how)
 
     monkeypatch.setattr(fcntl, "flock", waiting)
-    with suppress(ZeroDivisionError), one._changing():
+    with suppress(ZeroDivisionError), one._change_lock():
         second.start()
         assert waits.wait(_PATIENCE)
         raise ZeroDivisionError
@@ -55,10 +55,12 @@ def test_who_waited_for_a_first_change_that_was_refused_holds_the_lock_that_is_t
 def test_a_change_while_somebody_reads_is_seen_whole_or_not_at_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = Snapshot(1, "before")
-    after = Snapshot(2, "after", {"tidy": Installed.kept("tidy", "1.0.0", "0" * 64, State.INSTALLED)})
-    Records(tmp_path).replace(before)
-    writer = Thread(target=lambda: Records(tmp_path).replace(after))
+    before = RegistrySnapshot(1, "before")
+    after = RegistrySnapshot(
+        2, "after", {"tidy": InstalledModule.from_digest("tidy", "1.0.0", "0" * 64, ModuleState.INSTALLED)}
+    )
+    RegistryStore(tmp_path).replace(before)
+    writer = Thread(target=lambda: RegistryStore(tmp_path).replace(after))
 
     class Interrupted(sqlite3.Connection):
         """Somebody changes what is kept as soon as the policy was read."""
@@ -71,7 +73,7 @@ def test_a_change_while_somebody_reads_is_seen_whole_or_not_at_all(
 
     connect = sqlite3.connect
     monkeypatch.setattr(sqlite3, "connect", lambda *a, **named: connect(*a, **named, factory=Interrupted))
-    assert Records(tmp_path).read() == before
+    assert RegistryStore(tmp_path).read() == before
     writer.join()
     monkeypatch.undo()
-    assert Records(tmp_path).read() == after
+    assert RegistryStore(tmp_path).read() == after

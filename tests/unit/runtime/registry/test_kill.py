@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.store import Snapshot
+from aeros.runtime.registry.store import RegistrySnapshot
 from tests.unit.runtime.registry.conftest import Author
 
 KILLS = int(os.environ.get("AEROS_KILLS", "25"))
@@ -48,13 +48,13 @@ def test_a_killed_change_is_made_or_not_made(registry: Registry, write: Author) 
         if round_ % 2:
             change = partial(registry.install, versions[(round_ // 2 + 1) % 2])
         else:
-            active = old.modules["tidy"].state is State.ACTIVE
+            active = old.modules["tidy"].state is ModuleState.ACTIVE
             change = partial(registry.deactivate if active else registry.activate, "tidy")
         killed = _killed(change, chance.uniform(0.0, 1.3 * usual))
         new = registry.snapshot()
         assert _is_old_or_next(old, new)
         configuration, _ = registry.configuration()  # proves it, and that its files are whole
-        assert ("tidy" in configuration.modules) == (new.modules["tidy"].state is State.ACTIVE)
+        assert ("tidy" in configuration.modules) == (new.modules["tidy"].state is ModuleState.ACTIVE)
         outcomes[killed] += 1
     assert outcomes[True] > KILLS // 5
 
@@ -65,7 +65,7 @@ def _seconds(change: Callable[[str], object]) -> float:
     return time.monotonic() - began
 
 
-def _is_old_or_next(old: Snapshot, new: Snapshot) -> bool:
+def _is_old_or_next(old: RegistrySnapshot, new: RegistrySnapshot) -> bool:
     return new == old or new.generation == old.generation + 1
 
 

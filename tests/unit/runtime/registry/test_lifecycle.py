@@ -7,52 +7,70 @@ from itertools import product
 import networkx as nx
 import pytest
 
-from aeros.runtime.registry.lifecycle import TRANSITIONS, State, Verb, after, before
+from aeros.runtime.registry.lifecycle import (
+    TRANSITIONS,
+    LifecycleAction,
+    ModuleState,
+    allowed_states,
+    next_state,
+)
 
 LIFE = (
-    Verb.INSTALL,
-    Verb.CONFIGURE,
-    Verb.ACTIVATE,
-    Verb.DEACTIVATE,
-    Verb.ACTIVATE,
-    Verb.DEACTIVATE,
-    Verb.REMOVE,
+    LifecycleAction.INSTALL,
+    LifecycleAction.CONFIGURE,
+    LifecycleAction.ACTIVATE,
+    LifecycleAction.DEACTIVATE,
+    LifecycleAction.ACTIVATE,
+    LifecycleAction.DEACTIVATE,
+    LifecycleAction.REMOVE,
 )
 
 
 def test_the_life_of_the_paper_with_its_loop() -> None:
-    state = State.ABSENT
+    state = ModuleState.ABSENT
     seen = []
     for verb in LIFE:
-        reached = after(state, verb)
+        reached = next_state(state, verb)
         assert reached is not None
         state = reached
         seen.append(state)
-    active, configured = State.ACTIVE, State.CONFIGURED
-    assert seen == [State.INSTALLED, configured, active, configured, active, configured, State.ABSENT]
+    active, configured = ModuleState.ACTIVE, ModuleState.CONFIGURED
+    assert seen == [
+        ModuleState.INSTALLED,
+        configured,
+        active,
+        configured,
+        active,
+        configured,
+        ModuleState.ABSENT,
+    ]
 
 
-@pytest.mark.parametrize(("state", "verb"), list(product(State, Verb)))
-def test_what_is_no_step_is_refused_and_what_is_one_is_told(state: State, verb: Verb) -> None:
-    assert (after(state, verb) is None) == (state not in before(verb))
+@pytest.mark.parametrize(("state", "verb"), list(product(ModuleState, LifecycleAction)))
+def test_what_is_no_step_is_refused_and_what_is_one_is_told(
+    state: ModuleState, verb: LifecycleAction
+) -> None:
+    assert (next_state(state, verb) is None) == (state not in allowed_states(verb))
 
 
 def test_only_what_is_configured_becomes_active_and_what_is_active_is_not_removed() -> None:
     into = {
         state
         for (state, verb), reached in TRANSITIONS.items()
-        if reached is State.ACTIVE and verb is not Verb.INSTALL
+        if reached is ModuleState.ACTIVE and verb is not LifecycleAction.INSTALL
     }
-    assert into == {State.CONFIGURED}
-    assert after(State.ACTIVE, Verb.REMOVE) is None
+    assert into == {ModuleState.CONFIGURED}
+    assert next_state(ModuleState.ACTIVE, LifecycleAction.REMOVE) is None
 
 
 def test_an_upgrade_changes_no_state_but_that_of_what_is_absent() -> None:
-    kept = {state: reached for (state, verb), reached in TRANSITIONS.items() if verb is Verb.INSTALL}
-    assert kept == {**{state: state for state in State}, State.ABSENT: State.INSTALLED}
+    kept = {
+        state: reached for (state, verb), reached in TRANSITIONS.items() if verb is LifecycleAction.INSTALL
+    }
+    assert kept == {**{state: state for state in ModuleState}, ModuleState.ABSENT: ModuleState.INSTALLED}
 
 
 def test_every_state_is_reached_and_left() -> None:
     graph = nx.DiGraph((one, reached) for (one, _), reached in TRANSITIONS.items())
-    assert set(graph) == set(State)
+    assert set(graph) == set(ModuleState)
     assert nx.is_strongly_connected(graph)

@@ -15,14 +15,14 @@ from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.configuration import Configuration, UnknownConfigurationError
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import StepRequest
-from aeros.runtime.records.replay import Replay
-from aeros.runtime.registry.past_configurations import Past
+from aeros.runtime.records.replay import LogReplay
+from aeros.runtime.registry.past_configurations import PastConfigurations
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import Governing
+from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic.state import initial_values
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 Change = Callable[[list[Record]], None]
@@ -42,11 +42,13 @@ def lived(registry: Registry, write: Author, tmp_path: Path) -> list[Configurati
     registry.configure("tidy")
     for change in (
         lambda: registry.activate("tidy"),
-        lambda: registry.block(Block("worn", "a finger is worn", None, None, "grip")),
-        lambda: registry.block(Block("armed", "it is being serviced", "tidy", "wipe", None)),
+        lambda: registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip")),
+        lambda: registry.add_override(
+            OperatorOverride("armed", "it is being serviced", "tidy", "wipe", None)
+        ),
         lambda: registry.install(write("newer", version="1.1.0")),
-        lambda: registry.unblock("worn"),
-        lambda: registry.policy(looser),
+        lambda: registry.remove_override("worn"),
+        lambda: registry.set_policy(looser),
         lambda: registry.deactivate("tidy"),
         lambda: registry.remove("tidy"),
     ):
@@ -56,7 +58,7 @@ def lived(registry: Registry, write: Author, tmp_path: Path) -> list[Configurati
 
 
 def test_every_configuration_is_made_again(registry: Registry, lived: list[Configuration]) -> None:
-    past = Past(registry)
+    past = PastConfigurations(registry)
     for was in lived:
         again = past(was.digest)
         assert (again.digest, again.site.blocks) == (was.digest, was.site.blocks)
@@ -84,7 +86,7 @@ def test_what_was_never_active_is_not_kept(registry: Registry, write: Author) ->
 
 def _refusal(registry: Registry, digest: str) -> str:
     with pytest.raises(UnknownConfigurationError) as raised:
-        Past(registry)(digest)
+        PastConfigurations(registry)(digest)
     return str(raised.value)
 
 
@@ -139,30 +141,30 @@ def log(registry: Registry, write: Author, tmp_path: Path) -> Path:
     configuration, path = _now(registry), tmp_path / "audit.jsonl"
     plant = FakePlant(initial_values(configuration.site, {}))
     with (
-        Governing(registry) as governing,
+        RegistryGovernor(registry) as governing,
         AuditLog(path) as audit,
         Executor(
             configuration, CompiledGate(configuration), plant, audit, run_in_process, governing
         ) as executor,
     ):
         for change in (
-            lambda: registry.block(Block("worn", "a finger is worn", None, None, "grip")),
+            lambda: registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip")),
             lambda: registry.install(write("newer", version="1.1.0")),
             lambda: registry.deactivate("tidy"),
         ):
-            executor.submit(StepRequest("tidy", "rest", {}))
+            executor.run_step(StepRequest("tidy", "rest", {}))
             change()
     registry.remove("tidy")
     return path
 
 
-def _replayed(registry: Registry, log: Path, change: Change = lambda records: None) -> Replay:
-    replay = Replay(Past(registry))
+def _replayed(registry: Registry, log: Path, change: Change = lambda records: None) -> LogReplay:
+    replay = LogReplay(PastConfigurations(registry))
     records: list[Record] = []
-    assert verify_log(log, lambda record, _: records.append(record)).sound
+    assert verify_log(log, lambda record, _: records.append(record)).is_sound
     change(records)
     for record in records:
-        replay.take(record)
+        replay.replay_record(record)
     return replay
 
 
@@ -173,7 +175,7 @@ def _decisions(records: list[Record]) -> list[Record]:
 def test_a_log_is_decided_again_under_all_that_was_in_force(registry: Registry, log: Path) -> None:
     seen: list[Record] = []
     replay = _replayed(registry, log, seen.extend)
-    assert (replay.disagreements, replay.agreed) == ([], 3)
+    assert (replay.mismatches, replay.matching_count) == ([], 3)
     assert len({record["details"]["configuration"] for record in _decisions(seen)}) == 3
 
 
@@ -201,5 +203,5 @@ def _a_change_edited(records: list[Record]) -> None:
 )
 def test_a_log_that_says_otherwise_is_found(change: Change, registry: Registry, log: Path) -> None:
     replay = _replayed(registry, log, change)
-    assert len(replay.disagreements) == 1
-    assert replay.agreed == (3 if change is _a_change_edited else 2)
+    assert len(replay.mismatches) == 1
+    assert replay.matching_count == (3 if change is _a_change_edited else 2)

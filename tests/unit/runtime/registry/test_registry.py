@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from aeros.runtime.audit.log import verify_log
-from aeros.runtime.registry.lifecycle import State
+from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 
@@ -47,14 +47,14 @@ def test_a_module_lives_and_is_forgotten(registry: Registry, write: Author) -> N
     name = bring_up(registry, write())
     configuration, _ = registry.configuration()
     assert list(configuration.modules) == [name]
-    assert registry.deactivate(name).state is State.CONFIGURED
+    assert registry.deactivate(name).state is ModuleState.CONFIGURED
     assert registry.configuration()[0].modules == {}
     registry.activate(name)
     registry.deactivate(name)
     registry.remove(name)
     assert registry.snapshot().modules == {}
     log = registry.folder / "audit.jsonl"
-    assert verify_log(log).sound
+    assert verify_log(log).is_sound
     details = [json.loads(line)["details"] for line in log.read_text().splitlines()]
     assert [(one["from"], one["to"]) for one in details] == [(n, n + 1) for n in range(len(details))]
     assert details[3]["modules"]["tidy"]["state"] == "active"
@@ -95,37 +95,37 @@ def test_a_policy_under_which_something_installed_is_unsafe_is_refused(
     text = (BASE / "site.yaml").read_text()
     assert "force <= 30 N" in text
     stricter.write_text(text.replace("force <= 30 N", "force <= 9 N"))
-    assert "AE501" in refused(registry, lambda: registry.policy(stricter))
+    assert "AE501" in refused(registry, lambda: registry.set_policy(stricter))
     looser = tmp_path / "looser.yaml"
     looser.write_text(text.replace("force <= 30 N", "force <= 25 N"))
-    registry.policy(looser)
+    registry.set_policy(looser)
     assert registry.configuration()[0].site.digest == hashlib.sha256(looser.read_bytes()).hexdigest()
 
 
 def test_a_block_is_part_of_what_is_proved_and_of_what_is_in_force(registry: Registry, write: Author) -> None:
     bring_up(registry, write())
     before = registry.configuration()[0]
-    registry.block(Block("worn", "a finger is worn", None, None, "grip"))
+    registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip"))
     now = registry.configuration()[0]
     assert [block.id for block in now.site.blocks] == [*(b.id for b in before.site.blocks), "worn"]
     assert now.digest != before.digest
-    registry.unblock("worn")
+    registry.remove_override("worn")
     assert registry.configuration()[0].digest == before.digest
 
 
 @pytest.mark.parametrize(
     ("block", "code"),
     [
-        (Block("all", "", None, None, "stop"), "AE602"),
-        (Block("typo", "", None, None, "gripp"), "AE960"),
-        (Block("worn", "again", "tidy", None, None), "AE960"),
+        (OperatorOverride("all", "", None, None, "stop"), "AE602"),
+        (OperatorOverride("typo", "", None, None, "gripp"), "AE960"),
+        (OperatorOverride("worn", "again", "tidy", None, None), "AE960"),
     ],
 )
 def test_a_block_that_stops_the_stop_or_nothing_is_refused(
-    registry: Registry, block: Block, code: str
+    registry: Registry, block: OperatorOverride, code: str
 ) -> None:
-    registry.block(Block("worn", "a finger is worn", None, None, "grip"))
-    assert code in refused(registry, lambda: registry.block(block))
+    registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip"))
+    assert code in refused(registry, lambda: registry.add_override(block))
 
 
 def test_an_upgrade_keeps_the_state_and_a_downgrade_too(registry: Registry, write: Author) -> None:
@@ -133,7 +133,7 @@ def test_an_upgrade_keeps_the_state_and_a_downgrade_too(registry: Registry, writ
     newer, older = write("newer", version="1.1.0"), write("older", version="0.9.0")
     for folder, version in ((newer, "1.1.0"), (older, "0.9.0")):
         one = registry.install(folder)
-        assert (one.version, one.state) == (version, State.ACTIVE)
+        assert (one.version, one.state) == (version, ModuleState.ACTIVE)
         assert registry.configuration()[0].modules["tidy"].version == version
 
 
@@ -143,7 +143,7 @@ def test_steps_out_of_turn_and_unknown_names_are_refused(registry: Registry, wri
     assert refused(registry, lambda: registry.activate("tidy")) == ["AE960"]
     assert refused(registry, lambda: registry.deactivate("tidy")) == ["AE960"]
     assert refused(registry, lambda: registry.configure("tidi")) == ["AE960"]
-    assert refused(registry, lambda: registry.unblock("worn")) == ["AE960"]
+    assert refused(registry, lambda: registry.remove_override("worn")) == ["AE960"]
     assert refused(registry, lambda: registry.install(folder, "sha256:" + "0" * 64)) == ["AE963"]
     assert refused(registry, lambda: registry.install(folder / "nothing")) != []
 

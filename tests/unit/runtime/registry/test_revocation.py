@@ -15,18 +15,18 @@ import pytest
 
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.execution.governor import Command
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.gate import CompiledGate
-from aeros.runtime.ports import Completion, Monitor, Motion, StepRequest, StepResult, StepStatus
-from aeros.runtime.registry.control_page import Live
+from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, StepRequest, StepResult, StepStatus
+from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import Governing
-from aeros.runtime.registry.store import Records
+from aeros.runtime.registry.registry_governor import RegistryGovernor
+from aeros.runtime.registry.store import RegistryStore
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 _PATIENCE = 60.0  # s
@@ -39,7 +39,7 @@ class SlowPlant(FakePlant):
     may_end = False
     moving = threading.Event()
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         self._call("advance", until)
         latest = time.monotonic() + _PATIENCE
         self.moving.set()
@@ -47,10 +47,10 @@ class SlowPlant(FakePlant):
             rule = monitor(self.time, {})
             if rule is not None or self._halted:
                 self._halted.clear()
-                return self._ended(list(self._ends), Completion(False, f"monitor:{rule}"))
+                return self._end_motions(list(self._ends), MotionCompletion(False, f"monitor:{rule}"))
             self.ticked = time.monotonic()
             time.sleep(0.001)
-        return self._ended(list(self._ends), Completion(True))
+        return self._end_motions(list(self._ends), MotionCompletion(True))
 
 
 class Robot:
@@ -59,7 +59,7 @@ class Robot:
     def __init__(self, registry: Registry, log: Path) -> None:
         self.registry = registry
         configuration, _ = registry.configuration()
-        self.governing = Governing(registry)
+        self.governing = RegistryGovernor(registry)
         self.plant = SlowPlant(initial_values(configuration.site, {}))
         self.plant.moving = threading.Event()
         self.audit = AuditLog(log)
@@ -69,7 +69,7 @@ class Robot:
 
     def begin(self) -> threading.Thread:
         def run() -> None:
-            self.results.append(self.executor.submit(StepRequest("tidy", "rest", {})))
+            self.results.append(self.executor.run_step(StepRequest("tidy", "rest", {})))
 
         thread = threading.Thread(target=run)
         thread.start()
@@ -103,8 +103,8 @@ def _let_ticks_pass(robot: Robot) -> None:
 
 CHANGES = {
     "deactivate": lambda registry: registry.deactivate("tidy"),
-    "block the skill": lambda registry: registry.block(Block("one", "why", "tidy", "rest", None)),
-    "block the action": lambda registry: registry.block(Block("one", "why", None, None, "wait")),
+    "block the skill": lambda registry: registry.block(OperatorOverride("one", "why", "tidy", "rest", None)),
+    "block the action": lambda registry: registry.block(OperatorOverride("one", "why", None, None, "wait")),
     "another policy": lambda registry: registry.policy(_other_policy(registry)),
 }
 
@@ -128,7 +128,7 @@ def test_nothing_revoked_moves_after_the_change_returns(robot: Robot, change: st
     assert [call[0] for call in robot.plant.calls].count("stop") == 1
     assert [call[0] for call in robot.plant.calls].count("skill_ended") == 1
     robot.plant.may_end = True
-    again = robot.executor.submit(StepRequest("tidy", "rest", {}))
+    again = robot.executor.run_step(StepRequest("tidy", "rest", {}))
     assert (again.status in (StepStatus.REFUSED, StepStatus.DENIED)) == (change != "another policy")
 
 
@@ -139,10 +139,10 @@ def test_a_change_waits_for_what_an_unfinished_one_left_moving(
         raise SystemExit
 
     registry.install(write())
-    monkeypatch.setattr("aeros.runtime.registry.registry._PATIENCE", 0.01)
-    with Live(registry.folder) as live, live.acting(live.generation):
+    monkeypatch.setattr("aeros.runtime.registry.registry._WAIT_TIMEOUT_S", 0.01)
+    with ControlPage(registry.folder) as live, live.hold_generation(live.generation):
         with monkeypatch.context() as patched:
-            patched.setattr(Live, "wait_until_still", killed)
+            patched.setattr(ControlPage, "wait_until_idle", killed)
             with pytest.raises(SystemExit):
                 registry.configure("tidy")
         with pytest.raises(UserError, match="still moves"):
@@ -157,10 +157,10 @@ def test_a_change_between_loading_and_the_first_look_is_followed(
     registry.activate("tidy")
     stale, _ = registry.configuration()
     registry.deactivate("tidy")
-    with Governing(registry) as governing, AuditLog(tmp_path / "audit.jsonl") as log:
+    with RegistryGovernor(registry) as governing, AuditLog(tmp_path / "audit.jsonl") as log:
         plant = FakePlant(initial_values(stale.site, {}))
         executor = Executor(stale, CompiledGate(stale), plant, log, run_in_process, governing)
-        assert executor.submit(StepRequest("tidy", "rest", {})).status is StepStatus.REFUSED
+        assert executor.run_step(StepRequest("tidy", "rest", {})).status is StepStatus.REFUSED
         assert executor.active_modules() == {}
 
 
@@ -169,23 +169,23 @@ def test_what_is_unrelated_stops_nothing_that_a_run_has_begun(
 ) -> None:
     """As `aeros run` opens it: nobody asks for the configuration but the executor."""
     thread = _under_way(robot)
-    wait = Live.wait_until_still
+    wait = ControlPage.wait_until_idle
 
-    def going_on(live: Live, *given: Any) -> Any:
+    def going_on(live: ControlPage, *given: Any) -> Any:
         _let_ticks_pass(robot)
         robot.plant.may_end = True
         return wait(live, *given)
 
     # The change waits for what moves, which it may not stop.
-    monkeypatch.setattr(Live, "wait_until_still", going_on)
-    robot.registry.block(Block("one", "why", None, None, "grip"))
+    monkeypatch.setattr(ControlPage, "wait_until_idle", going_on)
+    robot.registry.add_override(OperatorOverride("one", "why", None, None, "grip"))
     thread.join(_PATIENCE)
     assert robot.results[0].status is StepStatus.FINISHED
 
 
 def test_a_change_announced_by_one_who_was_killed_before_keeping_it_is_no_change(robot: Robot) -> None:
     before = robot.registry.snapshot()
-    with Live(robot.registry.folder) as live:
+    with ControlPage(robot.registry.folder) as live:
         live.publish(before.generation + 1)
         thread = _under_way(robot)
         _let_ticks_pass(robot)
@@ -200,16 +200,16 @@ def test_a_change_announced_by_one_who_was_killed_before_keeping_it_is_no_change
 def test_nothing_begins_between_telling_of_a_change_and_keeping_it(
     robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    replace = Records.replace
+    replace = RegistryStore.replace
     began: list[bool] = []
 
-    def slow(records: Records, *given: Any) -> None:
+    def slow(records: RegistryStore, *given: Any) -> None:
         thread = robot.begin()
         began.append(robot.plant.moving.wait(0.2))
         replace(records, *given)
         thread.join(_PATIENCE)
 
-    monkeypatch.setattr(Records, "replace", slow)
+    monkeypatch.setattr(RegistryStore, "replace", slow)
     robot.registry.deactivate("tidy")
     assert began == [False]
     assert robot.results[0].status is StepStatus.REFUSED
@@ -221,7 +221,7 @@ def test_a_change_that_cannot_be_kept_is_taken_back(robot: Robot, monkeypatch: p
 
     thread = _under_way(robot)
     with monkeypatch.context() as patched:
-        patched.setattr(Records, "replace", full)
+        patched.setattr(RegistryStore, "replace", full)
         with pytest.raises(OSError, match="No space"):
             robot.registry.deactivate("tidy")
     _let_ticks_pass(robot)
@@ -232,14 +232,14 @@ def test_a_change_that_cannot_be_kept_is_taken_back(robot: Robot, monkeypatch: p
 
 
 def test_a_pause_holds_what_would_begin_and_a_stop_ends_what_moves(robot: Robot) -> None:
-    with Live(robot.registry.folder) as live:
-        live.ask(Command.PAUSE)
+    with ControlPage(robot.registry.folder) as live:
+        live.request_command(OperatorCommand.PAUSE)
         thread = robot.begin()
         assert not robot.plant.moving.wait(0.2)
-        live.ask(Command.RUN)
+        live.request_command(OperatorCommand.RUN)
         assert robot.plant.moving.wait(_PATIENCE)
-        live.ask(Command.STOP)
-        live.wait_until_still(live.generation, _PATIENCE)
+        live.request_command(OperatorCommand.STOP)
+        live.wait_until_idle(live.generation, _PATIENCE)
         stopped = time.monotonic()
         thread.join(_PATIENCE)
     assert robot.plant.ticked < stopped
@@ -247,8 +247,11 @@ def test_a_pause_holds_what_would_begin_and_a_stop_ends_what_moves(robot: Robot)
 
 
 def test_a_stop_of_an_earlier_run_is_forgotten_and_a_pause_is_not(registry: Registry) -> None:
-    with Live(registry.folder) as live:
-        for asked, found in ((Command.STOP, Command.RUN), (Command.PAUSE, Command.PAUSE)):
-            live.ask(asked)
-            with Governing(registry) as governing:
+    with ControlPage(registry.folder) as live:
+        for asked, found in (
+            (OperatorCommand.STOP, OperatorCommand.RUN),
+            (OperatorCommand.PAUSE, OperatorCommand.PAUSE),
+        ):
+            live.request_command(asked)
+            with RegistryGovernor(registry) as governing:
                 assert governing.command is found

@@ -8,7 +8,7 @@ from typing import Any, cast
 import pytest
 
 from aeros.runtime.skills.contract import SkillRefusedError
-from aeros.runtime.skills.in_process_run import RunsOfKeptCode
+from aeros.runtime.skills.in_process_run import CachedRunFactory
 from aeros.runtime.skills.load import load_skill
 from aeros.skill import act
 from aeros.spec.model.model import Site
@@ -59,7 +59,7 @@ def test_changed_code_is_refused_and_never_executed(make_ecm: Any, tmp_path: Pat
 
 
 def test_kept_code_is_what_was_certified_and_no_two_runs_share_state(make_ecm: Any, tmp_path: Path) -> None:
-    ecm, open_run, site = make_ecm(GOOD), RunsOfKeptCode(), cast("Site", None)
+    ecm, open_run, site = make_ecm(GOOD), CachedRunFactory(), cast("Site", None)
     lift, trace = ecm.skills["lift"], tmp_path / "executed"
     assert open_run(site, ecm, lift, {}).resume({}, 1.0) == act("move", count=1)
     (Path(ecm.folder) / "skills.py").write_text(f"open({str(trace)!r}, 'w')\n{GOOD}")

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.bullet.people import Person, Walk, Waypoint
+from aeros.sim.bullet.people import Person, WalkSchedule, Waypoint
 from aeros.sim.bullet.people_file import read_people, shipped_people
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.randomness import Chance
+from aeros.sim.randomness import RandomSource
 from aeros.skill import act
 from aeros.spec.diagnostics.errors import UserError
 from tests.unit.sim.acting import allow, execute, recording
@@ -21,9 +21,9 @@ from tests.unit.sim.acting import allow, execute, recording
 pytestmark = pytest.mark.physics
 
 WAY = (
-    Waypoint((2.0, 0.0), stay=1.0),
-    Waypoint((2.0, 1.0), speed=0.5, stay=2.0),
-    Waypoint((0.0, 1.0), arrive=10.0),
+    Waypoint((2.0, 0.0), dwell=1.0),
+    Waypoint((2.0, 1.0), speed=0.5, dwell=2.0),
+    Waypoint((0.0, 1.0), arrival_time=10.0),
 )
 
 
@@ -37,27 +37,35 @@ def move(x: float, y: float, z: float) -> Any:
      (7.5, (1.0, 1.0)), (10.0, (0.0, 1.0)), (99.0, (0.0, 1.0))],
 )  # fmt: skip
 def test_somebody_stays_walks_and_arrives_as_declared(time: float, place: tuple[float, float]) -> None:
-    assert Walk(Person("a", WAY), Chance(0)).place(time) == pytest.approx(place)
+    assert WalkSchedule(Person("a", WAY), RandomSource(0)).position(time) == pytest.approx(place)
 
 
 def test_chance_moves_places_and_times_within_what_is_declared() -> None:
-    person = Person("a", WAY, spread=0.1, delay=2.0)
-    places = {Walk(person, Chance(seed)).place(0.0) for seed in range(50)}
+    person = Person("a", WAY, position_spread=0.1, max_delay=2.0)
+    places = {WalkSchedule(person, RandomSource(seed)).position(0.0) for seed in range(50)}
     assert len(places) == 50
     assert all(abs(x - 2.0) <= 0.1 and abs(y) <= 0.1 for x, y in places)
     left = [
-        next(t / 100 for t in range(400) if dist(Walk(person, Chance(seed)).place(t / 100), at) > 0.0)
+        next(
+            t / 100
+            for t in range(400)
+            if dist(WalkSchedule(person, RandomSource(seed)).position(t / 100), at) > 0.0
+        )
         for seed in range(50)
-        for at in [Walk(person, Chance(seed)).place(0.0)]
+        for at in [WalkSchedule(person, RandomSource(seed)).position(0.0)]
     ]
     assert min(left) >= 1.0
     assert max(left) <= 3.02
     assert max(left) - min(left) > 1.5
-    assert Walk(person, Chance(7)).place(2.0) == Walk(person, Chance(7)).place(2.0)
+    assert WalkSchedule(person, RandomSource(7)).position(2.0) == WalkSchedule(
+        person, RandomSource(7)
+    ).position(2.0)
 
 
 def test_two_people_of_the_same_way_draw_their_own_chance() -> None:
-    first, second = (Walk(Person(name, WAY, spread=0.1), Chance(0)).place(0.0) for name in "ab")
+    first, second = (
+        WalkSchedule(Person(name, WAY, position_spread=0.1), RandomSource(0)).position(0.0) for name in "ab"
+    )
     assert first != second
 
 
@@ -110,7 +118,7 @@ def test_each_tick_measures_what_a_search_over_all_links_finds() -> None:
     told: list[tuple[float, float]] = []
 
     def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        told.append((values["human_distance"], walker._asked(people._robot, 20.0)))
+        told.append((values["human_distance"], walker._query_distance(people._robot, 20.0)))
         return None
 
     execute(plant, move(0.5, -0.3, 0.3), monitor, 99.0)
@@ -161,9 +169,9 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
       - {at: [0 m, 0 m], arrive: 9 s, stay: 1 s}
 """
     path = (
-        Waypoint((1.0, -2.0), stay=3.0),
+        Waypoint((1.0, -2.0), dwell=3.0),
         Waypoint((1.0, 0.0), speed=1.5),
-        Waypoint((0.0, 0.0), arrive=9.0, stay=1.0),
+        Waypoint((0.0, 0.0), arrival_time=9.0, dwell=1.0),
     )
     assert read_people(write(tmp_path, body)) == (Person("guest", path, 1.6, 0.2, -0.5, 0.05, 0.5),)
 
@@ -172,7 +180,7 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
     ("path", "more", "code", "said"),
     [
         ("[{at: [1 m, 0 m], speed: 1 m/s}]", "", "AE208", "the first place is where they are"),
-        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrive`"),
+        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrival_time`"),
         ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 1 m/s, arrive: 1 s}]", "", "AE208", "either"),
         ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 0 m/s}]", "", "AE208", "nobody walks at 0 m/s"),
         ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 40 m/s}]", "", "AE208", "nobody walks at 40 m/s"),
@@ -210,7 +218,7 @@ def test_a_name_that_is_nobodys_is_refused_with_those_there_are() -> None:
 
 
 def test_people_walk_no_faster_than_declared() -> None:
-    walk = Walk(Person("a", WAY), Chance(0))
-    places = [walk.place(tick / 240) for tick in range(2400)]
+    walk = WalkSchedule(Person("a", WAY), RandomSource(0))
+    places = [walk.position(tick / 240) for tick in range(2400)]
     steps = [240 * hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(places)]
     assert max(steps) == pytest.approx(0.5, rel=1e-6)

@@ -9,7 +9,7 @@ import pytest
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.sim.bullet import panda
-from aeros.sim.bullet.bodies import GREY, Box, Cylinder, Model
+from aeros.sim.bullet.bodies import GREY, Box, Cylinder, UrdfModel
 from aeros.sim.bullet.scene_file import read_bodies, shipped_scenes
 from aeros.sim.physics import make_plant
 from aeros.spec.diagnostics.codes import Diagnostic
@@ -49,10 +49,10 @@ def test_a_file_says_all_of_a_body(tmp_path: Path) -> None:
             "  vase: {urdf: vase.urdf, at: [0 m, 1 m, 0 m]}\n",
         )
     )
-    assert (crate.shape, crate.at, crate.yaw) == (Box((0.1, 0.2, 0.3)), (1.0, -1.0, 0.15), 1.0)
+    assert (crate.shape, crate.position, crate.yaw) == (Box((0.1, 0.2, 0.3)), (1.0, -1.0, 0.15), 1.0)
     assert (crate.mass, crate.colour) == (0.0, (1.0, 1.0, 0.0, 1.0))
     assert (bottle.shape, bottle.mass, bottle.friction) == (Cylinder(0.03, 0.2), 0.5, 0.3)
-    assert (vase.shape, vase.colour) == (Model(str(tmp_path / "vase.urdf")), GREY)
+    assert (vase.shape, vase.colour) == (UrdfModel(str(tmp_path / "vase.urdf")), GREY)
 
 
 @pytest.mark.parametrize(

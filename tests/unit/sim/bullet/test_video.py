@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aeros.cli.arguments import FILMS
+from aeros.cli.arguments import VIDEO_SUFFIXES
 from aeros.sim.bullet import video
-from aeros.sim.bullet.video import FRAMES_MAX, FilmError, Recorder
-from aeros.sim.bullet.world import World
+from aeros.sim.bullet.video import FRAMES_MAX, VideoError, VideoRecorder
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.physics import make_plant
 from aeros.sim.scenes import SCENES
 from aeros.skill import act
@@ -23,10 +23,10 @@ pytestmark = pytest.mark.physics
 VIEW = SCENES["bare"]().view
 
 
-@pytest.mark.parametrize("suffix", FILMS)
+@pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
 def test_a_film_shows_the_motion(suffix: str, tmp_path: Path) -> None:
     film = tmp_path / "made" / f"film{suffix}"
-    plant = make_plant("bare", 0, spectators=[Recorder(film)])
+    plant = make_plant("bare", 0, spectators=[VideoRecorder(film)])
     execute(plant, act("move_tool", target=(0.5, 0.2, 0.3), yaw=0.0, speed=0.2), allow, 1e9)
     expected = int(plant.now() / 0.75) + 1
     plant.close()
@@ -39,12 +39,12 @@ def test_a_film_shows_the_motion(suffix: str, tmp_path: Path) -> None:
     assert list(film.parent.iterdir()) == [film]
 
 
-@pytest.mark.parametrize("suffix", FILMS)
+@pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
 def test_a_film_shows_what_the_camera_saw(suffix: str, tmp_path: Path) -> None:
     film = tmp_path / f"film{suffix}"
-    world = World()
+    world = PhysicsWorld()
     world.add_box((1.0, 1.0, 0.1), (0.5, 0.0, 0.0), colour=(0.8, 0.2, 0.1, 1.0))
-    recorder = Recorder(film)
+    recorder = VideoRecorder(film)
     recorder.tick(world, VIEW)
     recorder.close()
     seen = world.render(VIEW).rgb
@@ -54,8 +54,8 @@ def test_a_film_shows_what_the_camera_saw(suffix: str, tmp_path: Path) -> None:
 
 
 def test_a_long_run_has_no_more_pictures_than_a_short_one(tmp_path: Path) -> None:
-    world = World()
-    recorder = Recorder(tmp_path / "film.mp4")
+    world = PhysicsWorld()
+    recorder = VideoRecorder(tmp_path / "film.mp4")
     for second in range(3 * FRAMES_MAX):
         world.ticks = second * 240
         world.add_box((0.1, 0.1, 0.1), (0.01 * second, 0.0, 0.0))
@@ -66,27 +66,27 @@ def test_a_long_run_has_no_more_pictures_than_a_short_one(tmp_path: Path) -> Non
 
 
 def test_where_nothing_was_seen_there_is_no_film(tmp_path: Path) -> None:
-    Recorder(tmp_path / "film.gif").close()
+    VideoRecorder(tmp_path / "film.gif").close()
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_film_that_is_there_is_not_written_over(tmp_path: Path) -> None:
     film = tmp_path / "film.gif"
     film.write_bytes(b"mine")
-    with pytest.raises(FilmError, match="exists already"):
-        Recorder(film)
+    with pytest.raises(VideoError, match="exists already"):
+        VideoRecorder(film)
     assert film.read_bytes() == b"mine"
 
 
 def test_a_film_in_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(FilmError, match=r"there can be no film `.*file/film.gif`: "):
-        Recorder(tmp_path / "file" / "film.gif")
+    with pytest.raises(VideoError, match=r"there can be no film `.*file/film.gif`: "):
+        VideoRecorder(tmp_path / "file" / "film.gif")
 
 
 def test_a_film_where_no_file_can_be_made_is_refused() -> None:
-    with pytest.raises(FilmError, match=r"there can be no film `/proc/film\.gif`: "):
-        Recorder(Path("/proc/film.gif"))
+    with pytest.raises(VideoError, match=r"there can be no film `/proc/film\.gif`: "):
+        VideoRecorder(Path("/proc/film.gif"))
 
 
 def test_without_pyav_there_is_no_mp4_and_the_cure_is_named(
@@ -94,8 +94,8 @@ def test_without_pyav_there_is_no_mp4_and_the_cure_is_named(
 ) -> None:
     monkeypatch.delitem(sys.modules, "aeros.sim.bullet.mp4", raising=False)
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(FilmError, match=r"needs `pip install 'aeros\[video\]'` \(av is missing\)"):
-        Recorder(tmp_path / "film.mp4")
+    with pytest.raises(VideoError, match=r"needs `pip install 'aeros\[video\]'` \(av is missing\)"):
+        VideoRecorder(tmp_path / "film.mp4")
 
 
 def test_a_film_that_cannot_be_written_whole_is_not_there(
@@ -105,8 +105,8 @@ def test_a_film_that_cannot_be_written_whole_is_not_there(
         path.with_name(path.name + ".new").write_bytes(content[: len(content) // 2])
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(video, "replace_file", interrupted)
-    world, recorder = World(), Recorder(tmp_path / "film.gif")
+    monkeypatch.setattr(video, "replace_durably", interrupted)
+    world, recorder = PhysicsWorld(), VideoRecorder(tmp_path / "film.gif")
     recorder.tick(world, VIEW)
     with pytest.raises(OSError, match="No space left"):
         recorder.close()

@@ -8,7 +8,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from aeros.runtime.ports import Completion, Monitor, Motion, Plan, Reading, Readings, Trajectory
+from aeros.runtime.ports import (
+    Monitor,
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
+    Reading,
+    Readings,
+    Trajectory,
+)
 from aeros.sim.clock import TICK
 from aeros.sim.kinematic.plant import KinematicPlant
 from aeros.sim.kinematic.scenes import SCENES
@@ -25,7 +33,7 @@ class Twin(KinematicPlant):
         """Move the arm a little, though nobody asked for it."""
         self._robot.command(self._robot.q_command + joints, np.zeros(7))
         self._arm.tick()
-        self._state = self._robot.sense()
+        self._state = self._robot.read_sensors()
 
 
 class ClockThatIsSetBack(Twin):
@@ -53,7 +61,7 @@ class ReadingsThatStandStillAtRest(Twin):
     def observe(self) -> Readings:
         return self.shown or super().observe()
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         before = super().observe()
         over = super().advance(monitor, until)
         self.shown = None if over else before
@@ -85,7 +93,7 @@ class ReadingsThatWaitForTheEnd(Twin):
 
 
 class PlanThatMoves(Twin):
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         self.creep()
         return super().plan(action)
 
@@ -95,7 +103,7 @@ class PlanThatSees(Twin):
 
     planned = False
 
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         self.planned = True
         return super().plan(action)
 
@@ -104,47 +112,49 @@ class PlanThatSees(Twin):
 
 
 class PlanFromElsewhere(Twin):
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         plan = super().plan(action)
         if not isinstance(plan, Trajectory):
             return plan
-        moved = tuple(tuple(tuple(q + 0.01 for q in corner) for corner in piece) for piece in plan.paths[0])
-        return replace(plan, paths=(moved,))  # type: ignore[arg-type]
+        moved = tuple(
+            tuple(tuple(q + 0.01 for q in corner) for corner in piece) for piece in plan.joint_paths[0]
+        )
+        return replace(plan, joint_paths=(moved,))  # type: ignore[arg-type]
 
 
 class BeginThatMoves(Twin):
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         begun = super().begin(action, decided)
         self.creep()
         return begun
 
 
 class StalePlansAreTaken(Twin):
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         begun = super().begin(action, decided)
-        return super().begin(action) if isinstance(begun, Completion) and decided is not None else begun
+        return super().begin(action) if isinstance(begun, MotionCompletion) and decided is not None else begun
 
 
 class BadInputRaises(Twin):
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         sum(action.parameters.values(), start=0.0) if action.kind == "wait" else None
         return super().begin(action, decided)
 
 
 class BadInputIsRefusedWithoutAReason(Twin):
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         plan = super().plan(action)
-        return Completion(False) if isinstance(plan, Completion) else plan
+        return MotionCompletion(False) if isinstance(plan, MotionCompletion) else plan
 
 
 class UnknownParametersAreIgnored(Twin):
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         known = {name: value for name, value in action.parameters.items() if name != "no_such_parameter"}
         return super().plan(Action(action.kind, known))
 
 
 class MonitorLooksAtEverySecondTick(Twin):
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         looks = 0
 
         def second(now: float, values: Mapping[str, Any]) -> str | None:
@@ -156,7 +166,7 @@ class MonitorLooksAtEverySecondTick(Twin):
 
 
 class MonitorNeverLooksBefore(Twin):
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         start = self.now()
         return super().advance(lambda now, values: monitor(now, values) if now > start else None, until)
 
@@ -178,30 +188,30 @@ class FasterThanDecided(Twin):
 
     def _fast_values(self) -> dict[str, Any]:
         values = super()._fast_values()
-        if self._ticks % 2 and self._all():
+        if self._ticks % 2 and self._running_motions():
             values["joint_position"] = self.last
         self.last = values["joint_position"]
         return values
 
 
 class UntilIsPassed(Twin):
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         return super().advance(monitor, until + 0.05)
 
 
 class UntilIsCutShort(Twin):
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         return super().advance(monitor, until - 0.05)
 
 
 class MotionsShareANumber(Twin):
-    def begin(self, action: Action, decided: Plan | None = None) -> Motion | Completion:
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         self._begun = 0
         return super().begin(action, decided)
 
 
 class CompletedWithAReason(Twin):
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         over = super().advance(monitor, until)
         return {one: replace(how, reason=how.reason or "all went well") for one, how in over.items()}
 
@@ -214,7 +224,7 @@ class SkillsThatMove(Twin):
 class RulesAreHeededATickLater(Twin):
     """What is named is heeded once it is named twice."""
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         before: str | None = None
 
         def late(now: float, values: Mapping[str, Any]) -> str | None:
@@ -228,7 +238,7 @@ class RulesAreHeededATickLater(Twin):
 class RulesEndOneMotion(Twin):
     """A rule ends the first motion alone; what is said of the others is kept back."""
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         over = super().advance(monitor, until)
         return {min(over): over[min(over)]} if over else over
 
@@ -236,23 +246,23 @@ class RulesEndOneMotion(Twin):
 class RulesLetEverythingCoast(Twin):
     """A rule ends everything, a fifth of a second later."""
 
-    def _stopped(self, why: str) -> dict[Motion, Completion]:
+    def _end_all(self, why: str) -> dict[MotionHandle, MotionCompletion]:
         for _ in range(48):
             self._set_motors()
             self._tick(stopping=True)
-        return super()._stopped(why)
+        return super()._end_all(why)
 
 
 class RestIsInstant(Twin):
     """Coming to rest heeds no limit: the arm stands at once."""
 
-    def _coming_to_rest(self, parts: Collection[str]) -> Iterator[None]:
+    def _brake(self, parts: Collection[str]) -> Iterator[None]:
         self._robot.hold()
         yield
 
 
 class HaltsEndEverything(Twin):
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         for one in self._under_way:
             super().halt(one)
 
@@ -260,14 +270,14 @@ class HaltsEndEverything(Twin):
 class HaltsInsideAreRefused(Twin):
     looking = False
 
-    def advance(self, monitor: Monitor, until: float) -> Mapping[Motion, Completion]:
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         self.looking = True
         try:
             return super().advance(monitor, until)
         finally:
             self.looking = False
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         if self.looking:
             raise RuntimeError("not now")
         super().halt(motion)
@@ -277,7 +287,7 @@ class StopForgetsWhatWaits(Twin):
     """`stop` brings the robot to rest, and motions that moved nothing go on."""
 
     def stop(self) -> None:
-        waiting = {motion: one for motion, one in self._under_way.items() if not one.moves}
+        waiting = {motion: one for motion, one in self._under_way.items() if not one.moved_parts}
         super().stop()
         self._under_way.update(waiting)
 
@@ -293,7 +303,7 @@ class FeedbackLeavesItsPaths(Twin):
 
 
 class FeedbackIsNotStated(Twin):
-    def plan(self, action: Action) -> Plan:
+    def plan(self, action: Action) -> PlannedMotion:
         plan = super().plan(action)
         is_pressing = action.kind == "slide"
         return replace(plan, servo=None) if is_pressing and isinstance(plan, Trajectory) else plan
@@ -307,7 +317,7 @@ class OnItsCarriage(Twin):
 class OneAtATime(OnItsCarriage):
     """The base stands as long as the arm moves, and then goes on."""
 
-    def _set_motors(self) -> dict[Motion, Completion]:
+    def _set_motors(self) -> dict[MotionHandle, MotionCompletion]:
         waiting = dict(list(self._under_way.items())[:-1])
         for motion in waiting:
             del self._under_way[motion]
@@ -325,9 +335,9 @@ class RulesEndTheArmAlone(OnItsCarriage):
         self.rolls = self._robot.base_speed_command
         super().stop()
 
-    def _pass_tick(self) -> None:
+    def _step_world(self) -> None:
         self._robot.base_command = self._robot.base_command + self.rolls * TICK
-        super()._pass_tick()
+        super()._step_world()
 
 
 class CarriageStandsAtOnce(OnItsCarriage):
@@ -337,7 +347,7 @@ class CarriageStandsAtOnce(OnItsCarriage):
         self._robot.hold_base()
         super().stop()
 
-    def halt(self, motion: Motion) -> None:
+    def halt(self, motion: MotionHandle) -> None:
         self._robot.hold_base()
         super().halt(motion)
 

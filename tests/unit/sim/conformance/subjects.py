@@ -7,11 +7,11 @@ from dataclasses import replace
 from functools import cache
 from typing import Final
 
-from aeros.runtime.bus.feed import Feed
+from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.bus.in_process import InProcessBus
-from aeros.runtime.bus.listened_plant import WatchedPlant
+from aeros.runtime.bus.listened_plant import ListenedPlant
 from aeros.runtime.ports import Plant
-from aeros.sim.conformance.suite import Subject
+from aeros.sim.conformance.suite import PlantUnderTest
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
 from aeros.sim.robot.limits import QDD_MAX
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
@@ -20,7 +20,7 @@ from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Ecm, Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 from tests.unit.sim.hosting.hosted import Hosted
 
@@ -48,7 +48,7 @@ LOOK_AND_WAIT: Final = act("wait", duration=6.0)
 
 @cache
 def _site() -> Site:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     return site
 
@@ -71,72 +71,72 @@ def _physics(scene: str) -> Callable[[], Plant]:
 
 
 def _watched() -> Plant:
-    return WatchedPlant(make_kinematic("bare", 0), Feed(InProcessBus(), _site()))
+    return ListenedPlant(make_kinematic("bare", 0), BusFeed(InProcessBus(), _site()))
 
 
-KINEMATIC: Final = Subject(
-    make=lambda: make_kinematic("bare", 0),
-    moving=REACH,
-    beside=LOOK_AND_WAIT,
-    follows_within=1e-9,
-    overshoots=1e-6,
+KINEMATIC: Final = PlantUnderTest(
+    make_plant=lambda: make_kinematic("bare", 0),
+    motion_action=REACH,
+    parallel_action=LOOK_AND_WAIT,
+    tracking_tolerance=1e-9,
+    max_overshoot=1e-6,
     deceleration=tuple(QDD_MAX.tolist()),
     # The greatest speed that a profile has, half of 2.175 rad/s, over 0.9 of 7.5 rad/s².
-    stops_within=0.17,
+    max_stop_time=0.17,
     noise=1e-9,
     skill="make_dumplings.boil",
-    pressing=PRESSING,
+    contact_actions=PRESSING,
 )
 
 SUBJECTS: Final = {
     "symbolic": replace(
         KINEMATIC,
-        make=lambda: SymbolicPlant(_site(), _modules(), 0),
+        make_plant=lambda: SymbolicPlant(_site(), _modules(), 0),
         period=None,
         deceleration=(),
-        stops_within=0.0,
-        pressing=(),
+        max_stop_time=0.0,
+        contact_actions=(),
     ),
     "kinematic": KINEMATIC,
     "kinematic on its carriage": replace(
         KINEMATIC,
-        make=lambda: make_kinematic("fetch", 0),
-        moving=DRIVE,
+        make_plant=lambda: make_kinematic("fetch", 0),
+        motion_action=DRIVE,
         # 0.5 m/s over 1 m/s²; the joints do not move.
-        stops_within=0.5,
+        max_stop_time=0.5,
         deceleration=(),
         base_deceleration=BASE_ACCELERATION_MAX,
-        pressing=(),
-        together=TOGETHER,
+        contact_actions=(),
+        parallel_actions=TOGETHER,
     ),
-    "kinematic, joint by joint": replace(KINEMATIC, moving=JOINTS),
-    "watched": replace(KINEMATIC, make=_watched),
-    "hosted": replace(KINEMATIC, make=lambda: Hosted(lambda: make_kinematic("bare", 0))),
+    "kinematic, joint by joint": replace(KINEMATIC, motion_action=JOINTS),
+    "watched": replace(KINEMATIC, make_plant=_watched),
+    "hosted": replace(KINEMATIC, make_plant=lambda: Hosted(lambda: make_kinematic("bare", 0))),
 }
 
-SUBJECTS["symbolic, joint by joint"] = replace(SUBJECTS["symbolic"], moving=JOINTS)
+SUBJECTS["symbolic, joint by joint"] = replace(SUBJECTS["symbolic"], motion_action=JOINTS)
 
 _MOTORS: Final = replace(
     KINEMATIC,
-    make=_physics("bare"),
-    follows_within=0.006,
-    overshoots=0.02,
+    make_plant=_physics("bare"),
+    tracking_tolerance=0.006,
+    max_overshoot=0.02,
     # Until the joints are at rest and not the set points alone: `motions.SETTLE_TICKS`.
-    stops_within=0.17 + 0.25,
+    max_stop_time=0.17 + 0.25,
     noise=1e-3,
 )
 
 PHYSICAL: Final = {
     "physics": _MOTORS,
-    "physics, joint by joint": replace(_MOTORS, moving=JOINTS),
+    "physics, joint by joint": replace(_MOTORS, motion_action=JOINTS),
     "physics on its carriage": replace(
         _MOTORS,
-        make=_physics("fetch"),
-        moving=DRIVE,
-        stops_within=0.5 + 0.25,
+        make_plant=_physics("fetch"),
+        motion_action=DRIVE,
+        max_stop_time=0.5 + 0.25,
         deceleration=(),
         base_deceleration=BASE_ACCELERATION_MAX,
-        pressing=(),
-        together=TOGETHER,
+        contact_actions=(),
+        parallel_actions=TOGETHER,
     ),
 }

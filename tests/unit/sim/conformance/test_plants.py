@@ -7,15 +7,15 @@ from collections.abc import Iterable
 import pytest
 
 from aeros.sim.conformance.contact_checks import (
-    a_motion_under_feedback_keeps_near_its_paths,
-    a_rule_named_in_contact_ends_it_within_one_tick,
+    a_broken_rule_stops_contact_within_one_tick,
+    a_servo_motion_stays_near_its_paths,
 )
 from aeros.sim.conformance.suite import CHECKS, Check
 from tests.unit.sim.conformance.subjects import PHYSICAL, SUBJECTS
 
 _IN_CONTACT = {
-    a_motion_under_feedback_keeps_near_its_paths.__name__,
-    a_rule_named_in_contact_ends_it_within_one_tick.__name__,
+    a_servo_motion_stays_near_its_paths.__name__,
+    a_broken_rule_stops_contact_within_one_tick.__name__,
 }
 """Checks that look at `pressing` alone, and take longest."""
 

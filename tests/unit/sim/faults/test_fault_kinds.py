@@ -10,42 +10,60 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.runtime.ports import Completion
+from aeros.runtime.ports import MotionCompletion
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import Person, Waypoint
-from aeros.sim.bullet.world import World
-from aeros.sim.detected_object import Sight
-from aeros.sim.faults.effects import seen
-from aeros.sim.faults.injector import Happening, Injector
-from aeros.sim.faults.model import Acting, Enter, Fault, OnLook, OnSkill, OnTime, Opportunity, Seen
-from aeros.sim.gilbert_elliott import Process
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.detected_object import DetectedObject
+from aeros.sim.faults.effects import detection_effect
+from aeros.sim.faults.injector import FaultEvent, FaultInjector
+from aeros.sim.faults.model import (
+    CameraOpportunity,
+    DetectionFault,
+    Fault,
+    Opportunity,
+    PersonEntersFault,
+    PhysicalFault,
+    SkillOpportunity,
+    TimedOpportunity,
+)
+from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.randomness import Chance
-from aeros.sim.scenes.bare import Bare
-from aeros.sim.scenes.fetch import Fetch
-from aeros.sim.scenes.scene import Detected
+from aeros.sim.randomness import RandomSource
+from aeros.sim.scenes.bare import BareScene
+from aeros.sim.scenes.fetch import FetchScene
+from aeros.sim.scenes.scene import OptionalDetection
 from aeros.skill import act
-from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
+from aeros.spec.declared.faults import (
+    CommandDelayFault,
+    DisplacedDetectionFault,
+    GripForceFault,
+    ImpulseFault,
+    MissedDetectionFault,
+    PadFrictionFault,
+    SensorFault,
+    TorqueFault,
+)
 from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
 
-ALWAYS = Process(0.0, 0.0, 1.0, 1.0, 1.0)
+ALWAYS = GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, 1.0)
 SKILL = "test.carry"
 
 
-class Cube(Bare):
+class Cube(BareScene):
     """A cube on a block, that can be grasped and carried."""
 
-    things: tuple[str, ...] = ("cube",)
+    pushable_objects: tuple[str, ...] = ("cube",)
 
-    def build(self, world: World, robot: Panda, chance: Chance) -> None:
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
         world.add_box((1.0, 1.0, 0.05), (0.5, 0.0, -0.025))
         world.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
         self.world = world
         self.cube = world.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
 
-    def thing(self, name: str) -> int:
+    def body(self, name: str) -> int:
         return {"cube": self.cube}[name]
 
     def measure(self) -> Mapping[str, Any]:
@@ -56,9 +74,9 @@ class Told:
     """A plant with faults, and what it was told of them."""
 
     def __init__(self, *faults: Fault, seed: int = 0) -> None:
-        self.happened: list[Happening] = []
+        self.happened: list[FaultEvent] = []
         self.torques: list[float] = []
-        self.plant = PhysicsPlant(Cube(), seed, disturbance=Injector(faults, seed, self.happened.append))
+        self.plant = PhysicsPlant(Cube(), seed, disturbance=FaultInjector(faults, seed, self.happened.append))
 
     def do(self, kind: str, **parameters: Any) -> bool:
         return execute(self.plant, act(kind, **parameters), lambda now, values: None, inf).completed
@@ -94,9 +112,12 @@ def told() -> Iterator[Make]:
 
 
 def fault(
-    kind: Acting | Seen, on: Opportunity | None = None, name: str = "it", process: Process = ALWAYS
+    kind: PhysicalFault | DetectionFault,
+    on: Opportunity | None = None,
+    name: str = "it",
+    process: GilbertElliottProcess = ALWAYS,
 ) -> Fault:
-    return Fault(name, OnSkill(SKILL, 0, once_holding=False) if on is None else on, process, kind)
+    return Fault(name, SkillOpportunity(SKILL, 0, from_first_grip=False) if on is None else on, process, kind)
 
 
 def begun(one: Told) -> list[float]:
@@ -104,7 +125,7 @@ def begun(one: Told) -> list[float]:
 
 
 def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(told: Make) -> None:
-    one = told(fault(Bump("cube", 0.06, 12, (1.0, 0.0, 0.0))))
+    one = told(fault(ImpulseFault("cube", 0.06, 12, (1.0, 0.0, 0.0))))
     before = one.value("cube_position")
     one.do("wait", duration=0.5)
     assert dist(one.value("cube_position"), before) < 1e-4
@@ -114,11 +135,11 @@ def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(told: Make) -> N
     assert 0.005 < after[0] - before[0] < 0.05
     assert abs(after[1] - before[1]) < 0.002
     assert [happening.event for happening in one.happened] == ["fault", "fault-over"]
-    assert one.happened[0] == Happening(0.5, "fault", "it", "fault `it` begins (opportunity 1)", 1)
+    assert one.happened[0] == FaultEvent(0.5, "fault", "it", "fault `it` begins (opportunity 1)", 1)
 
 
-@pytest.mark.parametrize("kind", [Slip(0.0, 240), Loosen(0.0, 240)])
-def test_a_held_thing_falls_out_of_slippery_or_loose_fingers(kind: Acting, told: Make) -> None:
+@pytest.mark.parametrize("kind", [PadFrictionFault(0.0, 240), GripForceFault(0.0, 240)])
+def test_a_held_thing_falls_out_of_slippery_or_loose_fingers(kind: PhysicalFault, told: Make) -> None:
     one = told(fault(kind))
     one.hold_cube()
     one.do("wait", duration=1.0)
@@ -130,7 +151,7 @@ def test_a_held_thing_falls_out_of_slippery_or_loose_fingers(kind: Acting, told:
 
 
 def test_a_weak_arm_has_no_more_than_its_share_of_torque_and_is_strong_again(told: Make) -> None:
-    one = told(fault(Weaken(0.15, 24)))
+    one = told(fault(TorqueFault(0.15, 24)))
 
     def most(now: float, values: Mapping[str, Any]) -> None:
         one.torques.append(max(map(abs, values["joint_torque"])))
@@ -162,14 +183,14 @@ def test_a_late_arm_is_where_it_was_told_to_be_before_and_catches_up(told: Make)
         assert dist(one.value("tool_position"), (0.45, 0.1, 0.45)) < 1e-3
         return passed
 
-    in_time, late = places(), places(fault(Delay(12, 120)))
+    in_time, late = places(), places(fault(CommandDelayFault(12, 120)))
     for tick in (60, 90, 110):
         assert dist(late[tick], in_time[tick - 12]) < 0.2 * dist(late[tick], in_time[tick])
     assert dist(late[180], in_time[180]) < 1e-3
 
 
 def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Make) -> None:
-    one = told(fault(Misread("tool_position", 120, noise=0.01)))
+    one = told(fault(SensorFault("tool_position", 120, noise=0.01)))
     one.do("wait", duration=0.25)
     calm = one.value("tool_position")
     one.plant.skill_began(SKILL)
@@ -184,7 +205,7 @@ def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Mak
 
 
 def test_a_dropout_leaves_the_last_reading_which_ages(told: Make) -> None:
-    one = told(fault(Misread("finger_gap", 240, dropout=1.0)))
+    one = told(fault(SensorFault("finger_gap", 240, dropout=1.0)))
     one.do("wait", duration=0.1)
     one.plant.skill_began(SKILL)
     one.do("wait", duration=0.5)
@@ -193,7 +214,7 @@ def test_a_dropout_leaves_the_last_reading_which_ages(told: Make) -> None:
 
 def test_somebody_enters_when_the_fault_begins(told: Make) -> None:
     person = Person("it", (Waypoint((3.0, 0.0)), Waypoint((1.5, 0.0), speed=1.0)))
-    one = told(fault(Enter(person)))
+    one = told(fault(PersonEntersFault(person)))
     one.do("wait", duration=0.5)
     assert one.value("human_distance") == 20.0
     one.plant.skill_began(SKILL)
@@ -203,10 +224,10 @@ def test_somebody_enters_when_the_fault_begins(told: Make) -> None:
     assert one.value("human_distance") == pytest.approx(far - 1.0, abs=0.1)
 
 
-def _looked(kind: Seen | None) -> Mapping[str, Any]:
-    faults = () if kind is None else (fault(kind, OnLook("mast")),)
-    scene = Fetch()
-    plant = PhysicsPlant(scene, 1, disturbance=Injector(faults, 1, lambda one: None))
+def _looked(kind: DetectionFault | None) -> Mapping[str, Any]:
+    faults = () if kind is None else (fault(kind, CameraOpportunity("mast")),)
+    scene = FetchScene()
+    plant = PhysicsPlant(scene, 1, disturbance=FaultInjector(faults, 1, lambda one: None))
     station = plant.observe()["station_position"].value
     for action in (
         act("move_base", x=station[0], y=station[1], speed=0.4),
@@ -222,18 +243,20 @@ def _looked(kind: Seen | None) -> Mapping[str, Any]:
 def test_a_missed_or_misplaced_detection_is_of_what_the_camera_makes_of_its_picture() -> None:
     seen = _looked(None)
     assert seen["object_detected"]
-    missed = _looked(Miss())
+    missed = _looked(MissedDetectionFault())
     assert not missed["object_detected"]
     assert "object_position" not in missed
-    misplaced = _looked(Misplace(0.06, None))
+    misplaced = _looked(DisplacedDetectionFault(0.06, None))
     assert misplaced["object_detected"]
     assert dist(misplaced["object_position"], seen["object_position"]) == pytest.approx(0.06)
 
 
 def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
-    injector = Injector((fault(Miss(), OnLook("mast", SKILL)),), 1, lambda one: None)
+    injector = FaultInjector(
+        (fault(MissedDetectionFault(), CameraOpportunity("mast", SKILL)),), 1, lambda one: None
+    )
     plant = PhysicsPlant(Cube(), 1, disturbance=injector)
-    found = Sight((1.0, 2.0, 3.0))
+    found = DetectedObject((1.0, 2.0, 3.0))
     assert injector.detection_filter("mast")(found) == found
     plant.skill_began(SKILL)
     assert injector.detection_filter("mast")(found) is None
@@ -244,14 +267,14 @@ def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
 
 
 def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
-    once = replace(fault(Miss(), OnLook("overhead")), at_most=1)
-    happened: list[Happening] = []
-    plant = make_plant("table", 0, disturbance=Injector((once,), 0, happened.append))
+    once = replace(fault(MissedDetectionFault(), CameraOpportunity("overhead")), max_count=1)
+    happened: list[FaultEvent] = []
+    plant = make_plant("table", 0, disturbance=FaultInjector((once,), 0, happened.append))
     shown = []
     for _ in range(2):
         look = plant.begin(act("look", camera="overhead"))
-        assert not isinstance(look, Completion)
-        assert plant.advance(allow, inf) == {look: Completion(True)}
+        assert not isinstance(look, MotionCompletion)
+        assert plant.advance(allow, inf) == {look: MotionCompletion(True)}
         values = plant.observe()
         shown.append((values["sponge_seen"].value, values["clutter_on_table"].value))
     plant.close()
@@ -260,25 +283,27 @@ def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
 
 
 def test_what_a_picture_shows_seems_elsewhere_all_of_it_alike() -> None:
-    away = seen(Misplace(0.06, None), np.random.default_rng(1))
-    first, second = away(Sight((0.0, 0.0, 0.0))), away(Sight((1.0, 2.0, 3.0)))
+    away = detection_effect(DisplacedDetectionFault(0.06, None), np.random.default_rng(1))
+    first, second = away(DetectedObject((0.0, 0.0, 0.0))), away(DetectedObject((1.0, 2.0, 3.0)))
     assert first is not None
     assert second is not None
-    assert dist(first.place, (0.0, 0.0, 0.0)) == pytest.approx(0.06)
-    assert second.place == pytest.approx([a + b for a, b in zip(first.place, (1.0, 2.0, 3.0), strict=True)])
+    assert dist(first.position, (0.0, 0.0, 0.0)) == pytest.approx(0.06)
+    assert second.position == pytest.approx(
+        [a + b for a, b in zip(first.position, (1.0, 2.0, 3.0), strict=True)]
+    )
     assert away(None) is None
 
 
 def test_the_camera_at_the_press_can_miss_too() -> None:
     plant = make_plant("dumpling_bench", 0)
-    asked: list[Detected] = []
-    plant._scene.look("side", lambda found: asked.append(found))
+    asked: list[OptionalDetection] = []
+    plant._scene.detect("side", lambda found: asked.append(found))
     plant.close()
-    assert [type(one) for one in asked] == [Sight]
+    assert [type(one) for one in asked] == [DetectedObject]
 
 
 def test_a_fault_waits_for_something_held_and_passes_with_its_skill(told: Make) -> None:
-    one = told(fault(Slip(0.5, 12), OnSkill(SKILL, 24, once_holding=True)))
+    one = told(fault(PadFrictionFault(0.5, 12), SkillOpportunity(SKILL, 24, from_first_grip=True)))
     one.plant.skill_began(SKILL)
     one.do("wait", duration=0.5)
     one.plant.skill_ended(SKILL, finished=True)
@@ -292,10 +317,10 @@ def test_a_fault_waits_for_something_held_and_passes_with_its_skill(told: Make) 
 
 def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(told: Make) -> None:
     rate, runs = 0.4, 40
-    kind = Bump("cube", 0.06, 12, None)
+    kind = ImpulseFault("cube", 0.06, 12, None)
     moved = 0
     for seed in range(runs):
-        one = Told(fault(kind, process=Process(0.0, 0.0, 1.0, 1.0, rate)), seed=seed)
+        one = Told(fault(kind, process=GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, rate)), seed=seed)
         before = one.value("cube_position")
         one.plant.skill_began(SKILL)
         one.do("wait", duration=0.25)
@@ -307,9 +332,9 @@ def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(told: Make) -> None:
 
 
 def test_faults_act_together_and_none_changes_when_another_happens(told: Make) -> None:
-    process = Process(0.0, 0.0, 1.0, 1.0, 0.5)
-    first = fault(Bump("cube", 0.02, 12, None), OnTime(60), "first", process)
-    second = fault(Weaken(0.9, 12), OnTime(48), "second", process)
+    process = GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, 0.5)
+    first = fault(ImpulseFault("cube", 0.02, 12, None), TimedOpportunity(60), "first", process)
+    second = fault(TorqueFault(0.9, 12), TimedOpportunity(48), "second", process)
 
     def times(*faults: Fault) -> dict[str, list[float]]:
         one = told(*faults)
@@ -326,7 +351,7 @@ def test_faults_act_together_and_none_changes_when_another_happens(told: Make) -
 
 
 def test_of_several_faults_on_one_part_the_worst_counts_until_it_is_over(told: Make) -> None:
-    one = told(fault(Slip(0.5, 24), name="a"), fault(Slip(0.2, 12), name="b"))
+    one = told(fault(PadFrictionFault(0.5, 24), name="a"), fault(PadFrictionFault(0.2, 12), name="b"))
     frictions: list[float] = []
     robot = one.plant._robot
     assert isinstance(robot, Panda)

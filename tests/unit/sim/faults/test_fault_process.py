@@ -7,27 +7,29 @@ from math import sqrt
 
 import pytest
 
-from aeros.sim.faults.model import Fault, OnLook
-from aeros.sim.faults.opportunities import Draws
-from aeros.sim.gilbert_elliott import Process
-from aeros.sim.randomness import Chance
-from aeros.spec.declared.faults import Miss
+from aeros.sim.faults.model import CameraOpportunity, Fault
+from aeros.sim.faults.opportunities import OpportunitySampler
+from aeros.sim.gilbert_elliott import GilbertElliottProcess
+from aeros.sim.randomness import RandomSource
+from aeros.spec.declared.faults import MissedDetectionFault
 
 DRAWS = 20_000
 
 
-def taken(process: Process, name: str = "one", seed: int = 0, count: int = DRAWS) -> list[bool]:
-    draws = Draws(Fault(name, OnLook("mast"), process, Miss()), Chance(seed))
+def taken(process: GilbertElliottProcess, name: str = "one", seed: int = 0, count: int = DRAWS) -> list[bool]:
+    draws = OpportunitySampler(
+        Fault(name, CameraOpportunity("mast"), process, MissedDetectionFault()), RandomSource(seed)
+    )
     return [draws.next() is not None for _ in range(count)]
 
 
-def independent(rate: float) -> Process:
-    return Process(0.0, 0.0, 1.0, 1.0, rate)
+def independent(rate: float) -> GilbertElliottProcess:
+    return GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, rate)
 
 
-def bursts(rate: float, length: float, within: float = 1.0, between: float = 0.0) -> Process:
+def bursts(rate: float, length: float, within: float = 1.0, between: float = 0.0) -> GilbertElliottProcess:
     share = (rate - between) / (within - between)
-    return Process(share, share / (1.0 - share) / length, 1.0 / length, within, between)
+    return GilbertElliottProcess(share, share / (1.0 - share) / length, 1.0 / length, within, between)
 
 
 @pytest.mark.parametrize("rate", [0.05, 0.3, 0.9])
@@ -52,7 +54,7 @@ def test_bursts_keep_the_rate_and_last_as_long_as_declared(rate: float, length: 
     assert process.rate == pytest.approx(rate)
     drawn = taken(process)
     # Of a chain with these transitions the variance of the mean is larger by (1 + r) / (1 − r).
-    kept = 1.0 - process.worsens - process.mends
+    kept = 1.0 - process.good_to_bad - process.bad_to_good
     spread = sqrt(rate * (1.0 - rate) / DRAWS * (1.0 + kept) / (1.0 - kept))
     assert abs(sum(drawn) / DRAWS - rate) < 1.96 * spread
     begun = sum(now and not before for before, now in pairwise([False, *drawn]))
@@ -68,8 +70,11 @@ def test_the_first_opportunity_is_taken_as_often_as_any_other() -> None:
 
 def test_bursts_of_another_length_that_it_says_are_alike_are_and_none_beyond() -> None:
     def drawn(length: float, seed: int) -> tuple[list[bool], tuple[float, float]]:
-        draws = Draws(Fault("one", OnLook("mast"), bursts(0.3, length), Miss()), Chance(seed))
-        return [draws.next() is not None for _ in range(6)], draws.alike
+        draws = OpportunitySampler(
+            Fault("one", CameraOpportunity("mast"), bursts(0.3, length), MissedDetectionFault()),
+            RandomSource(seed),
+        )
+        return [draws.next() is not None for _ in range(6)], draws.equivalent_rates
 
     for seed in range(200):
         ours, (low, high) = drawn(8.0, seed)
@@ -98,6 +103,6 @@ def test_faults_of_other_names_and_seeds_are_drawn_by_themselves() -> None:
 
 
 def test_a_fault_that_has_happened_as_often_as_it_may_does_not_happen_again() -> None:
-    fault = Fault("one", OnLook("mast"), independent(0.5), Miss(), at_most=2)
-    draws = Draws(fault, Chance(0))
+    fault = Fault("one", CameraOpportunity("mast"), independent(0.5), MissedDetectionFault(), max_count=2)
+    draws = OpportunitySampler(fault, RandomSource(0))
     assert sum(draws.next() is not None for _ in range(100)) == 2

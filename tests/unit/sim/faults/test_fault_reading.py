@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.sim.faults.faults_file import Surroundings, faults_of, read_faults, shipped_faults
-from aeros.sim.faults.model import Enter, OnLook, OnSkill, OnTime
+from aeros.sim.faults.faults_file import FaultContext, parse_faults, read_faults, shipped_faults
+from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
 from aeros.sim.scenes import SCENES
-from aeros.spec.declared.faults import Bump, Delay, Loosen, Misplace, Misread, Miss, Slip, Weaken
+from aeros.spec.declared.faults import (
+    CommandDelayFault,
+    DisplacedDetectionFault,
+    GripForceFault,
+    ImpulseFault,
+    MissedDetectionFault,
+    PadFrictionFault,
+    SensorFault,
+    TorqueFault,
+)
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
-SITE = load_site(reference_site(), Diagnostics())
+SITE = load_site(reference_site_path(), Diagnostics())
 assert SITE is not None
-AROUND = Surroundings(SITE.state, ("make_dumplings.wrap",), ("wrapper",), ("mast",))
+AROUND = FaultContext(SITE.state, ("make_dumplings.wrap",), ("wrapper",), ("mast",))
 
 KINDS = """\
 schema: aeros/faults/1
@@ -40,7 +49,7 @@ faults:
 def read(text: str) -> list[tuple[str, str]]:
     """Codes and headlines of what is wrong with a file."""
     with pytest.raises(UserError) as refused:
-        faults_of(Source("faults.yaml", text), AROUND)
+        parse_faults(Source("faults.yaml", text), AROUND)
     assert all(one.primary is not None for one in refused.value.diagnostics)
     return [(one.code, one.headline) for one in refused.value.diagnostics]
 
@@ -50,24 +59,24 @@ def one(at: str = "{every: 1 s}", rate: str = "0.5", rest: str = "slip: {frictio
 
 
 def test_every_kind_is_read_into_si_and_ticks() -> None:
-    found = {fault.name: fault for fault in faults_of(Source("faults.yaml", KINDS), AROUND)}
-    assert found["bumped"].opportunity == OnSkill("make_dumplings.wrap", 120, once_holding=True)
-    assert found["bumped"].kind == Bump("wrapper", 0.05, 12, (0.0, 1.0, 0.0))
+    found = {fault.name: fault for fault in parse_faults(Source("faults.yaml", KINDS), AROUND)}
+    assert found["bumped"].opportunity == SkillOpportunity("make_dumplings.wrap", 120, from_first_grip=True)
+    assert found["bumped"].kind == ImpulseFault("wrapper", 0.05, 12, (0.0, 1.0, 0.0))
     assert found["bumped"].process.rate == pytest.approx(0.3)
-    assert found["slippery"].opportunity == OnTime(240)
-    assert found["hidden"].opportunity == OnLook("mast", "make_dumplings.wrap")
-    assert found["slippery"].at_most == 3
-    assert found["slippery"].kind == Slip(0.1, 120)
-    assert found["loose"].kind == Loosen(0.0, 240)
-    assert found["weak"].kind == Weaken(0.2, 240)
-    assert found["late"].kind == Delay(24, 240)
-    assert found["misread"].kind == Misread("tool_position", 240, noise=0.005, dropout=0.1)
-    assert isinstance(found["visited"].kind, Enter)
-    assert found["missed"].opportunity == OnLook("mast")
-    assert found["missed"].kind == Miss()
-    assert found["missed"].process.mends == pytest.approx(0.25)
+    assert found["slippery"].opportunity == TimedOpportunity(240)
+    assert found["hidden"].opportunity == CameraOpportunity("mast", "make_dumplings.wrap")
+    assert found["slippery"].max_count == 3
+    assert found["slippery"].kind == PadFrictionFault(0.1, 120)
+    assert found["loose"].kind == GripForceFault(0.0, 240)
+    assert found["weak"].kind == TorqueFault(0.2, 240)
+    assert found["late"].kind == CommandDelayFault(24, 240)
+    assert found["misread"].kind == SensorFault("tool_position", 240, noise=0.005, dropout=0.1)
+    assert isinstance(found["visited"].kind, PersonEntersFault)
+    assert found["missed"].opportunity == CameraOpportunity("mast")
+    assert found["missed"].kind == MissedDetectionFault()
+    assert found["missed"].process.bad_to_good == pytest.approx(0.25)
     assert found["missed"].process.rate == pytest.approx(0.2)
-    assert found["wrong"].kind == Misplace(0.06, None)
+    assert found["wrong"].kind == DisplacedDetectionFault(0.06, None)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +148,7 @@ def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
         )
         assert SITE is not None
         try:
-            assert read_faults(name, Surroundings(SITE.state, skills, built.things, built.cameras))
+            assert read_faults(name, FaultContext(SITE.state, skills, built.pushable_objects, built.cameras))
         except UserError:
             continue
         fitting.append(scene)

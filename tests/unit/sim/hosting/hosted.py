@@ -11,7 +11,7 @@ from threading import Thread
 from typing import Any, TypeVar
 
 from aeros.runtime.ports import Plant
-from aeros.sim.hosting.host import PATIENCE, Host
+from aeros.sim.hosting.host import AGENT_TIMEOUT_S, PlantHost
 from aeros.sim.hosting.remote import RemotePlant
 
 _Made = TypeVar("_Made")
@@ -34,7 +34,7 @@ Told = list[Mapping[str, Any]]
 class Hosting:
     """A host at work; `told` is what it tells, `plant` what it hosts."""
 
-    def __init__(self, plant: Plant, patience: float = PATIENCE, linger: float = 60.0) -> None:
+    def __init__(self, plant: Plant, patience: float = AGENT_TIMEOUT_S, linger: float = 60.0) -> None:
         self._folder = tempfile.TemporaryDirectory()
         self.path = Path(self._folder.name) / "plant.sock"
         self.plant = plant
@@ -58,7 +58,7 @@ class Hosting:
         return self.told[self.events().index(event)]
 
     def _serve(self, patience: float, linger: float) -> None:
-        Host(self.plant, self.told.append, patience, linger).serve(self.path)
+        PlantHost(self.plant, self.told.append, patience, linger).serve(self.path)
         self.plant.close()
         self._folder.cleanup()
 
@@ -74,6 +74,6 @@ class Hosted(RemotePlant):
     def close(self) -> None:
         if not self._is_over:
             self._is_over = True
-            self._ask("end")
+            self._call("end")
             super().close()
             self._hosting.thread.join(20.0)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import Plant, Trajectory
-from aeros.sim.hosting.wire import LostError
+from aeros.sim.hosting.wire import ConnectionLostError
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import act
 from tests.unit.sim.hosting.hosted import Hosting
@@ -72,7 +72,7 @@ def test_kill_9_amid_a_motion_brings_it_to_rest_within_its_limits() -> None:
     moved = plant.begin(REACH, plant.plan(REACH))
     assert isinstance(moved, int)
     assert plant.advance(lambda now, measured: None, 100.0)[moved].completed
-    plant.end()
+    plant.shut_down_host()
     hosting.thread.join(20.0)
     assert hosting.events() == ["connected", "skill-began", "let-go", "connected", "ended"]
 
@@ -89,7 +89,7 @@ def test_an_agent_that_hangs_is_given_up_and_cannot_go_on() -> None:
     assert agent.returncode == 1
     plant = hosting.join()
     assert plant.now() == let_go["time"]
-    plant.end()
+    plant.shut_down_host()
 
 
 def test_between_two_actions_an_agent_may_think() -> None:
@@ -99,20 +99,20 @@ def test_between_two_actions_an_agent_may_think() -> None:
     before = plant.now()
     time.sleep(0.3)
     assert plant.now() == before
-    plant.end()
+    plant.shut_down_host()
 
 
 def test_what_makes_no_sense_ends_the_conversation_and_not_the_plant() -> None:
     hosting = Hosting(kinematic())
     for message in ({"do": "explode"}, {"do": "plan"}, {"do": "halt", "motion": 99}, {"no": "thing"}):
         plant = hosting.join()
-        plant._line.say(message)
-        with pytest.raises(LostError):
+        plant._line.send(message)
+        with pytest.raises(ConnectionLostError):
             plant.now()
         plant.close()
     plant = hosting.join()
     assert max(map(abs, plant.observe()["joint_velocity"].value)) == 0.0
-    plant.end()
+    plant.shut_down_host()
     hosting.thread.join(20.0)
     assert hosting.events().count("let-go") == 4
 
@@ -136,7 +136,7 @@ def test_a_monitor_that_fails_has_stopped_the_plant_first() -> None:
     with pytest.raises(ZeroDivisionError):
         plant.advance(monitor, 100.0)
     assert max(map(abs, plant.observe()["joint_velocity"].value)) == 0.0
-    plant.end()
+    plant.shut_down_host()
 
 
 def test_a_plan_arrives_as_it_was_stated() -> None:
@@ -146,4 +146,4 @@ def test_a_plan_arrives_as_it_was_stated() -> None:
     assert isinstance(told, Trajectory)
     assert told == stated
     assert plant.plan(REACH) == stated
-    plant.end()
+    plant.shut_down_host()

@@ -12,9 +12,9 @@ from aeros.sim.bullet.world import Image
 from aeros.sim.geometry import Pose, yaw_of
 from aeros.sim.layouts import dumpling_bench as bench
 from aeros.sim.layouts import table
-from aeros.sim.perception.bench_detection import shows_filling, view_bench
-from aeros.sim.perception.rectangles import rectangle_around
-from aeros.sim.perception.table_detection import overlook
+from aeros.sim.perception.bench_detection import detect_bench, is_filling_visible
+from aeros.sim.perception.rectangles import min_area_rectangle
+from aeros.sim.perception.table_detection import detect_table
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.skill import act
 from tests.unit.sim.acting import allow, execute
@@ -29,10 +29,10 @@ class Onlooker(NoDisturbance):
         self.stage = stage
 
     def pose(self, thing: str) -> Pose:
-        return self.stage.world.pose(self.stage.scene.thing(thing))
+        return self.stage.world.pose(self.stage.scene.body(thing))
 
     def push(self, thing: str, newtons: float) -> None:
-        self.stage.world.push(self.stage.scene.thing(thing), (0.0, newtons, 0.0))
+        self.stage.world.push(self.stage.scene.body(thing), (0.0, newtons, 0.0))
 
 
 def made(scene: str, seed: int) -> tuple[PhysicsPlant, Onlooker]:
@@ -48,20 +48,20 @@ def apart(a: float, b: float, period: float) -> float:
 @pytest.mark.parametrize("seed", range(6))
 def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
     plant, onlooker = made("table", seed)
-    view = overlook(onlooker.stage.world.render(table.OVERHEAD), table.OVERHEAD)
+    view = detect_table(onlooker.stage.world.render(table.OVERHEAD_CAMERA), table.OVERHEAD_CAMERA)
     assert view.sponge is not None
-    assert dist(view.sponge.place, onlooker.pose("sponge").position) < 0.003
-    assert apart(view.sponge.grip or 0.0, yaw_of(onlooker.pose("sponge").orientation), pi) < 0.08
+    assert dist(view.sponge.position, onlooker.pose("sponge").position) < 0.003
+    assert apart(view.sponge.grip_yaw or 0.0, yaw_of(onlooker.pose("sponge").orientation), pi) < 0.08
     for seen, thing in zip(view.pieces, ("cube", "can"), strict=True):
-        assert dist(seen.place, onlooker.pose(thing).position) < 0.003
-    assert apart(view.pieces[0].grip or 0.0, yaw_of(onlooker.pose("cube").orientation), pi / 2.0) < 0.1
+        assert dist(seen.position, onlooker.pose(thing).position) < 0.003
+    assert apart(view.pieces[0].grip_yaw or 0.0, yaw_of(onlooker.pose("cube").orientation), pi / 2.0) < 0.1
     plant.close()
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
     plant, onlooker = made("dumpling_bench", seed)
-    view = view_bench(onlooker.stage.world.render(bench.OVERHEAD), bench.OVERHEAD)
+    view = detect_bench(onlooker.stage.world.render(bench.OVERHEAD_CAMERA), bench.OVERHEAD_CAMERA)
     plate = onlooker.pose("wrapper")
     assert view.wrapper is not None
     assert view.filling is not None
@@ -75,13 +75,13 @@ def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
 @pytest.mark.parametrize("scene", ["table", "dumpling_bench"])
 def test_an_empty_picture_shows_nothing(scene: str) -> None:
     plant, onlooker = made(scene, 0)
-    camera = table.OVERHEAD if scene == "table" else bench.OVERHEAD
+    camera = table.OVERHEAD_CAMERA if scene == "table" else bench.OVERHEAD_CAMERA
     picture = onlooker.stage.world.render(camera)
     grey = Image(np.full_like(picture.rgb, 128), picture.depth)
-    assert overlook(grey, camera) == (None, ())
-    assert view_bench(grey, camera) == (None, None)
-    wrapper = bench.WrapperSight(bench.BELONGS, 0.0, pi)
-    assert not shows_filling(grey, camera, wrapper)
+    assert detect_table(grey, camera) == (None, ())
+    assert detect_bench(grey, camera) == (None, None)
+    wrapper = bench.WrapperDetection(bench.ALIGNED_POSITION, 0.0, pi)
+    assert not is_filling_visible(grey, camera, wrapper)
     plant.close()
 
 
@@ -89,7 +89,7 @@ def test_a_rectangle_is_found_whatever_its_heading() -> None:
     grid = np.stack(np.meshgrid(np.linspace(-0.05, 0.05, 21), np.linspace(-0.02, 0.02, 9)), -1).reshape(-1, 2)
     for heading in np.arange(0.0, pi / 2.0, 0.1):
         c, s = np.cos(heading), np.sin(heading)
-        found = rectangle_around(grid @ np.array(((c, s), (-s, c))) + (0.3, -0.2))
+        found = min_area_rectangle(grid @ np.array(((c, s), (-s, c))) + (0.3, -0.2))
         assert (found.x, found.y) == pytest.approx((0.3, -0.2), abs=1e-3)
         assert sorted((found.length, found.width)) == pytest.approx([0.04, 0.1], abs=2e-3)
         assert apart(found.heading, float(heading), pi / 2.0) < 0.01

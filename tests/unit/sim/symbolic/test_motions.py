@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.symbolic.motions import UnableError, check_parameters, motion_of
+from aeros.sim.symbolic.motions import ActionRejectedError, check_parameters, plan_motion
 from aeros.skill import act
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
@@ -22,7 +22,9 @@ HERE = {"tool_position": (0.0, 0.0, 0.5), "base_position": (1.0, 2.0, 0.25)}
 
 
 def declared(name: str, type_: Type) -> Declared:
-    return Declared(t.Variable(name, type_, t.Role.PARAMETER), SPAN, range=(Fraction(-1), Fraction(1)))
+    return Declared(
+        t.Variable(name, type_, t.VariableRole.PARAMETER), SPAN, range=(Fraction(-1), Fraction(1))
+    )
 
 
 WHISTLE = ActionKind(
@@ -67,56 +69,56 @@ def test_parameters_of_their_types_are_taken(changed: dict[str, Any]) -> None:
     ],
 )
 def test_other_parameters_are_refused(changed: dict[str, Any], why: str) -> None:
-    with pytest.raises(UnableError, match=why):
+    with pytest.raises(ActionRejectedError, match=why):
         check_parameters(WHISTLE, {**GIVEN, **changed})
 
 
 @pytest.mark.parametrize("name", GIVEN)
 def test_a_missing_parameter_is_refused(name: str) -> None:
-    with pytest.raises(UnableError, match=f"missing parameter: `{name}`"):
+    with pytest.raises(ActionRejectedError, match=f"missing parameter: `{name}`"):
         check_parameters(WHISTLE, {key: value for key, value in GIVEN.items() if key != name})
 
 
 @pytest.mark.parametrize("kind", ["move_tool", "slide"])
 def test_the_tool_goes_straight_at_a_mean_speed_below_its_peak(kind: str) -> None:
-    motion = motion_of(act(kind, target=(0.3, 0.4, 0.5), speed=0.25), HERE)
+    motion = plan_motion(act(kind, target=(0.3, 0.4, 0.5), speed=0.25), HERE)
     assert motion.duration == pytest.approx(TICK + PEAK_TO_MEAN * 0.5 / 0.25)
-    assert motion.under_way == {"tool_speed": 0.25}
-    assert motion.after == {"tool_position": (0.3, 0.4, 0.5), "tool_speed": 0.0}
+    assert motion.values_during == {"tool_speed": 0.25}
+    assert motion.values_after == {"tool_position": (0.3, 0.4, 0.5), "tool_speed": 0.0}
 
 
 def test_where_the_tool_is_not_measured_it_is_there_at_once() -> None:
-    assert motion_of(act("move_tool", target=(0.3, 0.4, 0.5), speed=0.25), {}).duration == TICK
+    assert plan_motion(act("move_tool", target=(0.3, 0.4, 0.5), speed=0.25), {}).duration == TICK
 
 
 def test_the_base_takes_the_arm_along() -> None:
-    motion = motion_of(act("move_base", x=4.0, y=6.0, speed=0.5), HERE)
+    motion = plan_motion(act("move_base", x=4.0, y=6.0, speed=0.5), HERE)
     assert motion.duration == pytest.approx(TICK + PEAK_TO_MEAN * 5.0 / 0.5)
-    assert motion.under_way == {}
-    assert motion.after == {"base_position": (4.0, 6.0, 0.25), "tool_position": (3.0, 4.0, 0.5)}
-    alone = motion_of(act("move_base", x=4.0, y=6.0, speed=0.5), {})
-    assert (alone.duration, alone.after) == (TICK, {"base_position": (4.0, 6.0, 0.0)})
+    assert motion.values_during == {}
+    assert motion.values_after == {"base_position": (4.0, 6.0, 0.25), "tool_position": (3.0, 4.0, 0.5)}
+    alone = plan_motion(act("move_base", x=4.0, y=6.0, speed=0.5), {})
+    assert (alone.duration, alone.values_after) == (TICK, {"base_position": (4.0, 6.0, 0.0)})
 
 
 def test_joints_move_the_tool_to_where_the_chain_has_it_from_the_base() -> None:
     chain = pytest.importorskip("aeros.sim.kinematic.tool_kinematics")
     q = (0.1, -0.3, 0.2, -1.9, 0.3, 1.9, 0.2)
     joints = {f"q{number}": value for number, value in enumerate(q, 1)}
-    motion = motion_of(act("move_joints", **joints, speed=0.5), HERE)
+    motion = plan_motion(act("move_joints", **joints, speed=0.5), HERE)
     place = chain.posture(q).place
     expected = tuple(a + b for a, b in zip(place, HERE["base_position"], strict=True))
-    assert motion.after["tool_position"] == pytest.approx(expected)
+    assert motion.values_after["tool_position"] == pytest.approx(expected)
     assert motion.duration > TICK
 
 
 def test_fingers_cameras_waits_and_what_is_unknown() -> None:
-    grip = motion_of(act("grip", width=0.03, force=5.0), HERE)
-    assert (grip.duration, grip.after) == (0.5, {"finger_gap": 0.03})
-    look = motion_of(act("look"), HERE)
-    assert (look.duration, look.after) == (0.1, {})
-    waits = [motion_of(act("wait", duration=duration), HERE).duration for duration in (3.0, 0, -1.0)]
+    grip = plan_motion(act("grip", width=0.03, force=5.0), HERE)
+    assert (grip.duration, grip.values_after) == (0.5, {"finger_gap": 0.03})
+    look = plan_motion(act("look"), HERE)
+    assert (look.duration, look.values_after) == (0.1, {})
+    waits = [plan_motion(act("wait", duration=duration), HERE).duration for duration in (3.0, 0, -1.0)]
     assert waits == [3.0, TICK, TICK]
-    assert motion_of(act("whistle"), HERE) == (TICK, {}, {})
+    assert plan_motion(act("whistle"), HERE) == (TICK, {}, {})
 
 
 @pytest.mark.parametrize(
@@ -131,5 +133,5 @@ def test_fingers_cameras_waits_and_what_is_unknown() -> None:
     ],
 )
 def test_a_motion_that_cannot_be_made_is_refused(action: Any, why: str) -> None:
-    with pytest.raises(UnableError, match=why):
-        motion_of(action, HERE)
+    with pytest.raises(ActionRejectedError, match=why):
+        plan_motion(action, HERE)

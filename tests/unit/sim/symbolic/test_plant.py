@@ -8,19 +8,19 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import Completion, Motion, Plant
-from aeros.sim.gilbert_elliott import Channel
-from aeros.sim.kinematic.tool_kinematics import posture
-from aeros.sim.symbolic.outcomes import Bursts, draw_outcome
+from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant
+from aeros.sim.gilbert_elliott import GilbertElliottModel
+from aeros.sim.kinematic.tool_kinematics import tool_kinematics
+from aeros.sim.symbolic.outcomes import BurstOutcomes, draw_outcome
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action, act
-from aeros.spec.closed_loop.outcome_probabilities import shares_of
+from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.model import Access, ActionKind, Declared, Ecm, Limits, Outcome, Risk, Site, Skill
+from aeros.spec.model.model import Access, ActionKind, Declared, Ecm, ModuleLimits, Outcome, Risk, Site, Skill
 from tests.unit.sim.acting import execute
 
 SPAN = Source("site.yaml", "text").span(0, 4)
@@ -31,7 +31,7 @@ KINDS = ("move_tool", "move_joints", "slide", "move_base", "grip", "wait", "look
 
 def state(name: str, type_: Type, low: str = "-10", high: str = "10") -> tuple[str, Declared]:
     bounds = (Fraction(low), Fraction(high))
-    variable = t.Variable(name, type_, t.Role.STATE)
+    variable = t.Variable(name, type_, t.VariableRole.STATE)
     return name, Declared(variable, SPAN, range=bounds, max_age=Fraction(1, 10), sensor="sensor")
 
 
@@ -54,7 +54,9 @@ STATE = dict(
 
 
 def parameter(name: str, type_: Type) -> Declared:
-    return Declared(t.Variable(name, type_, t.Role.PARAMETER), SPAN, range=(Fraction(-10), Fraction(10)))
+    return Declared(
+        t.Variable(name, type_, t.VariableRole.PARAMETER), SPAN, range=(Fraction(-10), Fraction(10))
+    )
 
 
 PARAMETERS: Mapping[str, Mapping[str, Type]] = {
@@ -76,7 +78,7 @@ def kind(name: str) -> ActionKind:
 
 def site() -> Site:
     kinds = {name: kind(name) for name in KINDS}
-    limits = Limits(Fraction(100), 3, 3)
+    limits = ModuleLimits(Fraction(100), 3, 3)
     return Site(
         "kitchen", "", {}, {}, {}, STATE, kinds, (), Access(), {}, Risk.HIGH, limits, (), (), {}, SPAN
     )
@@ -95,7 +97,7 @@ def module(*outcomes: Outcome) -> Mapping[str, Ecm]:
         resources=frozenset(),
         risk=Risk.LOW,
         timeout=Fraction(10),
-        gated={},
+        runtime_checked={},
         span=SPAN,
         entry_span=SPAN,
         risk_span=SPAN,
@@ -109,11 +111,11 @@ def module(*outcomes: Outcome) -> Mapping[str, Ecm]:
         capabilities={},
         skills={"lift": skill},
         tasks={},
-        access=Access(),
-        permission={},
-        requires={},
+        requested_access=Access(),
+        permitted_actions={},
+        required_modules={},
         requires_spans={},
-        runtime=">=0.1",
+        required_aeros_version=">=0.1",
         runtime_span=SPAN,
         access_span=SPAN,
         span=SPAN,
@@ -165,8 +167,8 @@ def test_it_begins_harmless_and_inside_every_range() -> None:
         ),
         (
             act("move_joints", q1=0.5, q2=-0.3, q3=0.0, q4=-1.9, q5=0.0, q6=1.6, q7=0.8, speed=0.5),
-            {"tool_position": posture(BENT).place},
-            1.875 * dist(posture(BENT).place, (0.307, 0.0, 0.487)) / 0.5 + 1 / 240,
+            {"tool_position": tool_kinematics(BENT).position},
+            1.875 * dist(tool_kinematics(BENT).position, (0.307, 0.0, 0.487)) / 0.5 + 1 / 240,
         ),
         (act("slide", target=(0.307, 0.0, 0.487), force=5.0, speed=0.1), {}, 1 / 240),
         (
@@ -185,7 +187,7 @@ def test_it_begins_harmless_and_inside_every_range() -> None:
 def test_a_motion_takes_effect_and_its_time(action: Action, changed: dict[str, Any], seconds: float) -> None:
     plant: Plant = SymbolicPlant(site(), {}, 0)
     before = values(plant)
-    assert execute(plant, action, watch, 100.0) == Completion(True)
+    assert execute(plant, action, watch, 100.0) == MotionCompletion(True)
     assert values(plant) == {**before, **changed}
     assert plant.now() == pytest.approx(seconds)
     assert {reading.time for reading in plant.observe().values()} == {plant.now()}
@@ -219,7 +221,7 @@ def test_a_motion_takes_effect_and_its_time(action: Action, changed: dict[str, A
 def test_what_cannot_be_done_is_refused_before_any_motion(action: Action, reason: str) -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()
-    assert execute(plant, action, watch, 100.0) == Completion(False, reason)
+    assert execute(plant, action, watch, 100.0) == MotionCompletion(False, reason)
     assert plant.observe() == before
 
 
@@ -242,13 +244,13 @@ def test_the_monitor_stops_a_motion_before_its_effect() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()
     stopped = execute(plant, act("grip", width=0.02, force=1.0), lambda now, values: "rule", 100.0)
-    assert stopped == Completion(False, "monitor:rule")
+    assert stopped == MotionCompletion(False, "monitor:rule")
     assert plant.observe() == before
 
 
 def test_a_motion_stops_at_its_deadline() -> None:
     plant = SymbolicPlant(site(), {}, 0)
-    assert execute(plant, act("wait", duration=5.0), watch, 2.0) == Completion(False, "deadline")
+    assert execute(plant, act("wait", duration=5.0), watch, 2.0) == MotionCompletion(False, "deadline")
     assert plant.now() == 2.0
 
 
@@ -263,13 +265,13 @@ def test_outcomes_come_as_often_as_declared() -> None:
 
 
 def test_outcomes_in_bursts_come_as_often_as_declared_and_together() -> None:
-    channel = Channel(Fraction(3, 10), Fraction(10))
-    bursts = Bursts(channel.process(), [(LIFTED, Fraction(1))], [(SLIPPED, Fraction(1))])
+    channel = GilbertElliottModel(Fraction(3, 10), Fraction(10))
+    bursts = BurstOutcomes(channel.process(), [(LIFTED, Fraction(1))], [(SLIPPED, Fraction(1))])
     rested = SymbolicPlant(site(), module(LIFTED, SLIPPED), 0, None, {"handling.lift": bursts})
     slipped = 0
     followed: list[bool] = []
     for seed in range(400):
-        plant, before = rested.anew(seed), False
+        plant, before = rested.reset(seed), False
         for _ in range(20):
             run_skill(plant)
             now = not values(plant)["holding"]
@@ -282,7 +284,7 @@ def test_outcomes_in_bursts_come_as_often_as_declared_and_together() -> None:
 
 
 def test_outcomes_depend_on_seed_and_invocation_and_nothing_else() -> None:
-    shares = shares_of([LIFTED, SLIPPED])
+    shares = outcome_probabilities([LIFTED, SLIPPED])
     backwards = [draw_outcome(shares, 7, "handling.lift", run) for run in reversed(range(50))]
     plant = SymbolicPlant(site(), module(LIFTED, SLIPPED), seed=7)
     drawn = []
@@ -301,7 +303,7 @@ def test_a_plant_anew_is_one_to_which_nothing_has_happened() -> None:
     for _ in range(5):
         run_skill(used)
     made = SymbolicPlant(site(), module(LIFTED, SLIPPED), 8, {"base_position": (1.0, 0.0, 0.0)})
-    anew = used.anew(8)
+    anew = used.reset(8)
     assert (anew.now(), anew.observe()) == (0.0, made.observe())
     for _ in range(20):
         run_skill(made)
@@ -311,18 +313,18 @@ def test_a_plant_anew_is_one_to_which_nothing_has_happened() -> None:
 
 def test_a_plant_tells_what_was_left_to_chance() -> None:
     plant = SymbolicPlant(site(), module(LIFTED, SLIPPED), seed=7)
-    assert plant.drawn() == ()
+    assert plant.drawn_outcomes() == ()
     told = []
     for run in range(20):
         run_skill(plant)
         told.append(("handling.lift", run, "lifted" if values(plant)["holding"] else "slipped"))
-    assert plant.drawn() == tuple(told)
+    assert plant.drawn_outcomes() == tuple(told)
     assert {outcome for *_, outcome in told} == {"lifted", "slipped"}
     # A skill that was halted has none of its outcomes.
     plant.skill_began("handling.lift")
     plant.skill_ended("handling.lift", finished=False)
-    assert plant.drawn() == tuple(told)
-    assert plant.anew(7).drawn() == ()
+    assert plant.drawn_outcomes() == tuple(told)
+    assert plant.reset(7).drawn_outcomes() == ()
 
 
 def test_a_motion_ends_where_it_does_when_another_has_changed_what_it_depends_on() -> None:
@@ -330,7 +332,7 @@ def test_a_motion_ends_where_it_does_when_another_has_changed_what_it_depends_on
     drive = act("move_base", x=1.0, y=0.0, speed=1.0)
     slow = act("move_base", x=3.0, y=0.0, speed=1.0)
     for action in (drive, slow):
-        assert not isinstance(plant.begin(action, plant.plan(action)), Completion)
+        assert not isinstance(plant.begin(action, plant.plan(action)), MotionCompletion)
     tool = values(plant)["tool_position"]
     for x in (1.0, 3.0):
         plant.advance(watch, 100.0)
@@ -369,8 +371,12 @@ def test_exact_effects_are_measured_as_doubles_inside_their_range() -> None:
 
 def test_outcomes_without_a_probability_share_the_rest() -> None:
     some = [outcome("lifted", "0.5"), outcome("a"), outcome("b")]
-    assert [share for _, share in shares_of(some)] == [Fraction(1, 2), Fraction(1, 4), Fraction(1, 4)]
-    shares = shares_of([outcome("lifted", "1"), outcome("never")])
+    assert [share for _, share in outcome_probabilities(some)] == [
+        Fraction(1, 2),
+        Fraction(1, 4),
+        Fraction(1, 4),
+    ]
+    shares = outcome_probabilities([outcome("lifted", "1"), outcome("never")])
     assert Counter(draw_outcome(shares, 0, "s", run).id for run in range(100)) == {"lifted": 100}
 
 
@@ -397,9 +403,9 @@ def test_it_needs_no_simulator() -> None:
     assert plant.now() == 0.0
 
 
-def _begun(plant: SymbolicPlant, action: Action) -> Motion:
+def _begun(plant: SymbolicPlant, action: Action) -> MotionHandle:
     motion = plant.begin(action)
-    assert not isinstance(motion, Completion)
+    assert not isinstance(motion, MotionCompletion)
     return motion
 
 
@@ -415,10 +421,10 @@ def test_what_is_under_way_together_ends_in_the_order_of_its_ends() -> None:
     wait = _begun(plant, act("wait", duration=0.1))
     assert plant.advance(monitor, 0.05) == {}
     assert plant.now() == 0.05
-    assert plant.advance(monitor, 100.0) == {wait: Completion(True)}
+    assert plant.advance(monitor, 100.0) == {wait: MotionCompletion(True)}
     assert plant.now() == 0.1
     assert seen == [0.25] * 4  # the move goes on at the end of the wait
-    assert plant.advance(monitor, 100.0) == {move: Completion(True)}
+    assert plant.advance(monitor, 100.0) == {move: MotionCompletion(True)}
     assert seen[-1] == 0.0
 
 
@@ -428,7 +434,11 @@ def test_a_tool_that_the_base_carries_is_at_its_target_once_the_base_has_come_to
     move = plant.begin(act("move_tool", target=(3.5, 4.0, 0.3), yaw=0.0, speed=5.0))
     grip = plant.begin(act("grip", width=0.02, force=10.0))
     ended = [plant.advance(watch, 100.0) for _ in range(3)]
-    assert ended == [{grip: Completion(True)}, {drive: Completion(True)}, {move: Completion(True)}]
+    assert ended == [
+        {grip: MotionCompletion(True)},
+        {drive: MotionCompletion(True)},
+        {move: MotionCompletion(True)},
+    ]
     assert values(plant)["tool_position"] == (3.5, 4.0, 0.3)
     assert values(plant)["base_position"] == (3.0, 4.0, 0.0)
     assert plant.now() == pytest.approx(1.875 * 5 + 1 / 240)
@@ -440,15 +450,15 @@ def test_what_is_halted_ends_without_its_effect_and_the_other_goes_on() -> None:
     move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
     wait = _begun(plant, act("wait", duration=9.0))
     plant.halt(move)
-    assert plant.advance(watch, 100.0) == {move: Completion(False, "halted")}
+    assert plant.advance(watch, 100.0) == {move: MotionCompletion(False, "halted")}
     assert plant.observe()["tool_position"].value == before
-    assert plant.advance(watch, 100.0) == {wait: Completion(True)}
+    assert plant.advance(watch, 100.0) == {wait: MotionCompletion(True)}
 
 
 def test_a_rule_that_breaks_ends_everything_under_way() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     motions = [_begun(plant, act("wait", duration=seconds)) for seconds in (1.0, 2.0)]
-    broken = Completion(False, "monitor:rule")
+    broken = MotionCompletion(False, "monitor:rule")
     assert plant.advance(lambda now, values: "rule", 100.0) == dict.fromkeys(motions, broken)
 
 

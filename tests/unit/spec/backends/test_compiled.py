@@ -11,23 +11,23 @@ from hypothesis import strategies as st
 
 from aeros.spec.backends import compiled
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, scalars_of
+from aeros.spec.expr.lower import lower, values_by_scalar
 from aeros.spec.expr.random_conditions import (
     VARIABLES,
     Raw,
     environments,
     exact_environment,
-    raw_scalars,
     reals,
+    to_scalars,
     vocabulary_ranges,
 )
-from aeros.spec.expr.semantics import evaluate, holds
+from aeros.spec.expr.semantics import evaluate, is_true
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 from tests.hypothesis_profiles import examples
 
 _NUMBER = RealType(NUMBER)
-X, Y, Z = (t.Variable(name, _NUMBER, t.Role.STATE) for name in "xyz")
+X, Y, Z = (t.Variable(name, _NUMBER, t.VariableRole.STATE) for name in "xyz")
 _ZERO = Fraction(0)
 
 
@@ -40,27 +40,29 @@ def _unit_ranges(size: Fraction = Fraction(1)) -> dict[str, tuple[Fraction, Frac
 
 
 @st.composite
-def _bounded(draw: st.DrawFn) -> tuple[t.Term, compiled._Real, compiled._Generator, Mapping[str, Raw]]:
+def _bounded(
+    draw: st.DrawFn,
+) -> tuple[t.Term, compiled._RealCode, compiled._CodeGenerator, Mapping[str, Raw]]:
     term = draw(reals())
     ranges = draw(vocabulary_ranges())
     values = draw(environments(term, ranges))
-    generator = compiled._Generator(ranges)
+    generator = compiled._CodeGenerator(ranges)
     return term, generator._real(lower(term)), generator, values
 
 
 @examples(150)
 @given(_bounded())
 def test_the_error_bound_is_a_bound(
-    drawn: tuple[t.Term, compiled._Real, compiled._Generator, Mapping[str, Raw]],
+    drawn: tuple[t.Term, compiled._RealCode, compiled._CodeGenerator, Mapping[str, Raw]],
 ) -> None:
     term, real, generator, values = drawn
     if real.peak > compiled._LARGEST:
         return
-    computed = Fraction(cast("float", generator.function("v", real.code)(raw_scalars(values))))
+    computed = Fraction(cast("float", generator.function("v", real.code)(to_scalars(values))))
     exact = cast("Fraction", evaluate(term, exact_environment(values)))
     assert abs(computed - exact) <= real.error
     assert abs(computed) <= real.magnitude <= real.peak
-    assert exact == evaluate(lower(term), scalars_of(VARIABLES, exact_environment(values)))
+    assert exact == evaluate(lower(term), values_by_scalar(VARIABLES, exact_environment(values)))
 
 
 @pytest.mark.parametrize(
@@ -94,7 +96,7 @@ def test_a_variable_against_a_constant_is_exact_at_the_constant_and_beside_it(
     near = [middle, math.nextafter(middle, math.inf), math.nextafter(middle, -math.inf)]
     for value in [*near, 0.0, -0.0, 5e-324, -5e-324, 1.0, largest, -largest]:
         if math.isfinite(value):
-            assert decide({"x": value}) is holds(term, {"x": Fraction(value)}), value
+            assert decide({"x": value}) is is_true(term, {"x": Fraction(value)}), value
 
 
 def test_a_tenth_thrice_is_less_than_three_tenths_of_doubles() -> None:
@@ -111,7 +113,7 @@ def test_an_intermediate_overflow_is_decided_exactly(op: str) -> None:
     decide = compiled.compile_condition(term, _unit_ranges(Fraction(10) ** 200))
     for value in (1e200, -1e200, 9e199):
         env = {"x": value, "y": 1e200}
-        assert decide(env) is holds(term, {name: Fraction(one) for name, one in env.items()})
+        assert decide(env) is is_true(term, {name: Fraction(one) for name, one in env.items()})
 
 
 _HUGE = t.Multiply(t.Multiply(X, Y), _constant(Fraction(1, 10**300)))
@@ -139,7 +141,7 @@ def test_an_unbounded_constant_in_a_product_is_decided_exactly() -> None:
     term = t.Compare("<=", t.Multiply(_constant(Fraction(10) ** 400), X), Y)
     decide = compiled.compile_condition(term, _unit_ranges(Fraction(1, 10**300)))
     for x, y in ((1e-310, 1e-300), (-1e-310, 0.0), (0.0, 0.0), (0.0, -5e-324)):
-        assert decide({"x": x, "y": y}) is holds(term, {"x": Fraction(x), "y": Fraction(y)})
+        assert decide({"x": x, "y": y}) is is_true(term, {"x": Fraction(x), "y": Fraction(y)})
 
 
 def test_underflow_does_not_hide_a_sign() -> None:
@@ -174,7 +176,7 @@ def test_outside_the_rounding_band_the_exact_path_is_not_taken(monkeypatch: pyte
 
 def test_a_hostile_name_stays_a_name() -> None:
     name = "x'] or __import__('os') or v['x"
-    odd = t.Variable(name, _NUMBER, t.Role.STATE)
+    odd = t.Variable(name, _NUMBER, t.VariableRole.STATE)
     decide = compiled.compile_condition(t.Compare("<=", odd, _constant(1)), {name: (_ZERO, _ZERO)})
     assert decide({name: 0.0}) is True
 

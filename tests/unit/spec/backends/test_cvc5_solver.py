@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.spec.backends.cvc5_solver import Cvc5
-from aeros.spec.backends.solver_results import Result
+from aeros.spec.backends.solver_results import SatResult
 
 _BETWEEN = "(set-logic ALL)(declare-fun x () Real)(assert (< 0 x {}))(check-sat)"
 _HARD = """(set-logic ALL)
@@ -17,17 +17,17 @@ _HARD = """(set-logic ALL)
 def test_it_tells_what_can_hold_from_what_cannot() -> None:
     solver = Cvc5()
     asked = ["1", "0", "1", "0"]  # what was asked before changes nothing
-    assert [solver.answer(_BETWEEN.format(bound)).result.value for bound in asked] == [
+    assert [solver.solve_script(_BETWEEN.format(bound)).result.value for bound in asked] == [
         "sat", "unsat", "sat", "unsat"
     ]  # fmt: skip
 
 
 def test_a_budget_that_runs_out_is_undecided_and_says_so() -> None:
-    said = Cvc5(rlimit=10_000).answer(_HARD)
-    assert said.result is Result.UNKNOWN
+    said = Cvc5(rlimit=10_000).solve_script(_HARD)
+    assert said.result is SatResult.UNKNOWN
     assert "RESOURCEOUT" in said.reason
 
 
 @pytest.mark.parametrize("script", ["", "(assert", "(assert (< y 0))(check-sat)", "(set-logic ALL)"])
 def test_what_it_cannot_read_is_undecided(script: str) -> None:
-    assert Cvc5().answer(script).result is Result.UNKNOWN
+    assert Cvc5().solve_script(script).result is SatResult.UNKNOWN

@@ -9,25 +9,25 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.backends import oracle as oracle_module
-from aeros.spec.backends.answer_store import Store, default_store
-from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.answer_store import AnswerStore, default_store
+from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.backends.solver_results import Answer, Result
-from aeros.spec.backends.z3_solver import Session
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.expr.units import LENGTH
 
 REPOSITORY = Path(__file__).parents[4]
-X = t.Variable("x", RealType(LENGTH), t.Role.STATE)
-B = t.Variable("b", BOOL, t.Role.STATE)
-E = t.Variable("e", EnumType("side", ("left", "right")), t.Role.STATE)
+X = t.Variable("x", RealType(LENGTH), t.VariableRole.STATE)
+B = t.Variable("b", BOOL, t.VariableRole.STATE)
+E = t.Variable("e", EnumType("side", ("left", "right")), t.VariableRole.STATE)
 RANGES = {"x": (Fraction(0), Fraction(10))}
 
 
 @pytest.fixture(autouse=True)
 def _everything_is_for_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
+    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
 
 
 def _above(bound: Fraction) -> t.Term:
@@ -35,19 +35,19 @@ def _above(bound: Fraction) -> t.Term:
 
 
 def _forbid_solving(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> Answer:
+    def refuse(*_: object) -> SolverAnswer:
         raise AssertionError("the solver was asked")
 
-    monkeypatch.setattr(Session, "ask", refuse)
+    monkeypatch.setattr(IncrementalSolver, "ask", refuse)
 
 
 def test_a_question_is_put_to_the_solver_once(monkeypatch: pytest.MonkeyPatch) -> None:
     oracle = Oracle()
-    first = oracle.ask([X], RANGES, [_above(Fraction(3))])
+    first = oracle.check_sat([X], RANGES, [_above(Fraction(3))])
     _forbid_solving(monkeypatch)
-    assert oracle.ask([X], RANGES, [_above(Fraction(3))]) == first
+    assert oracle.check_sat([X], RANGES, [_above(Fraction(3))]) == first
     with pytest.raises(AssertionError, match="was asked"):
-        oracle.ask([X], RANGES, [_above(Fraction(4))])
+        oracle.check_sat([X], RANGES, [_above(Fraction(4))])
 
 
 @pytest.mark.parametrize(
@@ -63,72 +63,72 @@ def test_a_question_that_differs_is_another_question(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     oracle = Oracle()
-    oracle.ask([X], RANGES, [_above(Fraction(3))])
+    oracle.check_sat([X], RANGES, [_above(Fraction(3))])
     _forbid_solving(monkeypatch)
     with pytest.raises(AssertionError, match="was asked"):
-        oracle.ask(*other)
+        oracle.check_sat(*other)
 
 
 def test_a_later_run_finds_the_same_answer_in_the_store(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     question = [_above(Fraction(1, 3)), B, t.Compare("==", E, t.Literal("right", E.type))]  # type: ignore[arg-type]
-    first = Oracle(store=Store(tmp_path / "answers"))
-    answer = first.ask([X, B, E], RANGES, question)
-    never = first.ask([X], RANGES, [_above(Fraction(10))])
-    first.keep()
+    first = Oracle(store=AnswerStore(tmp_path / "answers"))
+    answer = first.check_sat([X, B, E], RANGES, question)
+    never = first.check_sat([X], RANGES, [_above(Fraction(10))])
+    first.save_answers()
     _forbid_solving(monkeypatch)
-    second = Oracle(store=Store(tmp_path / "answers"))
-    assert second.ask([X, B, E], RANGES, question) == answer
+    second = Oracle(store=AnswerStore(tmp_path / "answers"))
+    assert second.check_sat([X, B, E], RANGES, question) == answer
     assert answer.model["b"] is True
     assert answer.model["e"] == "right"
-    assert second.ask([X], RANGES, [_above(Fraction(10))]) == never == Answer(Result.UNSAT, {})
+    assert second.check_sat([X], RANGES, [_above(Fraction(10))]) == never == SolverAnswer(SatResult.UNSAT, {})
 
 
 def test_what_is_asked_after_keeping_is_kept_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = Oracle(store=Store(tmp_path / "answers"))
+    first = Oracle(store=AnswerStore(tmp_path / "answers"))
     for bound in (3, 4):
-        first.ask([X], RANGES, [_above(Fraction(bound))])
-        first.keep()
+        first.check_sat([X], RANGES, [_above(Fraction(bound))])
+        first.save_answers()
     _forbid_solving(monkeypatch)
-    second = Oracle(store=Store(tmp_path / "answers"))
-    assert second.ask([X], RANGES, [_above(Fraction(4))]).result is Result.SAT
+    second = Oracle(store=AnswerStore(tmp_path / "answers"))
+    assert second.check_sat([X], RANGES, [_above(Fraction(4))]).result is SatResult.SAT
 
 
 def test_another_budget_another_solver_or_other_code_asks_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = Oracle(store=Store(tmp_path / "answers"))
-    first.ask([X], RANGES, [_above(Fraction(3))])
-    first.keep()
+    first = Oracle(store=AnswerStore(tmp_path / "answers"))
+    first.check_sat([X], RANGES, [_above(Fraction(3))])
+    first.save_answers()
     _forbid_solving(monkeypatch)
     with pytest.raises(AssertionError, match="was asked"):
-        Oracle(7_000_000, Store(tmp_path / "answers")).ask([X], RANGES, [_above(Fraction(3))])
-    monkeypatch.setattr(oracle_module, "_asked_by", lambda: "another solver")
+        Oracle(7_000_000, AnswerStore(tmp_path / "answers")).check_sat([X], RANGES, [_above(Fraction(3))])
+    monkeypatch.setattr(oracle_module, "_solver_fingerprint", lambda: "another solver")
     with pytest.raises(AssertionError, match="was asked"):
-        Oracle(store=Store(tmp_path / "answers")).ask([X], RANGES, [_above(Fraction(3))])
+        Oracle(store=AnswerStore(tmp_path / "answers")).check_sat([X], RANGES, [_above(Fraction(3))])
 
 
 def test_unknown_is_not_kept(tmp_path: Path) -> None:
-    store = Store(tmp_path / "answers")
-    store.put({"k": Answer(Result.UNKNOWN, {}, "out of budget")})
+    store = AnswerStore(tmp_path / "answers")
+    store.put({"k": SolverAnswer(SatResult.UNKNOWN, {}, "out of budget")})
     assert store.get("k") is None
 
 
 @pytest.mark.parametrize("content", ["", "null", "{}", '{"result": "maybe", "model": {}}', "[1", "0"])
 def test_what_cannot_be_read_is_not_there(content: str, tmp_path: Path) -> None:
-    store = Store(tmp_path / "answers")
+    store = AnswerStore(tmp_path / "answers")
     store._connection.execute("INSERT INTO answers VALUES ('k', ?)", (content,))
     assert store.get("k") is None
 
 
 def test_a_store_that_is_gone_changes_nothing(tmp_path: Path) -> None:
-    store = Store(tmp_path / "answers")
+    store = AnswerStore(tmp_path / "answers")
     store.close()
     store.close()
     oracle = Oracle(store=store)
-    assert oracle.ask([X], RANGES, [_above(Fraction(3))]).result is Result.SAT
-    oracle.keep()
+    assert oracle.check_sat([X], RANGES, [_above(Fraction(3))]).result is SatResult.SAT
+    oracle.save_answers()
 
 
 def test_the_users_wish_decides_where_answers_are_kept(

@@ -5,21 +5,21 @@ from fractions import Fraction
 import pytest
 import z3
 
-from aeros.spec.backends.solver_results import Answer, Result
-from aeros.spec.backends.z3_solver import Session, solver_version
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.z3_solver import IncrementalSolver, solver_version
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import holds
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import LENGTH
 
 _METRES = RealType(LENGTH)
 _MODE = EnumType("Mode", ("idle", "move", "stop"))
-X = t.Variable("x", _METRES, t.Role.STATE)
-Y = t.Variable("y", _METRES, t.Role.STATE)
-A = t.Variable("a", BOOL, t.Role.STATE)
-M = t.Variable("mode", _MODE, t.Role.STATE)
-P = t.Variable("p", VectorType(LENGTH), t.Role.STATE)
-R = t.Variable("ready", FamilyType(_MODE, BOOL), t.Role.STATE)
+X = t.Variable("x", _METRES, t.VariableRole.STATE)
+Y = t.Variable("y", _METRES, t.VariableRole.STATE)
+A = t.Variable("a", BOOL, t.VariableRole.STATE)
+M = t.Variable("mode", _MODE, t.VariableRole.STATE)
+P = t.Variable("p", VectorType(LENGTH), t.VariableRole.STATE)
+R = t.Variable("ready", FamilyType(_MODE, BOOL), t.VariableRole.STATE)
 _RANGES = dict.fromkeys(("x", "y", "p.x", "p.y", "p.z"), (Fraction(-10), Fraction(10)))
 
 
@@ -27,8 +27,8 @@ def _metres(value: Fraction | int) -> t.Literal:
     return t.Literal(Fraction(value), _METRES)
 
 
-def _session(rlimit: int = 5_000_000) -> Session:
-    return Session((X, Y, A, M, P, R), _RANGES, rlimit)
+def _session(rlimit: int = 5_000_000) -> IncrementalSolver:
+    return IncrementalSolver((X, Y, A, M, P, R), _RANGES, rlimit)
 
 
 def _less(left: t.Term, right: t.Term) -> t.Term:
@@ -36,8 +36,10 @@ def _less(left: t.Term, right: t.Term) -> t.Term:
 
 
 def test_a_model_gives_every_declared_scalar_a_value_of_its_type() -> None:
-    answer = _session().ask(t.And((A, t.Compare("==", M, t.Literal("stop", _MODE)), _less(_metres(9), X))))
-    assert answer.result is Result.SAT
+    answer = _session().check_sat(
+        t.And((A, t.Compare("==", M, t.Literal("stop", _MODE)), _less(_metres(9), X)))
+    )
+    assert answer.result is SatResult.SAT
     model = dict(answer.model)
     assert set(model) == {
         "x", "y", "a", "mode", "p.x", "p.y", "p.z", "ready[idle]", "ready[move]", "ready[stop]"
@@ -49,50 +51,50 @@ def test_a_model_gives_every_declared_scalar_a_value_of_its_type() -> None:
 
 
 def test_a_model_is_the_exact_rational() -> None:
-    answer = _session().ask(t.Compare("==", t.Multiply(_metres(3), X), _metres(1)))
+    answer = _session().check_sat(t.Compare("==", t.Multiply(_metres(3), X), _metres(1)))
     assert answer.model["x"] == Fraction(1, 3)
 
 
 def test_an_irrational_model_is_an_approximation_that_replay_notices() -> None:
     term = t.Compare("==", t.Multiply(X, X), _metres(2))
-    answer = _session().ask(term)
-    assert answer.result is Result.SAT
+    answer = _session().check_sat(term)
+    assert answer.result is SatResult.SAT
     value = answer.model["x"]
     assert isinstance(value, Fraction)
     assert 0 < abs(value * value - 2) < Fraction(1, 10**25)
-    assert not holds(term, {"x": value})
+    assert not is_true(term, {"x": value})
 
 
 def test_ranges_and_sets_are_assumed() -> None:
     session = _session()
-    assert session.ask(_less(_metres(10), X)).result is Result.UNSAT
+    assert session.check_sat(_less(_metres(10), X)).result is SatResult.UNSAT
     away = [t.Not(t.Compare("==", M, t.Literal(member, _MODE))) for member in _MODE.members]
-    assert session.ask(*away).result is Result.UNSAT
+    assert session.check_sat(*away).result is SatResult.UNSAT
 
 
 def test_each_question_is_asked_alone() -> None:
     session = _session()
-    assert session.ask(_less(X, Y), _less(Y, X)).result is Result.UNSAT
-    assert session.ask(_less(_metres(9), X)).result is Result.SAT
+    assert session.check_sat(_less(X, Y), _less(Y, X)).result is SatResult.UNSAT
+    assert session.check_sat(_less(_metres(9), X)).result is SatResult.SAT
     assert (
-        session.ask_given({"x": Fraction(1)}, t.And((_less(X, Y), _less(Y, _metres(1))))).result
-        is Result.UNSAT
+        session.check_at_values({"x": Fraction(1)}, t.And((_less(X, Y), _less(Y, _metres(1))))).result
+        is SatResult.UNSAT
     )
-    assert session.ask().result is Result.SAT
+    assert session.check_sat().result is SatResult.SAT
 
 
 def test_a_failing_question_leaves_the_session_usable() -> None:
     session = _session()
     with pytest.raises(KeyError):
-        session.ask(t.Variable("nobody", BOOL, t.Role.STATE))
-    assert session.ask(A).result is Result.SAT
+        session.check_sat(t.Variable("nobody", BOOL, t.VariableRole.STATE))
+    assert session.check_sat(A).result is SatResult.SAT
 
 
 def _hard() -> t.Term:
     def cube(v: t.Term) -> t.Term:
         return t.Multiply(v, t.Multiply(v, v))
 
-    z = t.Variable("p.z", _METRES, t.Role.STATE)
+    z = t.Variable("p.z", _METRES, t.VariableRole.STATE)
     total = t.Add(cube(X), t.Add(cube(Y), cube(z)))
     product = t.Multiply(_metres(3), t.Multiply(X, t.Multiply(Y, z)))
     positive = [_less(_metres(0), v) for v in (X, Y, z)]
@@ -100,8 +102,8 @@ def _hard() -> t.Term:
 
 
 def test_a_budget_that_runs_out_is_unknown_with_a_reason() -> None:
-    answer = _session(rlimit=50).ask(_hard())
-    assert answer.result is Result.UNKNOWN
+    answer = _session(rlimit=50).check_sat(_hard())
+    assert answer.result is SatResult.UNKNOWN
     assert answer.reason
     assert answer.model == {}
 
@@ -111,12 +113,12 @@ def test_a_solver_that_breaks_down_has_not_decided_and_says_why(monkeypatch: pyt
         raise z3.Z3Exception("out of memory")
 
     monkeypatch.setattr(z3.Solver, "check", check)
-    assert _session().ask(A) == Answer(Result.UNKNOWN, {}, "out of memory")
+    assert _session().check_sat(A) == SolverAnswer(SatResult.UNKNOWN, {}, "out of memory")
 
 
 def test_the_same_question_has_the_same_answer() -> None:
     question = t.And((_less(_metres(0), t.Multiply(X, Y)), t.Compare("==", t.Multiply(X, X), Y)))
-    answers = [_session().ask(question) for _ in range(3)]
+    answers = [_session().check_sat(question) for _ in range(3)]
     assert answers[0] == answers[1] == answers[2]
 
 

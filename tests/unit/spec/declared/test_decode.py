@@ -13,52 +13,52 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.render import render_text
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.text.fields import (
-    Boolean,
-    Bounds,
-    Choice,
-    Entries,
-    Expression,
-    Integer,
-    Length,
-    Number,
+    BooleanField,
+    ChoiceField,
+    ExpressionField,
+    IntegerField,
+    LengthBounds,
+    MappingField,
+    NumberField,
     Pattern,
-    Text,
+    TextField,
+    ValueBounds,
 )
 from aeros.spec.text.yaml_reader import read_yaml
 
-Identifier = Annotated[Text, Pattern("identifier")]
+Identifier = Annotated[TextField, Pattern("identifier")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Retry:
-    span: Span
-    key_span: Span | None = None
-    times: Annotated[Integer, Bounds(0, 5)]
-    wait: Number | None = None
+    span: SourceSpan
+    key_span: SourceSpan | None = None
+    times: Annotated[IntegerField, ValueBounds(0, 5)]
+    wait: NumberField | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    span: Span
+    span: SourceSpan
     do: Identifier
     then: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Skill:
-    span: Span
+    span: SourceSpan
     name: Identifier = field(metadata={"doc": "what plans call it"})
-    when: Expression | None = None
-    guarded: Boolean | None = None
-    speed: Annotated[Number, Bounds(lo=0)] | None = None
+    when: ExpressionField | None = None
+    guarded: BooleanField | None = None
+    speed: Annotated[NumberField, ValueBounds(lo=0)] | None = None
     on_failure: Literal["halt", "replan"] = "halt"
-    risk: Choice[Literal["low", "high"]] | None = None
-    from_: Text | None = None
-    tags: Annotated[tuple[Identifier, ...], Length(1, 2)] = ()
-    retry: Integer | Retry | tuple[Integer, ...] | None = None
-    inputs: Annotated[Entries[Retry], Pattern("identifier")] = field(default_factory=Entries)
+    risk: ChoiceField[Literal["low", "high"]] | None = None
+    from_: TextField | None = None
+    tags: Annotated[tuple[Identifier, ...], LengthBounds(1, 2)] = ()
+    retry: IntegerField | Retry | tuple[IntegerField, ...] | None = None
+    inputs: Annotated[MappingField[Retry], Pattern("identifier")] = field(default_factory=MappingField)
     steps: tuple[Step, ...] = ()
 
 
@@ -111,7 +111,7 @@ def test_every_form_is_decoded_with_its_place() -> None:
     assert skill.from_ is not None
     assert skill.from_.value == "here"
     assert [tag.value for tag in skill.tags] == ["a", "b"]
-    assert isinstance(skill.retry, Integer)
+    assert isinstance(skill.retry, IntegerField)
     ((key, retry),) = skill.inputs
     assert retry.wait is not None
     assert (key.value, retry.wait.value) == ("x", Fraction(1, 1000))
@@ -134,7 +134,7 @@ def test_a_union_is_decided_by_the_kind_of_node() -> None:
 @pytest.mark.parametrize("text", ["0", "5", "-3"])
 def test_integers_are_decimal_digits(text: str) -> None:
     retry = accepted(f"name: a\nretry: {text}\n").retry
-    assert isinstance(retry, Integer)
+    assert isinstance(retry, IntegerField)
     assert retry.value == int(text)
 
 
@@ -305,18 +305,18 @@ def test_a_hostile_number_of_problems_is_refused_in_time() -> None:
 
 @dataclass(frozen=True)
 class Placeless:
-    name: Text
+    name: TextField
 
 
 @dataclass(frozen=True)
 class Ambiguous:
-    span: Span
-    name: Text | Integer
+    span: SourceSpan
+    name: TextField | IntegerField
 
 
 @dataclass(frozen=True)
 class Undecodable:
-    span: Span
+    span: SourceSpan
     name: int
 
 

@@ -7,10 +7,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.diagnostics.codes import CODES, Diagnostic, Diagnostics, Label, Severity, did_you_mean, quoted
+from aeros.spec.diagnostics.codes import (
+    CODES,
+    Diagnostic,
+    Diagnostics,
+    Severity,
+    SpanLabel,
+    did_you_mean,
+    quoted,
+)
 from aeros.spec.diagnostics.errors import MisuseError, UserError
-from aeros.spec.diagnostics.render import render_all, render_json, render_text, safe
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.render import escape_invisible, render_all, render_json, render_text
+from aeros.spec.diagnostics.source import Source, SourceSpan
 
 MANIFEST = Source(
     "ecms/pick/ecm.yaml",
@@ -18,19 +26,19 @@ MANIFEST = Source(
 )
 
 
-def part(text: str, source: Source = MANIFEST) -> Span:
+def part(text: str, source: Source = MANIFEST) -> SourceSpan:
     start = source.text.index(text)
     return source.span(start, start + len(text))
 
 
-def error(*labels: Label, headline: str = "it is wrong", **rest: tuple[str, ...]) -> Diagnostic:
+def error(*labels: SpanLabel, headline: str = "it is wrong", **rest: tuple[str, ...]) -> Diagnostic:
     return Diagnostic("AE103", headline, labels[0] if labels else None, labels[1:], **rest)  # type: ignore[arg-type]
 
 
 def test_two_labels_on_a_line_the_last_beside_its_dashes_the_first_below() -> None:
     found = error(
-        Label(part("max_speed"), "m/s"),
-        Label(part("reach"), "m"),
+        SpanLabel(part("max_speed"), "m/s"),
+        SpanLabel(part("reach"), "m"),
         headline="`max_speed` is compared with `reach`",
         notes=("`max_speed` is declared at ecms/pick/ecm.yaml:12:5",),
         help=("compare with a speed, or divide `reach` by a duration",),
@@ -50,7 +58,9 @@ help: compare with a speed, or divide `reach` by a duration
 
 
 def test_three_labels_on_a_line_are_told_apart_by_a_rule() -> None:
-    found = error(Label(part("<="), "here"), Label(part("max_speed"), "left"), Label(part("reach"), "right"))
+    found = error(
+        SpanLabel(part("<="), "here"), SpanLabel(part("max_speed"), "left"), SpanLabel(part("reach"), "right")
+    )
     assert (
         render_text(found)
         == """\
@@ -67,10 +77,10 @@ error[AE103] wrong-kind: it is wrong
 def test_labels_on_other_lines_and_in_other_files() -> None:
     site = Source("site.yaml", "limits:\n  max_speed: 1 m/s\n")
     found = error(
-        Label(part("reach"), "too far"),
-        Label(part("pick"), "in this module"),
-        Label(part("timeout")),
-        Label(part("max_speed", site), "declared here"),
+        SpanLabel(part("reach"), "too far"),
+        SpanLabel(part("pick"), "in this module"),
+        SpanLabel(part("timeout")),
+        SpanLabel(part("max_speed", site), "declared here"),
     )
     assert (
         render_text(found)
@@ -104,17 +114,17 @@ help: check the path
 
 def test_a_text_in_a_block_is_marked_on_each_of_its_lines() -> None:
     source = Source("a", "ab: >- # why\n  cd\n\n  efg\n\nh: i\n")
-    shown = render_text(error(Label(source.span(4, 24), "here")))
+    shown = render_text(error(SpanLabel(source.span(4, 24), "here")))
     assert shown.endswith("1 | ab: >- # why\n2 |   cd\n  |   ^^\n...\n4 |   efg\n  |   ^^^ here\n")
-    assert render_text(error(Label(source.span(4, 22)))).endswith("4 |   efg\n  |   ^\n")
+    assert render_text(error(SpanLabel(source.span(4, 22)))).endswith("4 |   efg\n  |   ^\n")
     long = Source("a", "ab: |\n" + "  cd\n" * 20)
-    assert render_text(error(Label(long.span(4, len(long.text))))).count("^^") == 8
+    assert render_text(error(SpanLabel(long.span(4, len(long.text))))).count("^^") == 8
 
 
 def test_an_empty_span_is_one_caret_and_a_span_of_lines_is_marked_on_its_first() -> None:
     source = Source("a", "ab: x\n  cd\n")
     assert (
-        render_text(error(Label(source.span(2, 2), "end")))
+        render_text(error(SpanLabel(source.span(2, 2), "end")))
         == """\
 error[AE103] wrong-kind: it is wrong
  --> a:1:3
@@ -122,13 +132,13 @@ error[AE103] wrong-kind: it is wrong
   |   ^ end
 """
     )
-    assert "\n1 | ab: x\n  |     ^\n" in render_text(error(Label(source.span(4, 10))))
-    assert render_text(error(Label(source.span(11, 11)))).endswith(" --> a:3:1\n3 |\n  | ^\n")
+    assert "\n1 | ab: x\n  |     ^\n" in render_text(error(SpanLabel(source.span(4, 10))))
+    assert render_text(error(SpanLabel(source.span(11, 11)))).endswith(" --> a:3:1\n3 |\n  | ^\n")
 
 
 def test_carets_lie_over_dashes() -> None:
     source = Source("a", "abcdef\n")
-    text = render_text(error(Label(source.span(2, 4), "in"), Label(source.span(0, 6), "out")))
+    text = render_text(error(SpanLabel(source.span(2, 4), "in"), SpanLabel(source.span(0, 6), "out")))
     assert text.endswith("1 | abcdef\n  | --^^--\n  | | in\n  | out\n")
 
 
@@ -141,7 +151,7 @@ def test_several_lines_of_a_note_stay_under_it() -> None:
 
 def test_wide_characters_tabs_and_controls_keep_the_mark_in_place() -> None:
     source = Source("a", "日本:\t\x1b[2J\u202e: here\n")
-    assert render_text(error(Label(part("here", source)))) == (
+    assert render_text(error(SpanLabel(part("here", source)))) == (
         "error[AE103] wrong-kind: it is wrong\n"
         " --> a:1:11\n"
         "1 | 日本:    \\x1b[2J\\u202e: here\n"
@@ -151,16 +161,18 @@ def test_wide_characters_tabs_and_controls_keep_the_mark_in_place() -> None:
 
 def test_a_long_line_is_shown_around_its_mark() -> None:
     source = Source("a", "x" * 500 + "HERE" + "y" * 500)
-    rows = render_text(error(Label(part("HERE", source), "this"))).splitlines()
+    rows = render_text(error(SpanLabel(part("HERE", source), "this"))).splitlines()
     assert rows[1] == " --> a:1:501"
     assert rows[2] == "1 | …" + "x" * 40 + "HERE" + "y" * 116 + "…"
     assert rows[3] == "  |  " + " " * 40 + "^^^^ this"
-    start = render_text(error(Label(source.span(0, 2)))).splitlines()
+    start = render_text(error(SpanLabel(source.span(0, 2)))).splitlines()
     assert start[2] == "1 | " + "x" * 160 + "…"
 
 
 def test_colour_appears_only_when_asked_for_and_changes_nothing_else() -> None:
-    found = error(Label(part("max_speed"), "m/s"), Label(part("reach"), "m"), notes=("n",), help=("h",))
+    found = error(
+        SpanLabel(part("max_speed"), "m/s"), SpanLabel(part("reach"), "m"), notes=("n",), help=("h",)
+    )
     coloured = render_text(found, colour=True)
     assert "\x1b[1;31merror[AE103]\x1b[0m wrong-kind" in coloured
     assert "\x1b[1;31m^^^^^^^^^\x1b[0m" in coloured
@@ -177,9 +189,11 @@ def test_nothing_from_a_file_reaches_the_terminal_as_control(
     source = Source(said, text)
     start = data.draw(st.integers(0, len(text)))
     end = data.draw(st.integers(start, len(text)))
-    found = error(Label(source.span(start, end), said), Label(source.span(0, end), said), headline=said)
+    found = error(
+        SpanLabel(source.span(start, end), said), SpanLabel(source.span(0, end), said), headline=said
+    )
     shown = render_text(found)
-    assert all(character == "\n" or safe(character) == character for character in shown)
+    assert all(character == "\n" or escape_invisible(character) == character for character in shown)
     assert shown.startswith("error[AE103]")
     json.dumps(render_json(found))
     shown.encode()
@@ -188,13 +202,13 @@ def test_nothing_from_a_file_reaches_the_terminal_as_control(
 def test_a_megabyte_on_one_line_is_rendered_in_time() -> None:
     source = Source("a", "\x1b" * 1_000_000)
     began = time.monotonic()
-    shown = render_text(error(Label(source.span(0, 1_000_000)), headline=source.text))
+    shown = render_text(error(SpanLabel(source.span(0, 1_000_000)), headline=source.text))
     assert time.monotonic() - began < 2.0
     assert len(shown) < 30_000
 
 
 def test_json_tells_everything_a_program_needs() -> None:
-    found = error(Label(part("reach"), "m"), Label(part("pick")), notes=("n",), help=("h",))
+    found = error(SpanLabel(part("reach"), "m"), SpanLabel(part("pick")), notes=("n",), help=("h",))
     assert json.loads(json.dumps(render_json(found))) == {
         "code": "AE103",
         "slug": "wrong-kind",
@@ -244,9 +258,9 @@ def test_an_unregistered_code_is_misuse() -> None:
 def test_the_sink_sorts_by_file_and_place_and_drops_repetitions() -> None:
     other = Source("a.yaml", "xy")
     found = [
-        error(Label(part("reach"))),
-        error(Label(part("pick"))),
-        error(Label(other.span(1, 2))),
+        error(SpanLabel(part("reach"))),
+        error(SpanLabel(part("pick"))),
+        error(SpanLabel(other.span(1, 2))),
         Diagnostic("AE002", "nowhere"),
     ]
     sink = Diagnostics()
@@ -265,7 +279,7 @@ def test_the_sink_keeps_only_so_many_and_warnings_never_crowd_out_errors() -> No
     for number in range(5):
         sink.error("AE002", f"error {number}")
     assert sink.has_errors
-    assert sink.full
+    assert sink.is_full
     assert (len(sink), sink.dropped) == (4, 6)
     with pytest.raises(UserError) as raised:
         sink.raise_if_errors()
@@ -277,7 +291,7 @@ def test_what_another_sink_gathered_is_included_once_and_what_it_dropped_is_coun
     for number in range(3):
         one.error("AE002", f"error {number}")
     other.error("AE002", "error 1")
-    other.include(one)
+    other.extend(one)
     assert [found.headline for found in other] == ["error 0", "error 1"]
     assert (other.dropped, other.has_errors) == (1, True)
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.diagnostics.source import Source, Span
+from aeros.spec.diagnostics.source import Source, SourceSpan
 
 
 def test_lines_and_columns_count_characters_from_one() -> None:
@@ -44,7 +44,7 @@ def test_spans_compare_by_position_and_cover_each_other() -> None:
     source = Source("a.yaml", "0123456789")
     first, second = source.span(1, 3), source.span(5, 8)
     assert first < second
-    assert first.cover(second) == second.cover(first) == source.span(1, 8)
+    assert first.merge(second) == second.merge(first) == source.span(1, 8)
     assert "0123456789" not in repr(first)
 
 
@@ -52,9 +52,9 @@ def test_a_span_outside_its_source_or_across_two_is_misuse() -> None:
     source = Source("a.yaml", "abc")
     for start, end in ((0, 4), (-1, 2), (2, 1)):
         with pytest.raises(MisuseError):
-            Span(source, start, end)
+            SourceSpan(source, start, end)
     with pytest.raises(MisuseError):
-        source.span(0, 1).cover(Source("b.yaml", "abc").span(0, 1))
+        source.span(0, 1).merge(Source("b.yaml", "abc").span(0, 1))
     with pytest.raises(MisuseError):
         source.line_text(2)
     with pytest.raises(MisuseError):

@@ -132,11 +132,11 @@ def test_a_rule_may_govern_nothing_only_by_saying_so_wrongly(tmp_path: Path) -> 
 def test_a_hold_condition_over_more_than_can_be_gone_through_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("aeros.spec.elaborate.ecm.MOST_COMBINATIONS", 5)
+    monkeypatch.setattr("aeros.spec.elaborate.ecm.MAX_COMBINATIONS", 5)
     edit = ("dirt <= 50 % and not person_near", "fetched == sponge and not person_near")
     (said,) = said_of_module(tmp_path, edit, case="hold_at_the_edge")
     assert (
         said == "error[AE111] out-of-bounds: `hold` reads predicates with more than 5 combinations of values"
     )
-    monkeypatch.setattr("aeros.spec.elaborate.ecm.MOST_COMBINATIONS", 6)
+    monkeypatch.setattr("aeros.spec.elaborate.ecm.MAX_COMBINATIONS", 6)
     assert said_of_module(tmp_path / "again", edit, case="hold_at_the_edge") == []

@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Durability, Site
 from aeros.spec.text.digests import code_digest, code_files
-from aeros.spec.text.discovery import module_folders, reference_site
+from aeros.spec.text.discovery import module_folders, reference_site_path
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 
@@ -33,7 +33,7 @@ def codes(sink: Diagnostics) -> list[str]:
 
 def test_the_reference_site_comes_with_the_package() -> None:
     sink = Diagnostics()
-    found = load_site(reference_site(), sink)
+    found = load_site(reference_site_path(), sink)
     assert codes(sink) == []
     assert found is not None
     assert found.id == "panda_cell"

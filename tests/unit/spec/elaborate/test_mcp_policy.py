@@ -9,11 +9,11 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.model import Execute, McpPolicy, Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 
 def loaded(folder: Path, section: str) -> tuple[Site | None, list[str]]:
-    text = reference_site().read_text().replace("policy:\n", f"policy:\n{section}", 1)
+    text = reference_site_path().read_text().replace("policy:\n", f"policy:\n{section}", 1)
     (folder / "site.yaml").write_text(text)
     sink = Diagnostics()
     return load_site(folder / "site.yaml", sink), [one.headline for one in sink]

@@ -11,11 +11,11 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.model import MotionKind, Site
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 
 
 def _loaded(tmp_path: Path, *edits: tuple[str, str]) -> tuple[Site | None, list[str]]:
-    text = reference_site().read_text()
+    text = reference_site_path().read_text()
     for old, new in edits:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
@@ -35,15 +35,15 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
     joints = ("q1", "q2", "q3", "q4", "q5", "q6", "q7")
     assert motion.kinds["move_joints"] == MotionKind(None, None, "speed", joints)
-    assert motion.rates[2][1] == 3750
-    assert motion.tool.moving == (Fraction(17, 10), Fraction(13), Fraction(6500))
-    assert motion.tool.turning == (Fraction(5, 2), Fraction(25), Fraction(12500))
+    assert motion.joint_limits[2][1] == 3750
+    assert motion.tool_limits.translation == (Fraction(17, 10), Fraction(13), Fraction(6500))
+    assert motion.tool_limits.rotation == (Fraction(5, 2), Fraction(25), Fraction(12500))
     assert motion.clearance == Fraction(15, 1000)
-    assert motion.base == (Fraction(6, 10), Fraction(1))
+    assert motion.base_limits == (Fraction(6, 10), Fraction(1))
     fence, column = motion.barriers[2:4]
-    assert fence.inside
+    assert fence.keep_inside
     assert fence.links is None
-    assert column.in_base
+    assert column.is_in_base_frame
     assert column.box == site.volumes["column"]
 
 

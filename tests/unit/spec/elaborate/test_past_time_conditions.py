@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.past_time import Histories
+from aeros.spec.elaborate.past_time import HistoryCollector
 from aeros.spec.expr.parser import parse
-from aeros.spec.expr.semantics import Moment, evaluate
+from aeros.spec.expr.semantics import TimedState, evaluate
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
 from tests.unit.spec.expr.scope import SCOPE
@@ -57,31 +57,31 @@ def _moments() -> list[dict[str, Any]]:
 )
 def test_with_histories_a_condition_is_what_it_is_along_the_trace(text: str) -> None:
     term = check(parse(text), PAST, BOOL)
-    histories = Histories()
-    flat = histories.flat(term, SPAN)
-    names = [one.declared.name for one in histories.kept]
+    histories = HistoryCollector()
+    flat = histories.replace_past_terms(term, SPAN)
+    names = [one.declared.name for one in histories.collected]
     assert len(set(names)) == len(names)
-    measured: list[Moment] = []
-    kept: list[Moment] = []
+    measured: list[TimedState] = []
+    kept: list[TimedState] = []
     for second, values in enumerate(_moments()):
-        measured.append(Moment(Fraction(second), values))
+        measured.append(TimedState(Fraction(second), values))
         now = dict(values)
-        kept.append(Moment(Fraction(second), now))
-        for one in histories.kept:
+        kept.append(TimedState(Fraction(second), now))
+        for one in histories.collected:
             now[one.declared.name] = evaluate(one.term, now, kept)
-            assert all(evaluate(fact, now) for fact in one.declared.facts)
+            assert all(evaluate(fact, now) for fact in one.declared.known_facts)
             assert one.declared.range is None or one.declared.range[0] <= now[one.declared.name]
         assert evaluate(flat, now) == evaluate(term, values, measured)
 
 
 def test_a_history_is_kept_once_however_often_it_is_asked_for() -> None:
-    histories = Histories()
+    histories = HistoryCollector()
     for text in ("once a and not once a", "previously once a", "count within 5 s (a) <= 1"):
-        histories.flat(check(parse(text), PAST, BOOL), SPAN)
-    assert [one.declared.name for one in histories.kept] == [
+        histories.replace_past_terms(check(parse(text), PAST, BOOL), SPAN)
+    assert [one.declared.name for one in histories.collected] == [
         "once a",
         "previously (once a)",
         "count within 5 s (a)",
     ]
-    assert {one.declared.max_age for one in histories.kept} == {Fraction(0)}
-    assert {one.declared.span for one in histories.kept} == {SPAN}
+    assert {one.declared.max_age for one in histories.collected} == {Fraction(0)}
+    assert {one.declared.span for one in histories.collected} == {SPAN}

@@ -7,7 +7,7 @@ from fractions import Fraction
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_conditions import JOINT, MODE, VARIABLES
-from aeros.spec.expr.scope import Box, Scope
+from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER, TIME
@@ -19,22 +19,24 @@ _ZERO = t.Literal(Fraction(0), _METRES)
 SCOPE = Scope(
     variables={
         **VARIABLES,
-        "speed": t.Variable("speed", SPEED, t.Role.PARAMETER),
-        "k": t.Variable("k", RealType(NUMBER), t.Role.STATE),
-        "v": t.Variable("v", VectorType(SPEED.dimension), t.Role.STATE),
-        "grip": t.Variable("grip", GRIP, t.Role.STATE),
+        "speed": t.Variable("speed", SPEED, t.VariableRole.PARAMETER),
+        "k": t.Variable("k", RealType(NUMBER), t.VariableRole.STATE),
+        "v": t.Variable("v", VectorType(SPEED.dimension), t.VariableRole.STATE),
+        "grip": t.Variable("grip", GRIP, t.VariableRole.STATE),
     },
     inputs={
-        "pace": t.Variable("inputs.pace", SPEED, t.Role.INPUT),
-        "grip": t.Variable("inputs.grip", GRIP, t.Role.INPUT),
+        "pace": t.Variable("inputs.pace", SPEED, t.VariableRole.INPUT),
+        "grip": t.Variable("inputs.grip", GRIP, t.VariableRole.INPUT),
     },
     constants={
         "reach": t.Literal(Fraction(85, 100), _METRES),
         "home": t.Vector(_ZERO, _ZERO, _ZERO),
-        "limit": t.Table("limit", FamilyType(JOINT, _METRES), (Fraction(1), Fraction(2), Fraction(3))),
+        "limit": t.ConstantTable(
+            "limit", FamilyType(JOINT, _METRES), (Fraction(1), Fraction(2), Fraction(3))
+        ),
     },
     enums={"Joint": JOINT, "Mode": MODE, "Grip": GRIP},
-    volumes={"cell": Box((Fraction(-1),) * 3, (Fraction(1),) * 3)},
+    volumes={"cell": AxisAlignedBox((Fraction(-1),) * 3, (Fraction(1),) * 3)},
 )
 
 

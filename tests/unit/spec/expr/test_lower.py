@@ -6,16 +6,16 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, scalars_of
+from aeros.spec.expr.lower import lower, values_by_scalar
 from aeros.spec.expr.semantics import Value, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import NUMBER
 
 REAL = RealType(NUMBER)
 SET = EnumType("Set", ("i", "j"))
-P = t.Variable("p", VectorType(NUMBER), t.Role.STATE)
-F = t.Variable("f", FamilyType(SET, REAL), t.Role.STATE)
-C = t.Variable("c", BOOL, t.Role.STATE)
+P = t.Variable("p", VectorType(NUMBER), t.VariableRole.STATE)
+F = t.Variable("f", FamilyType(SET, REAL), t.VariableRole.STATE)
+C = t.Variable("c", BOOL, t.VariableRole.STATE)
 E = t.BoundVariable("e", SET)
 CHOSEN = t.Select(F, E)
 IS_I = t.Compare("==", E, t.Literal("i", SET))
@@ -42,7 +42,7 @@ def test_a_bound_variable_keeps_its_member_anywhere_in_a_vector(vector: t.Term, 
         for p in itertools.product((Fraction(1), Fraction(2)), repeat=3):
             env: dict[str, Value] = {"p": p, "f": f, "c": c}
             for term in (sum_, same, other):
-                assert evaluate(lower(term), scalars_of(VARIABLES, env)) == evaluate(term, env)
+                assert evaluate(lower(term), values_by_scalar(VARIABLES, env)) == evaluate(term, env)
 
 
 @pytest.mark.parametrize(

@@ -7,15 +7,15 @@ import pytest
 from aeros.spec.expr import parser
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
-from aeros.spec.expr.syntax import Extent
+from aeros.spec.expr.syntax import TextRange
 
 
 def show(node: s.Node) -> str:
     """A fully bracketed prefix form, so that precedence shows."""
     match node:
-        case s.Number(value=value, unit=unit):
+        case s.NumberLiteral(value=value, unit=unit):
             return str(value) if unit.text == "1" else f"{value}:{unit.dimension}"
-        case s.Truth(value=value):
+        case s.BooleanLiteral(value=value):
             return str(value).lower()
         case s.Name(text=text):
             return text
@@ -31,7 +31,7 @@ def show(node: s.Node) -> str:
             return f"({op} {show(left)} {show(right)})"
         case s.Junction(op=op, operands=operands):
             return f"({op} {' '.join(map(show, operands))})"
-        case s.Chain(operands=operands, ops=ops):
+        case s.ComparisonChain(operands=operands, ops=ops):
             rest = " ".join(f"{op} {show(operand)}" for op, operand in zip(ops, operands[1:], strict=True))
             return f"(chain {show(operands[0])} {rest})"
         case s.Membership(operand=operand, container=container, negated=negated):
@@ -45,7 +45,7 @@ def show(node: s.Node) -> str:
             return f"(if {show(condition)} {show(then)} {show(otherwise)})"
         case s.Quantifier(kind=kind, body=body, index=index, set=set_):
             return f"({kind} {index.text} {set_.text} {show(body)})"
-        case s.Past(op=op, operands=operands, within=within):
+        case s.PastOperator(op=op, operands=operands, window=within):
             window = "" if within is None else f" {show(within)}"
             return f"({op}{window} {' '.join(map(show, operands))})"
 
@@ -127,8 +127,8 @@ def test_a_node_spans_what_was_written_brackets_included(text: str, underlined: 
 
 def test_parts_keep_spans_of_their_own() -> None:
     node = parse("(speed + 1 m) <= limit")
-    assert isinstance(node, s.Chain)
-    assert [operand.extent for operand in node.operands] == [Extent(1, 12), Extent(17, 22)]
+    assert isinstance(node, s.ComparisonChain)
+    assert [operand.extent for operand in node.operands] == [TextRange(1, 12), TextRange(17, 22)]
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_a_fault_says_what_was_expected_and_where(text: str, message: str, exten
     with pytest.raises(ExpressionSyntaxError) as raised:
         parse(text)
     assert raised.value.message == message
-    assert raised.value.extent == Extent(*extent)
+    assert raised.value.extent == TextRange(*extent)
 
 
 @pytest.mark.parametrize(
@@ -220,7 +220,7 @@ def test_large_but_allowed_text_parses(text: str) -> None:
 
 def test_a_numeral_is_exact() -> None:
     node = parse("0.1 deg")
-    assert isinstance(node, s.Number)
+    assert isinstance(node, s.NumberLiteral)
     assert node.value == Fraction(1, 10) * node.unit.factor
 
 

@@ -11,7 +11,7 @@ import pytest
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
-from aeros.spec.expr.semantics import Moment, evaluate
+from aeros.spec.expr.semantics import TimedState, evaluate
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import TIME
@@ -27,8 +27,8 @@ def condition(text: str) -> t.Term:
 def along(text: str, **series: str) -> str:
     """`text` at each moment, one a second, as `#` where it holds and `.` where not."""
     term, length = condition(text), len(next(iter(series.values())))
-    moments: Sequence[Moment] = [
-        Moment(Fraction(second), {name: marks[second] == "#" for name, marks in series.items()})
+    moments: Sequence[TimedState] = [
+        TimedState(Fraction(second), {name: marks[second] == "#" for name, marks in series.items()})
         for second in range(length)
     ]
     held = [evaluate(term, moments[end].values, moments[: end + 1]) for end in range(length)]
@@ -72,7 +72,7 @@ def test_since_asks_what_came_after(text: str, a: str, b: str, held: str) -> Non
 def test_the_index_of_a_quantifier_is_the_same_at_every_moment() -> None:
     term = condition("all(once ready[j] for j in Joint)")
     seen = [(True, False, False), (False, True, False), (False, False, True)]
-    moments = [Moment(Fraction(second), {"ready": one}) for second, one in enumerate(seen)]
+    moments = [TimedState(Fraction(second), {"ready": one}) for second, one in enumerate(seen)]
     assert [evaluate(term, moments[end].values, moments[: end + 1]) for end in range(3)] == [
         False,
         False,

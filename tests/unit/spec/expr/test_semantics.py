@@ -11,8 +11,8 @@ from aeros.spec.expr.units import NUMBER
 
 _REAL = RealType(NUMBER)
 _SET = EnumType("Set", ("i", "j"))
-A = t.Variable("a", BOOL, t.Role.STATE)
-F = t.Variable("f", FamilyType(_SET, _REAL), t.Role.STATE)
+A = t.Variable("a", BOOL, t.VariableRole.STATE)
+F = t.Variable("f", FamilyType(_SET, _REAL), t.VariableRole.STATE)
 B = t.BoundVariable("e", _SET)
 
 
@@ -43,7 +43,7 @@ def test_arithmetic_is_exact() -> None:
 
 
 def test_a_double_is_the_rational_it_denotes() -> None:
-    x = t.Variable("x", _REAL, t.Role.STATE)
+    x = t.Variable("x", _REAL, t.VariableRole.STATE)
     assert evaluate(t.Compare("==", x, _number(Fraction(1, 10))), {"x": Fraction(0.1)}) is False
     assert evaluate(t.Compare("==", x, _number(0)), {"x": Fraction(-0.0)}) is True
 

@@ -8,14 +8,14 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.backends import compiled, z3_solver
-from aeros.spec.backends.solver_results import Result, Scalar
+from aeros.spec.backends.solver_results import SatResult, ScalarValue
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, measure, scalar_variables
+from aeros.spec.expr.lower import lower, scalar_variables, size_bounds
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import ExpressionTypeError
-from aeros.spec.expr.semantics import Value, evaluate, holds
-from aeros.spec.expr.syntax import Extent
-from aeros.spec.expr.typecheck import MAX_HEIGHT, _Checker
+from aeros.spec.expr.semantics import Value, evaluate, is_true
+from aeros.spec.expr.syntax import TextRange
+from aeros.spec.expr.typecheck import MAX_HEIGHT, _TypeChecker
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
 from tests.unit.spec.expr.scope import SCOPE, SPEED, term_of
@@ -94,19 +94,19 @@ def _decided_by_all(term: t.Term) -> set[bool]:
     names = [scalar.name for one in SCOPE.variables.values() for scalar in scalar_variables(one)]
     ranges = dict.fromkeys([*names, "inputs.pace"], (Fraction(-10), Fraction(10)))
     variables = {one.name: one for one in (*SCOPE.variables.values(), *SCOPE.inputs.values())}
-    exact: dict[str, Scalar] = {}
+    exact: dict[str, ScalarValue] = {}
     for name, variable in variables.items():
         value = ENV[name]
         parts = value if isinstance(value, tuple) else (value,)
         exact |= {part.name: v for part, v in zip(scalar_variables(variable), parts, strict=True)}
     raw = {name: float(value) if isinstance(value, Fraction) else value for name, value in exact.items()}
-    session = z3_solver.Session(variables.values(), ranges)
+    session = z3_solver.IncrementalSolver(variables.values(), ranges)
     return {
-        holds(term, ENV),
-        holds(lower(term), exact),
+        is_true(term, ENV),
+        is_true(lower(term), exact),
         compiled.compile_condition(term, ranges)(raw),
-        session.ask_given(exact, term).result is Result.SAT,
-        session.ask_given(exact, t.Not(term)).result is Result.UNSAT,
+        session.check_at_values(exact, term).result is SatResult.SAT,
+        session.check_at_values(exact, t.Not(term)).result is SatResult.UNSAT,
     }
 
 
@@ -219,8 +219,8 @@ def test_a_fault_says_what_and_where(
         assert cure in (fault.cure or "")
 
 
-def _type_at(text: str, extent: Extent) -> str:
-    return str(_Checker(SCOPE, {}).check(parse(text[extent.start : extent.end])).type)
+def _type_at(text: str, extent: TextRange) -> str:
+    return str(_TypeChecker(SCOPE, {}).check(parse(text[extent.start : extent.end])).type)
 
 
 _WITHOUT_LABEL = ("no component", "cannot be indexed", "the index must", "a whole family", "only be compared")
@@ -336,7 +336,7 @@ DEEP = {
 @pytest.mark.parametrize("text", DEEP.values(), ids=DEEP)
 def test_deep_but_allowed_terms_pass_through_every_stage(text: str) -> None:
     term = term_of(text)
-    size, height = measure(term)
+    size, height = size_bounds(term)
     assert count(lower(term)) <= size
     assert height_of(lower(term)) <= height <= MAX_HEIGHT
     assert len(_decided_by_all(term)) == 1

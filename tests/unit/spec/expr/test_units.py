@@ -11,11 +11,11 @@ from aeros.spec.expr.units import (
     NUMBER,
     TIME,
     Dimension,
+    format_number,
+    format_quantity,
     match_unit,
     parse_quantity,
     parse_unit,
-    show_number,
-    show_quantity,
     unit_names,
 )
 
@@ -140,11 +140,11 @@ def test_what_is_no_quantity_is_none(text: str) -> None:
     ],
 )
 def test_a_number_is_shown_short_and_honestly(value: Fraction, shown: str) -> None:
-    assert show_number(value) == shown
+    assert format_number(value) == shown
 
 
 def test_a_quantity_is_shown_in_its_unit() -> None:
     unit = parse_unit("mm")
     assert unit is not None
-    assert show_quantity(Fraction(1, 4), unit) == "250 mm"
-    assert show_quantity(Fraction(1, 4), DIMENSIONLESS) == "0.25"
+    assert format_quantity(Fraction(1, 4), unit) == "250 mm"
+    assert format_quantity(Fraction(1, 4), DIMENSIONLESS) == "0.25"

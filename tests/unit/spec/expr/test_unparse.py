@@ -11,20 +11,20 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import MAX_LENGTH, ExpressionSyntaxError, parse
-from aeros.spec.expr.random_conditions import JOINT, MODE, VARIABLES, Case, cases, exact_environment
+from aeros.spec.expr.random_conditions import JOINT, MODE, VARIABLES, ConditionCase, cases, exact_environment
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.expr.unparse import spell
+from aeros.spec.expr.unparse import unparse
 from tests.hypothesis_profiles import examples
 from tests.unit.spec.expr.scope import term_of
 
 _LIMITS = (Fraction(1, 10), Fraction(1, 3), Fraction(-2))
 SCOPE = Scope(
     VARIABLES,
-    constants={"limit": t.Table("limit", FamilyType(JOINT, RealType(LENGTH)), _LIMITS)},
+    constants={"limit": t.ConstantTable("limit", FamilyType(JOINT, RealType(LENGTH)), _LIMITS)},
     enums={"Joint": JOINT, "Mode": MODE},
     past=True,
 )
@@ -32,8 +32,8 @@ SCOPE = Scope(
 
 @examples(150)
 @given(cases(), st.data())
-def test_what_is_spelt_means_the_same(case: Case, data: Any) -> None:
-    text = spell(case.term)
+def test_what_is_spelt_means_the_same(case: ConditionCase, data: Any) -> None:
+    text = unparse(case.term)
     if len(text) > MAX_LENGTH:
         return
     try:
@@ -63,10 +63,10 @@ def test_what_is_spelt_means_the_same(case: Case, data: Any) -> None:
 )
 def test_texts_are_as_a_person_would_write_them(text: str, spelt: str) -> None:
     term = check(parse(text), SCOPE, BOOL)
-    assert spell(term) == spelt
+    assert unparse(term) == spelt
     assert check(parse(spelt), SCOPE, BOOL) == term
 
 
 def test_terms_of_every_other_vocabulary_are_spelt_too() -> None:
     term = term_of("inputs.pace <= 2 mm/s and distance(p, home) <= reach")
-    assert spell(term).startswith("(inputs.pace <= 0.002 m/s) and (")
+    assert unparse(term).startswith("(inputs.pace <= 0.002 m/s) and (")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.control_flow import DONE, START, STOPPED, graph_of, handler_cycle
+from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph, handler_cycle
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 
@@ -18,7 +18,7 @@ def composition(body: Part, **handlers: Step) -> Composition:
 
 
 def edges(one: Composition) -> set[tuple[str, str, str]]:
-    return {(before, after, data["on"]) for before, after, data in graph_of(one).edges(data=True)}
+    return {(before, after, data["on"]) for before, after, data in control_flow_graph(one).edges(data=True)}
 
 
 def test_a_sequence_leads_from_step_to_step() -> None:

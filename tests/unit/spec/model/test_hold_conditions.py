@@ -9,8 +9,14 @@ from typing import Any
 import pytest
 
 from aeros.spec.closed_loop.invocation import Invocation
-from aeros.spec.model.hold_conditions import MOST_COMBINATIONS, UNHELD, combinations, starting, unheld
-from aeros.spec.model.model import Clause, Conjunct, Skill
+from aeros.spec.model.hold_conditions import (
+    HOLD_LOST,
+    MAX_COMBINATIONS,
+    count_combinations,
+    hold_loss_outcomes,
+    start_condition,
+)
+from aeros.spec.model.model import ActionCondition, Conjunct, Skill
 from tests.unit.agent.dumplings import SPAN, outcome, skill, term
 
 BOTH = ("dough_on_workspace", "dumpling_wrapped")
@@ -21,13 +27,13 @@ def holding(hold: str, *outcomes: Any) -> Skill:
 
 
 def states(one: Skill, settable: Iterable[str]) -> list[dict[str, Any]]:
-    ways = unheld(one, set(settable))
-    assert all(way.id == UNHELD and way.failure and way.probability == 0 for way in ways)
+    ways = hold_loss_outcomes(one, set(settable))
+    assert all(way.id == HOLD_LOST and way.failure and way.probability == 0 for way in ways)
     return [dict(way.effects) for way in ways]
 
 
 def test_a_skill_that_holds_to_nothing_is_not_halted_for_it() -> None:
-    assert unheld(skill("carry", outcome("carried", {})), set(BOTH)) == ()
+    assert hold_loss_outcomes(skill("carry", outcome("carried", {})), set(BOTH)) == ()
 
 
 def test_a_predicate_that_some_skill_sets_has_any_value_afterwards() -> None:
@@ -55,28 +61,28 @@ def test_the_condition_has_the_last_word_on_what_it_reads() -> None:
 
 def test_a_start_asks_for_the_predicates_of_the_condition_and_leaves_quantities_to_the_runtime() -> None:
     parts = [clause("dumpling_wrapped"), clause("fill_level > 0.5"), clause("area == pot")]
-    whole = Clause(
+    whole = ActionCondition(
         term("dumpling_wrapped and fill_level > 0.5 and area == pot"),
         "",
         SPAN,
         tuple(conjunct for part in parts for conjunct in part.conjuncts),
     )
-    found = starting(clause("dough_on_workspace"), whole)
+    found = start_condition(clause("dough_on_workspace"), whole)
     assert found is not None
     assert found.term == term("dough_on_workspace and dumpling_wrapped and area == pot")
-    assert starting(None, clause("fill_level > 0.5")) is None
-    assert starting(clause("dough_on_workspace"), None) == clause("dough_on_workspace")
+    assert start_condition(None, clause("fill_level > 0.5")) is None
+    assert start_condition(clause("dough_on_workspace"), None) == clause("dough_on_workspace")
 
 
-def clause(text: str) -> Clause:
-    return Clause(term(text), text, SPAN, (Conjunct(term(text), SPAN),))
+def clause(text: str) -> ActionCondition:
+    return ActionCondition(term(text), text, SPAN, (Conjunct(term(text), SPAN),))
 
 
 @pytest.mark.parametrize(
     ("text", "count"), [("fill_level > 0.5", 1), ("area == pot and dumpling_wrapped", 4)]
 )
 def test_combinations_are_those_of_predicates(text: str, count: int) -> None:
-    assert combinations(clause(text)) == count <= MOST_COMBINATIONS
+    assert count_combinations(clause(text)) == count <= MAX_COMBINATIONS
 
 
 def test_the_loop_counts_on_no_broken_condition_and_leaves_none_out() -> None:
@@ -84,8 +90,8 @@ def test_the_loop_counts_on_no_broken_condition_and_leaves_none_out() -> None:
     after = Invocation(one, {}, BOTH, BOTH).after((True, False))
     assert [(state, ended.id, share) for state, ended, share in after] == [
         ((True, True), "carried", Fraction(1)),
-        ((False, False), UNHELD, Fraction(0)),
-        ((True, False), UNHELD, Fraction(0)),
-        ((False, True), UNHELD, Fraction(0)),
-        ((True, True), UNHELD, Fraction(0)),
+        ((False, False), HOLD_LOST, Fraction(0)),
+        ((True, False), HOLD_LOST, Fraction(0)),
+        ((False, True), HOLD_LOST, Fraction(0)),
+        ((True, True), HOLD_LOST, Fraction(0)),
     ]

@@ -107,7 +107,7 @@ def test_every_claim_of_a_module_whose_names_clash_is_in_its_certificate() -> No
     (module,) = report.modules
     assert module.certificate is not None
     written = json.loads(module.certificate.text())["obligations"]
-    assert len(written) == module.obligation_count == len({one.id for one in module.claims})
+    assert len(written) == module.claim_count == len({one.id for one in module.claims})
     assert written["safety/goal/move/effective"] == "PROVED"
     assert written["safety/skill=goal/action=move/invariant=effective"] == "GUARDED"
-    assert "effective" in module.certificate.guarded("goal", "move")
+    assert "effective" in module.certificate.runtime_checked_rules("goal", "move")

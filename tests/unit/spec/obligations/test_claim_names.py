@@ -37,7 +37,9 @@ def _lines() -> Iterator[str]:
         report = verify([CORPUS / case], CORPUS / "site" / "table.yaml")
         for subject in report.subjects[1 if number else 0 :]:  # the site is the same for all
             yield f"{case}: {subject.name}"
-            claims = [one.obligation.id for one in subject.findings] + [one.id for one in subject.settled]
+            claims = [one.obligation.id for one in subject.findings] + [
+                one.id for one in subject.static_claims
+            ]
             names = list(map(str, claims))
             assert len(names) == len(set(names))
             yield from (f"  {name}" for name in sorted(names))

@@ -8,12 +8,12 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Block
-from aeros.spec.model.summary import presence_of, presence_of_site
+from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.summary import summarize_module, summarize_site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.verdicts import Conclusion
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 from aeros.spec.verification.verify import verify
 
@@ -29,13 +29,13 @@ def _codes(report: Report) -> list[str]:
 
 
 def test_one_module_has_no_configuration_to_speak_of() -> None:
-    report = verify([ECMS[0]], reference_site())
+    report = verify([ECMS[0]], reference_site_path())
     assert report.configuration is None
     assert report.subjects == (report.site, *report.modules)
 
 
 def test_the_modules_that_come_with_aeros_go_together() -> None:
-    report = verify([ROOT / "ecms"], reference_site())
+    report = verify([ROOT / "ecms"], reference_site_path())
     assert report.configuration is not None
     assert report.configuration.conclusion is Conclusion.PROVED
     assert _codes(report) == []
@@ -44,15 +44,15 @@ def test_the_modules_that_come_with_aeros_go_together() -> None:
 
 def test_no_module_may_do_more_because_another_is_there() -> None:
     # Certificates say everything that the gate takes from a proof, so they are what has to stay.
-    together = verify(ECMS, reference_site())
+    together = verify(ECMS, reference_site_path())
     for folder, beside in zip(ECMS, together.modules, strict=True):
-        alone = verify([folder], reference_site()).modules[0]
+        alone = verify([folder], reference_site_path()).modules[0]
         assert alone.certificate == beside.certificate
         assert alone.ecm is not None
         assert beside.ecm is not None
         assert together.site_model is not None
         access = together.site_model.access_of(alone.ecm.id)
-        assert access == together.site_model.access.union(
+        assert access == together.site_model.access.merge(
             together.site_model.grants.get(folder.name, type(access)())
         )
 
@@ -90,14 +90,14 @@ def test_an_override_that_blocks_nothing_in_the_set_is_told() -> None:
         load_ecm(CORPUS / "accepted" / name, site, Diagnostics()) for name in ("always_slow", "two_volumes")
     ]
     blocks = (
-        Block("everything", "", None, None, "wait"),
-        Block("a-module", "", "always_slow", None, None),
-        Block("a-skill", "", "always_slow", "tidy", None),
-        Block("no-module", "", "gone", None, None),
-        Block("no-skill", "", "two_volumes", "gone", None, site.span),
+        OperatorOverride("everything", "", None, None, "wait"),
+        OperatorOverride("a-module", "", "always_slow", None, None),
+        OperatorOverride("a-skill", "", "always_slow", "tidy", None),
+        OperatorOverride("no-module", "", "gone", None, None),
+        OperatorOverride("no-skill", "", "two_volumes", "gone", None, site.span),
     )
     claims = configuration_obligations(
-        [presence_of(one.ecm) for one in ecms if one], presence_of_site(replace(site, blocks=blocks))
+        [summarize_module(one.ecm) for one in ecms if one], summarize_site(replace(site, blocks=blocks))
     )
     told = {one.id: one.diagnostic for one in claims if one.id.form is ClaimForm.BLOCK_IS_USED}
     assert {id_.name_of("block"): one and one.headline for id_, one in told.items()} == {
@@ -133,7 +133,7 @@ def test_many_modules_are_compared_in_no_time(tmp_path: Path, count: int) -> Non
         (folder / "ecm.yaml").write_text(text.replace("[tidy]\n    goal", f"[tidy{number}]\n    goal"))
         found = load_ecm(folder, site, Diagnostics())
         assert found is not None
-        ecms.append(presence_of(found.ecm))
-    claims = list(configuration_obligations(ecms, presence_of_site(site)))
+        ecms.append(summarize_module(found.ecm))
+    claims = list(configuration_obligations(ecms, summarize_site(site)))
     assert len(claims) < 3 * count + 20
     assert {one.diagnostic.code for one in claims if one.diagnostic} == {"AE883", "AE886"}

@@ -9,7 +9,7 @@ import aeros
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Ecm
-from aeros.spec.model.summary import presence_of
+from aeros.spec.model.summary import summarize_module
 from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -25,22 +25,22 @@ def ecm() -> Ecm:
 
 
 def faults(ecm: Ecm, *around: Ecm) -> list[str]:
-    own = presence_of(ecm)
+    own = summarize_module(ecm)
     found = (
         *runtime_obligations(own),
-        *dependency_obligations(own, {one.id: presence_of(one) for one in around}),
+        *dependency_obligations(own, {one.id: summarize_module(one) for one in around}),
     )
     return [one.diagnostic.code for one in found if one.diagnostic is not None]
 
 
 def needing(ecm: Ecm, **requires: str) -> Ecm:
-    return replace(ecm, requires=requires, requires_spans=dict.fromkeys(requires, ecm.span))
+    return replace(ecm, required_modules=requires, requires_spans=dict.fromkeys(requires, ecm.span))
 
 
 def test_a_version_before_its_release_counts(ecm: Ecm, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(aeros, "__version__", "0.5.0.dev3")
-    assert faults(replace(ecm, runtime=">=0.4")) == []
-    assert faults(replace(ecm, runtime=">=0.5")) == ["AE304"]
+    assert faults(replace(ecm, required_aeros_version=">=0.4")) == []
+    assert faults(replace(ecm, required_aeros_version=">=0.5")) == ["AE304"]
     helper = replace(ecm, id="helper", version="2.0.0rc1")
     assert faults(needing(ecm, helper=">=1.5"), helper) == []
     assert faults(needing(ecm, helper=">=2"), helper) == ["AE302"]

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller
 from aeros.runtime.gate.finite_layers import finite_objections
-from aeros.runtime.gate.quotas import Usage
+from aeros.runtime.gate.quotas import QuotaUsageCounter
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Access, Quota, Risk, Site
-from aeros.spec.obligations.quotas import implies, quota_obligations
+from aeros.spec.obligations.quotas import quota_implies, quota_obligations
 from tests.repo.tree import ROOT
 
 HERE = Source("site.yaml", "").span(0, 0)
@@ -30,10 +30,10 @@ def quota(id_: str, at_most: int, within: int, *kinds: str) -> Quota:
 
 def most_within(one: Quota, window: int) -> int:
     """The most actions that the gate's own counting lets through in `window` seconds."""
-    usage, executed = Usage([one]), 0
+    usage, executed = QuotaUsageCounter([one]), 0
     for tick in range(int(window / TICK) + 1):
-        while usage.count(tick * TICK)[one.id] < one.at_most:
-            usage.executed("grip", tick * TICK)
+        while usage.usage_at(tick * TICK)[one.id] < one.max_count:
+            usage.count_execution("grip", tick * TICK)
             executed += 1
     return executed
 
@@ -43,14 +43,14 @@ def test_a_quota_implies_another_iff_the_gate_never_finds_the_other_used_up_firs
     at_most: int, within: int, other_at_most: int, other_within: int
 ) -> None:
     one, other = quota("one", at_most, within), quota("other", other_at_most, other_within)
-    assert implies(one, other) == (most_within(one, other_within) <= other_at_most)
+    assert quota_implies(one, other) == (most_within(one, other_within) <= other_at_most)
 
 
 @pytest.mark.parametrize(
     ("kinds", "implied"), [(("grip",), True), (("grip", "move"), False), (("move",), False)]
 )
 def test_a_quota_says_nothing_of_what_it_does_not_count(kinds: tuple[str, ...], implied: bool) -> None:
-    assert implies(quota("one", 1, 60), quota("other", 1, 60, *kinds)) is implied
+    assert quota_implies(quota("one", 1, 60), quota("other", 1, 60, *kinds)) is implied
 
 
 def _codes(site: Site) -> list[str]:
@@ -88,7 +88,7 @@ def _ever_passes(site: Site) -> bool:
         all_of_it = Access(actuators=frozenset({"arm", "gripper"}))
         for risk in Risk:
             skill = replace(found.ecm.skills["wipe"], actuators=all_of_it.actuators, risk=risk)
-            ecm = replace(found.ecm, id=name, access=all_of_it, skills={"wipe": skill})
+            ecm = replace(found.ecm, id=name, requested_access=all_of_it, skills={"wipe": skill})
             configuration = Configuration(site, {name: ecm}, {}, "")
             if not list(finite_objections(configuration, Caller(name, "wipe", {}), "grip", {"grips": 0})):
                 return True

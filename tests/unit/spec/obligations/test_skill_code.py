@@ -10,8 +10,8 @@ from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.model import Ecm, Site
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
-from aeros.spec.obligations.verdicts import Settled
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.obligations.verdicts import StaticClaim
+from aeros.spec.text.discovery import reference_site_path
 
 MODULE = Path(__file__).parents[4] / "ecms" / "clean_table"
 HEAD = "from aeros.skill import Action, act\n"
@@ -19,7 +19,7 @@ HEAD = "from aeros.skill import Action, act\n"
 
 @pytest.fixture(scope="module")
 def loaded() -> tuple[Ecm, Site]:
-    site = load_site(reference_site(), Diagnostics())
+    site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     found = load_ecm(MODULE, site, Diagnostics())
     assert found is not None
@@ -27,7 +27,7 @@ def loaded() -> tuple[Ecm, Site]:
     return replace(ecm, skills={"wipe": ecm.skills["wipe"]}), site
 
 
-def _claims(loaded: tuple[Ecm, Site], code: bytes) -> list[Settled]:
+def _claims(loaded: tuple[Ecm, Site], code: bytes) -> list[StaticClaim]:
     ecm, site = loaded
     return list(skill_code_obligations(ecm, site, read_skill_files(ecm.folder, {"skills.py": code})))
 

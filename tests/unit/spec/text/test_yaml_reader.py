@@ -16,7 +16,7 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.text import yaml_reader
 from aeros.spec.text.files import MAX_BYTES, read_source
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from aeros.spec.text.scalar_positions import offsets_of, span_within
+from aeros.spec.text.scalar_positions import source_offsets, sub_span
 from aeros.spec.text.yaml_reader import MAX_DEPTH, read_yaml
 
 
@@ -345,7 +345,7 @@ def _check_offsets(node: Node) -> None:
             _check_offsets(key)
             _check_offsets(item)
     else:
-        offsets = offsets_of(node)
+        offsets = source_offsets(node)
         assert len(offsets) in (0, len(node.text))
         assert offsets == sorted(offsets)
         source = node.span.source.text
@@ -399,7 +399,7 @@ def test_every_letter_of_a_scalar_is_found_where_it_is_written(text: str) -> Non
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(yaml_reader, "_LOADER", loader)
             value = value_of(text)
-        offsets = offsets_of(value)
+        offsets = source_offsets(value)
         assert len(offsets) == len(value.text)
         for character, offset in zip(value.text, offsets, strict=True):
             if character in LETTERS:
@@ -422,20 +422,20 @@ def test_every_letter_of_a_scalar_is_found_where_it_is_written(text: str) -> Non
 def test_a_part_of_a_scalar_is_underlined_exactly(text: str, word: str, written: str) -> None:
     value = value_of(text)
     start = value.text.index(word)
-    assert span_within(value, start, start + len(word)).text == written
+    assert sub_span(value, start, start + len(word)).text == written
 
 
 def test_the_end_of_a_scalar_is_a_place_and_an_impossible_part_is_the_whole() -> None:
     value = value_of("r: 'a +'\n")
-    end = span_within(value, 3, 3)
+    end = sub_span(value, 3, 3)
     assert (end.text, end.column) == ("", 8)
-    assert span_within(value, 2, 9) == value.span
-    assert span_within(value_of("r: ''"), 0, 0).text == "''"
+    assert sub_span(value, 2, 9) == value.span
+    assert sub_span(value_of("r: ''"), 0, 0).text == "''"
 
 
 def test_a_scalar_whose_text_cannot_be_found_has_no_offsets() -> None:
     value = value_of("r: abc\n")
-    assert offsets_of(ScalarNode("abd", value.span)) == []
+    assert source_offsets(ScalarNode("abd", value.span)) == []
 
 
 def test_large_scalars_are_mapped() -> None:
@@ -446,7 +446,7 @@ def test_large_scalars_are_mapped() -> None:
     blank_lines = "r: |\n  a\n" + "\n" * 1_000_000
     for text in (folded, plain_lines, escapes, blanks, blank_lines):
         value = value_of(text)
-        assert len(offsets_of(value)) == len(value.text)
+        assert len(source_offsets(value)) == len(value.text)
 
 
 def test_no_forbidden_character_is_one_that_writing_needs() -> None:

@@ -268,10 +268,10 @@ def test_the_text_is_canonical(module: Path, site: Path) -> None:
 
 def test_guarded_names_the_rules_of_one_skill_and_kind(module: Path, site: Path) -> None:
     certificate = certificate_of(module, site)
-    assert certificate.guarded("tidy", "approach") == {"slow-near-person", "stop-button"}
-    assert certificate.guarded("tidy", "wait") == frozenset()
-    assert certificate.guarded("tid", "approach") == frozenset()
-    assert certificate.guarded("tidy", "appr") == frozenset()
+    assert certificate.runtime_checked_rules("tidy", "approach") == {"slow-near-person", "stop-button"}
+    assert certificate.runtime_checked_rules("tidy", "wait") == frozenset()
+    assert certificate.runtime_checked_rules("tid", "approach") == frozenset()
+    assert certificate.runtime_checked_rules("tidy", "appr") == frozenset()
 
 
 def test_a_rejected_module_has_no_certificate(tmp_path: Path, site: Path) -> None:

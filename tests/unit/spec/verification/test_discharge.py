@@ -6,25 +6,25 @@ from typing import Any
 import pytest
 
 from aeros.spec.backends import z3_solver
-from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.backends.solver_results import Answer, Result
-from aeros.spec.diagnostics.codes import Label
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.model import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.obligation import Claim, Obligation, Space
+from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.verdicts import Verdict
-from aeros.spec.verification.discharge import discharge
+from aeros.spec.verification.discharge import discharge_obligations
 
 SPAN = Source("site.yaml", "x").span(0, 1)
 REAL = RealType(NUMBER)
-X = t.Variable("x", REAL, t.Role.STATE)
-Y = t.Variable("y", REAL, t.Role.PARAMETER)
-B = t.Variable("b", BOOL, t.Role.STATE)
+X = t.Variable("x", REAL, t.VariableRole.STATE)
+Y = t.Variable("y", REAL, t.VariableRole.PARAMETER)
+B = t.Variable("b", BOOL, t.VariableRole.STATE)
 TEN = (Fraction(0), Fraction(10))
 DECLARED = (Declared(X, SPAN, range=TEN), Declared(Y, SPAN, range=TEN), Declared(B, SPAN))
 
@@ -34,16 +34,23 @@ def number(value: int | str) -> t.Literal:
 
 
 def obligation(
-    conclusion: t.Term, *assumptions: t.Term, claim: Claim = Claim.ALWAYS, **more: Any
+    conclusion: t.Term, *assumptions: t.Term, claim: ClaimMode = ClaimMode.ALWAYS, **more: Any
 ) -> Obligation:
-    space = Space(DECLARED, assumptions)
+    space = VariableSpace(DECLARED, assumptions)
     return Obligation(
-        ClaimForm.ENVELOPE_OBEYS("s", "k", "r"), "AE501", claim, space, conclusion, "h", Label(SPAN), **more
+        ClaimForm.ENVELOPE_OBEYS("s", "k", "r"),
+        "AE501",
+        claim,
+        space,
+        conclusion,
+        "h",
+        SpanLabel(SPAN),
+        **more,
     )
 
 
 def verdict_of(one: Obligation) -> Verdict:
-    (found,) = discharge([one])
+    (found,) = discharge_obligations([one])
     return found.verdict
 
 
@@ -57,34 +64,36 @@ def test_ranges_are_assumed_and_closed() -> None:
 def test_always_needs_no_case_and_sometimes_needs_one() -> None:
     impossible = t.And((B, t.Not(B)))
     assert verdict_of(obligation(t.FALSE, impossible)) is Verdict.PROVED
-    assert verdict_of(obligation(t.TRUE, impossible, claim=Claim.SOMETIMES)) is Verdict.REFUTED
-    vacuous = obligation(t.TRUE, impossible, claim=Claim.SOMETIMES, failing=Verdict.VACUOUS)
+    assert verdict_of(obligation(t.TRUE, impossible, claim=ClaimMode.SOMETIMES)) is Verdict.REFUTED
+    vacuous = obligation(t.TRUE, impossible, claim=ClaimMode.SOMETIMES, failing=Verdict.VACUOUS)
     assert verdict_of(vacuous) is Verdict.VACUOUS
 
 
 def test_a_conclusion_without_variables_is_decided() -> None:
     assert verdict_of(obligation(t.TRUE)) is Verdict.PROVED
-    (found,) = discharge([obligation(t.FALSE)])
+    (found,) = discharge_obligations([obligation(t.FALSE)])
     assert found.verdict is Verdict.REFUTED
     assert found.witness is not None
     assert found.witness.lines() == []
 
 
 def test_the_witness_shows_the_variables_that_matter_and_no_other() -> None:
-    (found,) = discharge([obligation(t.Compare("<=", X, number(7)))])
+    (found,) = discharge_obligations([obligation(t.Compare("<=", X, number(7)))])
     assert found.witness is not None
     assert [line.partition(" ")[0] for line in found.witness.lines()] == ["x"]
 
 
 def test_a_counterexample_is_shown_in_round_numbers() -> None:
-    (found,) = discharge([obligation(t.Compare("<=", X, number("20/3")))])
+    (found,) = discharge_obligations([obligation(t.Compare("<=", X, number("20/3")))])
     assert found.witness is not None
     assert found.witness.lines() == ["x = 8"]  # not ≈7.66666667, which the solver found
 
 
 def test_guarded_is_refuted_with_a_guard() -> None:
     open_, gated = obligation(B), obligation(B, guard="r")
-    assert [one.guarded for one in discharge([open_, gated, obligation(t.TRUE, guard="r")])] == [
+    assert [
+        one.is_runtime_checked for one in discharge_obligations([open_, gated, obligation(t.TRUE, guard="r")])
+    ] == [
         False,
         True,
         False,
@@ -92,75 +101,78 @@ def test_guarded_is_refuted_with_a_guard() -> None:
 
 
 def test_verdicts_come_in_the_order_of_the_questions() -> None:
-    found = discharge([obligation(t.TRUE), obligation(t.FALSE), obligation(t.TRUE)])
+    found = discharge_obligations([obligation(t.TRUE), obligation(t.FALSE), obligation(t.TRUE)])
     assert [one.verdict for one in found] == [Verdict.PROVED, Verdict.REFUTED, Verdict.PROVED]
 
 
 def test_one_question_does_not_hear_of_another() -> None:
     first, second = obligation(B, B), obligation(B)
-    assert [one.verdict for one in discharge([first, second])] == [Verdict.PROVED, Verdict.REFUTED]
+    assert [one.verdict for one in discharge_obligations([first, second])] == [
+        Verdict.PROVED,
+        Verdict.REFUTED,
+    ]
 
 
 def test_what_is_asked_is_recorded_by_its_claim_and_its_file() -> None:
     oracle = Oracle(recording=True)
-    discharge([obligation(t.Compare("<=", X, number(7)))], oracle)
-    assert [one.about for one in oracle.asked.values()] == ["safety/s/k/r (site.yaml)"]
+    discharge_obligations([obligation(t.Compare("<=", X, number(7)))], oracle)
+    assert [one.description for one in oracle.asked.values()] == ["safety/s/k/r (site.yaml)"]
 
 
 @pytest.mark.parametrize(
-    ("more", "by_bounds"), [({}, False), ({"guard": "r"}, True), ({"claim": Claim.SOMETIMES}, True)]
+    ("more", "by_bounds"), [({}, False), ({"guard": "r"}, True), ({"claim": ClaimMode.SOMETIMES}, True)]
 )
 def test_only_a_counterexample_that_is_read_is_worth_the_solver(more: Any, by_bounds: bool) -> None:
     oracle = Oracle(recording=True)
-    discharge([obligation(t.Compare("<=", X, number(7)), **more)], oracle)
-    assert [one.by_bounds for one in oracle.asked.values()] == [by_bounds]
+    discharge_obligations([obligation(t.Compare("<=", X, number(7)), **more)], oracle)
+    assert [one.by_intervals for one in oracle.asked.values()] == [by_bounds]
 
 
 def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
     asked = obligation(t.Compare("<=", product, number(999)))
-    (found,) = discharge([asked], Oracle(1))
+    (found,) = discharge_obligations([asked], Oracle(1))
     assert found.verdict is Verdict.UNKNOWN
     assert found.obligation is asked
     assert found.witness is None
-    assert not found.guarded
+    assert not found.is_runtime_checked
     assert found.reason.endswith("(rlimit 1)")
 
 
 def test_an_unknown_is_not_left_to_the_gate() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
     never = t.Not(t.Compare("==", product, number(998)))  # beyond what bounds decide
-    (found,) = discharge([obligation(never, guard="r")], Oracle(1))
+    (found,) = discharge_obligations([obligation(never, guard="r")], Oracle(1))
     assert found.verdict is Verdict.UNKNOWN
-    assert not found.guarded
+    assert not found.is_runtime_checked
 
 
 def test_an_irrational_witness_that_does_not_replay_is_unknown() -> None:
     # x * x == 2 holds of no rational number, so no witness can be shown.
     root = t.Compare("==", t.Multiply(X, X), number(2))
     asked = obligation(t.Not(root))
-    (found,) = discharge([asked])
+    (found,) = discharge_obligations([asked])
     assert found.verdict is Verdict.UNKNOWN
     assert found.obligation is asked
     assert found.reason == "the solver's witness is irrational and did not replay"
-    (found,) = discharge([obligation(root, claim=Claim.SOMETIMES)])
+    (found,) = discharge_obligations([obligation(root, claim=ClaimMode.SOMETIMES)])
     assert found.verdict is Verdict.UNKNOWN
 
 
 def test_a_solver_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = z3_solver.Session.ask
+    honest = z3_solver.IncrementalSolver.check_sat
 
-    def lying(self: z3_solver.Session, *terms: t.Term) -> Answer:
+    def lying(self: z3_solver.IncrementalSolver, *terms: t.Term) -> SolverAnswer:
         answer = honest(self, *terms)
-        return Answer(Result.SAT, {"x": Fraction(3)}) if answer.result is Result.UNSAT else answer
+        return SolverAnswer(SatResult.SAT, {"x": Fraction(3)}) if answer.result is SatResult.UNSAT else answer
 
-    monkeypatch.setattr(z3_solver.Session, "ask", lying)
-    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
+    monkeypatch.setattr(z3_solver.IncrementalSolver, "ask", lying)
+    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
     assert verdict_of(obligation(t.Compare("<=", X, number(10)))) is Verdict.UNKNOWN
 
 
 def test_bounds_that_lie_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Boxes, "decide", lambda *_: Answer(Result.SAT, {"x": Fraction(11)}))
+    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: SolverAnswer(SatResult.SAT, {"x": Fraction(11)}))
     assert verdict_of(obligation(t.Compare("<=", X, number(10)), guard="r")) is Verdict.UNKNOWN
 
 

@@ -15,8 +15,8 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.model import Site
-from aeros.spec.verification.discharge import Finding
-from aeros.spec.verification.queries import impossible
+from aeros.spec.verification.discharge import ObligationResult
+from aeros.spec.verification.queries import is_unsatisfiable
 from aeros.spec.verification.reports import SubjectReport
 
 Judge = Callable[..., SubjectReport]
@@ -29,12 +29,12 @@ def site_of(report: SubjectReport) -> Site:
     return site
 
 
-def means_the_rule(finding: Finding, text: str, site: Site) -> bool:
+def means_the_rule(finding: ObligationResult, text: str, site: Site) -> bool:
     """Whether `text` and the rule agree on every action of the envelope in every state."""
     space, rule = finding.obligation.space, finding.obligation.conclusion
-    meant = check(parse(text), scope_over(site, space.declared), BOOL)
+    meant = check(parse(text), scope_over(site, space.variables), BOOL)
     differ = t.Or((t.And((meant, t.Not(rule))), t.And((rule, t.Not(meant)))))
-    return impossible((*space.assumptions, differ), space.declared, Oracle())
+    return is_unsatisfiable((*space.assumptions, differ), space.variables, Oracle())
 
 
 def boundary(judge: Judge, require: str, envelope: str = "pace <= 410 mm/s") -> str:
@@ -43,7 +43,7 @@ def boundary(judge: Judge, require: str, envelope: str = "pace <= 410 mm/s") -> 
     (found,) = [
         one for one in report.findings if str(one.obligation.id).endswith("/approach/slow-near-person")
     ]
-    assert found.guarded, report.diagnostics
+    assert found.is_runtime_checked, report.diagnostics
     assert means_the_rule(found, found.boundary, site_of(report))
     return found.boundary
 
@@ -122,7 +122,7 @@ def test_a_boundary_that_is_off_is_not_shown(judge: Judge, monkeypatch: pytest.M
 
 def test_a_wrong_boundary_would_be_noticed(judge: Judge) -> None:
     report = judge("approach", "pace <= 410 mm/s", gated="slow-near-person")
-    (found,) = [one for one in report.findings if one.obligation.guard == "slow-near-person"]
+    (found,) = [one for one in report.findings if one.obligation.runtime_checked_rule == "slow-near-person"]
     site = site_of(report)
     assert means_the_rule(found, "not person_near or pace <= 0.1 m/s", site)
     assert means_the_rule(found, "pace > 410 mm/s or not person_near or pace <= 0.1 m/s", site)
@@ -137,7 +137,7 @@ def test_each_rule_is_told_once_for_each_way_it_reads(judge: Judge) -> None:
         ("stop-button", "not stop_pressed"),
         ("slow-near-person", "not person_near or pace <= 0.1 m/s"),
     )
-    assert all(bool(one.boundary) == one.guarded for one in report.findings)
+    assert all(bool(one.boundary) == one.is_runtime_checked for one in report.findings)
 
 
 def test_the_same_boundary_is_told_again_whatever_the_solver_did_before(judge: Judge) -> None:

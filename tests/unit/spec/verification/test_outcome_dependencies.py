@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.runtime.proving import prove
-from aeros.spec.verification.outcome_dependencies import resting_on
+from aeros.runtime.proving import prove_configuration
+from aeros.spec.verification.outcome_dependencies import obligations_assuming_outcomes
 from tests.repo.tree import ROOT
 
 BASE = ROOT / "docs" / "codes" / "base"
@@ -17,8 +17,10 @@ LOOP = ["closed-loop/clean_up/dispatch", "closed-loop/clean_up/effective", "clos
     [("wipe", LOOP), ("pick_cloth", LOOP), ("rest", [])],
 )  # fmt: skip
 def test_claims_about_paths_rest_on_outcomes_and_no_others(skill: str, expected: list[str]) -> None:
-    configuration, _ = prove([BASE / "tidy"], BASE / "site.yaml", certified=False)
-    resting = resting_on(configuration.modules["tidy"], skill, configuration.certificates["tidy"])
+    configuration, _ = prove_configuration([BASE / "tidy"], BASE / "site.yaml", certified=False)
+    resting = obligations_assuming_outcomes(
+        configuration.modules["tidy"], skill, configuration.certificates["tidy"]
+    )
     found = list(map(str, resting))
     assert [one for one in found if one.startswith("closed-loop/")] == expected
     others = [one for one in found if not one.startswith("closed-loop/")]

@@ -12,14 +12,14 @@ import pytest
 
 import aeros.spec.verification.verify as verify_module
 from aeros.cli.author.reports.json_report import as_json
-from aeros.cli.author.reports.result import Result
+from aeros.cli.author.reports.result import VerifyResult
 from aeros.experiments.trials.synthetic import write_module, write_modules
-from aeros.spec.backends.answer_store import Store
+from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
-from aeros.spec.model.model import Block
+from aeros.spec.model.model import OperatorOverride
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.digests import text_digest
-from aeros.spec.text.discovery import reference_site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.files import read_source
 from aeros.spec.verification import examine, proof_cache
 from aeros.spec.verification.reports import Report
@@ -35,8 +35,8 @@ NO_BYTECODE = shutil.ignore_patterns("__pycache__")
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Store:
-    return Store(tmp_path / "answers")
+def store(tmp_path: Path) -> AnswerStore:
+    return AnswerStore(tmp_path / "answers")
 
 
 @pytest.fixture
@@ -61,15 +61,15 @@ def module(modules: Path) -> Path:
 def _told(report: Report) -> tuple[str, list[str]]:
     """Everything that a run says and writes: the JSON report and the certificates."""
     locks = [one.certificate.text() for one in report.modules if one.certificate is not None]
-    return as_json(Result(report)), locks
+    return as_json(VerifyResult(report)), locks
 
 
-def _brief(folder: Path, store: Store | None, site: Path = SITE, jobs: int = 1) -> Report:
+def _brief(folder: Path, store: AnswerStore | None, site: Path = SITE, jobs: int = 1) -> Report:
     return verify([folder], site, store=store, detail=Detail.BRIEF, jobs=jobs)
 
 
 def test_what_is_kept_says_the_same_and_examines_nothing(
-    modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+    modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     in_full = _told(verify([modules], SITE))
     cold = _told(_brief(modules, store))
@@ -79,7 +79,7 @@ def test_what_is_kept_says_the_same_and_examines_nothing(
     assert len(cold[1]) == 2
 
 
-def test_the_digest_that_is_kept_is_that_of_the_certificate(modules: Path, store: Store) -> None:
+def test_the_digest_that_is_kept_is_that_of_the_certificate(modules: Path, store: AnswerStore) -> None:
     cold, warm = _brief(modules, store), _brief(modules, store)
     for one, again in zip(cold.modules, warm.modules, strict=True):
         assert one.lock is not None
@@ -87,7 +87,7 @@ def test_the_digest_that_is_kept_is_that_of_the_certificate(modules: Path, store
         assert again.lock._known == one.lock.digest == text_digest(again.lock.certificate.text())
 
 
-def test_a_run_that_finds_everything_imports_nothing_that_proves(modules: Path, store: Store) -> None:
+def test_a_run_that_finds_everything_imports_nothing_that_proves(modules: Path, store: AnswerStore) -> None:
     _brief(modules, store)
     answers = modules.parent / "answers"
     program = f"""\
@@ -127,7 +127,7 @@ def _edit(name: str, old: str, new: str) -> Callable[[Path], object]:
     ids=["version", "comment", "code", "new file of code"],
 )
 def test_a_change_of_the_module_is_examined(
-    change: Callable[[Path], object], modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+    change: Callable[[Path], object], modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _brief(modules, store)
     change(modules / "tidy")
@@ -138,7 +138,7 @@ def test_a_change_of_the_module_is_examined(
 
 
 def test_another_site_budget_override_or_program_is_examined(
-    modules: Path, store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    modules: Path, store: AnswerStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _brief(modules, store)
     examined = note_examined(monkeypatch)
@@ -146,7 +146,7 @@ def test_another_site_budget_override_or_program_is_examined(
     site.write_text(SITE.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     _brief(modules, store, site)
     verify([modules], SITE, 7, store=store, detail=Detail.BRIEF)
-    block = Block("no_welder", "it is being repaired", "welder", None, None)
+    block = OperatorOverride("no_welder", "it is being repaired", "welder", None, None)
     for blocks in ([block], [replace(block, reason="it was repaired badly")], [block]):
         report = verify([modules], SITE, store=store, blocks=blocks, detail=Detail.BRIEF)
         assert _told(report) == _told(verify([modules], SITE, blocks=blocks))
@@ -158,7 +158,7 @@ def test_another_site_budget_override_or_program_is_examined(
 
 
 def test_a_copy_elsewhere_is_found_and_said_to_lie_there(
-    modules: Path, store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    modules: Path, store: AnswerStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _brief(modules, store)
     copy = shutil.copytree(modules, tmp_path / "copy")
@@ -168,7 +168,7 @@ def test_a_copy_elsewhere_is_found_and_said_to_lie_there(
     assert examined == []
 
 
-def test_a_file_that_the_module_needs_is_looked_for_each_time(module: Path, store: Store) -> None:
+def test_a_file_that_the_module_needs_is_looked_for_each_time(module: Path, store: AnswerStore) -> None:
     (module / "net.onnx").write_bytes(b"weights")
     _edit(
         "ecm.yaml",
@@ -181,18 +181,18 @@ def test_a_file_that_the_module_needs_is_looked_for_each_time(module: Path, stor
     assert {one.code for one in _brief(module, store).modules[0].diagnostics} == {"AE131"}
 
 
-def test_what_depends_on_other_modules_is_never_kept(tmp_path: Path, store: Store) -> None:
+def test_what_depends_on_other_modules_is_never_kept(tmp_path: Path, store: AnswerStore) -> None:
     needed = write_module(tmp_path / "modules", 8, skills=5)
     write_module(tmp_path / "modules", 9, skills=5)
-    assert _brief(tmp_path / "modules", store, reference_site()).conclusion is Conclusion.PROVED
+    assert _brief(tmp_path / "modules", store, reference_site_path()).conclusion is Conclusion.PROVED
     shutil.rmtree(needed)
-    report = _brief(tmp_path / "modules", store, reference_site())
+    report = _brief(tmp_path / "modules", store, reference_site_path())
     assert {one.code for one in report.modules[0].diagnostics} == {"AE301"}
     assert report.modules[0].certificate is None
 
 
 def test_what_is_refuted_or_leaves_something_to_say_is_not_kept(
-    modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+    modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _edit("ecm.yaml", "grip: force <= 10 N", "grip: force <= 10 N and force >= 11 N")(modules / "tidy")
     first = _told(_brief(modules, store))
@@ -204,7 +204,7 @@ def test_what_is_refuted_or_leaves_something_to_say_is_not_kept(
 
 
 @pytest.mark.parametrize("content", ["", "null", "{}", "[1", '{"presence": {}, "tally": [], "lock": ""}'])
-def test_a_proof_that_cannot_be_read_is_not_there(content: str, module: Path, store: Store) -> None:
+def test_a_proof_that_cannot_be_read_is_not_there(content: str, module: Path, store: AnswerStore) -> None:
     _brief(module, store)
     store._connection.execute("UPDATE proofs SET head = ?", (content,))
     assert _told(_brief(module, store)) == _told(verify([module], SITE))
@@ -212,22 +212,22 @@ def test_a_proof_that_cannot_be_read_is_not_there(content: str, module: Path, st
 
 @pytest.mark.parametrize("content", [b"", b"{}", zlib.compress(b"[[],[]]")], ids=["none", "text", "others"])
 def test_a_proof_whose_claims_are_not_those_that_were_kept_is_not_there(
-    content: bytes, module: Path, store: Store
+    content: bytes, module: Path, store: AnswerStore
 ) -> None:
     _brief(module, store)
     store._connection.execute("UPDATE proofs SET claims = ?", (content,))
     assert _told(_brief(module, store)) == _told(verify([module], SITE))
 
 
-def test_a_report_on_other_bytes_is_not_believed(module: Path, store: Store) -> None:
+def test_a_report_on_other_bytes_is_not_believed(module: Path, store: AnswerStore) -> None:
     _brief(module, store)
     cache = proof_cache.ProofCache(store, read_source(SITE), DEFAULT_RLIMIT)
     kept = cache.find_module(module)
     assert kept is not None
-    assert kept.presence is not None
+    assert kept.summary is not None
     assert kept.lock_digest is not None
-    forged = replace(kept, presence=replace(kept.presence, code_digest="0" * 64))
-    key = cache._key(kept.presence.manifest_digest, kept.presence.code_digest)
+    forged = replace(kept, summary=replace(kept.summary, code_digest="0" * 64))
+    key = cache._key(kept.summary.manifest_digest, kept.summary.code_digest)
     cache.put_module(forged, kept.lock_digest)
     store.put_proofs({key: next(iter(cache._new.values()))})
     assert cache.find_module(module) is None
@@ -236,18 +236,18 @@ def test_a_report_on_other_bytes_is_not_believed(module: Path, store: Store) -> 
 def test_several_processes_say_the_same_in_the_same_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verify_module, "MANY", 2)
+    monkeypatch.setattr(verify_module, "MIN_MODULES_FOR_POOL", 2)
     modules = write_modules(tmp_path / "modules", 3, skills=5)
     (modules[2] / "ecm.yaml").write_text("nonsense: true\n", encoding="utf-8")
     _edit("ecm.yaml", "force <= 15 N", "force <= 1 N")(modules[1])
-    alone = _brief(tmp_path / "modules", None, reference_site())
+    alone = _brief(tmp_path / "modules", None, reference_site_path())
     assert alone.conclusion is Conclusion.REJECTED
-    assert _told(_brief(tmp_path / "modules", None, reference_site(), jobs=2)) == _told(alone)
-    assert _told(verify([tmp_path / "modules"], reference_site())) == _told(alone)
+    assert _told(_brief(tmp_path / "modules", None, reference_site_path(), jobs=2)) == _told(alone)
+    assert _told(verify([tmp_path / "modules"], reference_site_path())) == _told(alone)
 
 
 def test_what_is_kept_of_a_site_says_the_same_and_is_not_asked_again(
-    modules: Path, store: Store, monkeypatch: pytest.MonkeyPatch
+    modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cold = _told(_brief(modules, store))
 

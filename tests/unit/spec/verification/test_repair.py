@@ -9,7 +9,7 @@ import z3
 
 import aeros.spec.verification.edits
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.expr.units import decimal
+from aeros.spec.expr.units import exact_decimal
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.reports import SubjectReport
 
@@ -117,13 +117,13 @@ def test_a_search_that_is_off_by_one_step_offers_nothing(
 ) -> None:
     """What an edit claims is not believed: the obligations are discharged again."""
     offered = repair(judge, "wait", "duration <= 31 s")
-    honest = aeros.spec.verification.edits.Editor.strengthened
+    honest = aeros.spec.verification.edits.ConditionEditor.strengthen
 
     def lax(*arguments: object) -> str | None:
         found = honest(*arguments)  # type: ignore[arg-type]
         return None if found is None else found.replace("30 s", "30.001 s")
 
-    monkeypatch.setattr(aeros.spec.verification.edits.Editor, "strengthened", lax)
+    monkeypatch.setattr(aeros.spec.verification.edits.ConditionEditor, "strengthen", lax)
     assert offered == "duration <= 30 s"
     assert not repairs(judge("wait", "duration <= 31 s"))
 
@@ -178,7 +178,7 @@ def test_the_help_is_the_line(judge: Judge) -> None:
 
 
 def test_nothing_is_offered_where_the_budget_runs_out(judge: Judge, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(aeros.spec.verification.edits, "MOST_QUESTIONS", 2)
+    monkeypatch.setattr(aeros.spec.verification.edits, "MAX_QUERIES", 2)
     assert not repairs(judge("carry", "gait <= 101 mm/s"))
 
 
@@ -208,10 +208,10 @@ def test_the_same_line_is_offered_again_whatever_the_solver_did_before(judge: Ju
     ],
 )
 def test_decimals_are_exact_or_none(value: str, shown: str | None) -> None:
-    assert decimal(Fraction(value)) == shown
+    assert exact_decimal(Fraction(value)) == shown
 
 
 def test_a_hurried_oracle_gives_up_sooner_and_remembers_the_same() -> None:
     oracle = Oracle(rlimit=1000)
-    assert oracle.hurried(10).rlimit == 100
-    assert oracle.hurried(5000).rlimit == 1
+    assert oracle.with_reduced_budget(10).rlimit == 100
+    assert oracle.with_reduced_budget(5000).rlimit == 1

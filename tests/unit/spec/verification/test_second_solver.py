@@ -4,15 +4,15 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.backends.oracle import Oracle, Question
-from aeros.spec.backends.solver_results import Answer, Result
+from aeros.spec.backends.oracle import Oracle, SolverQuery
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.diagnostics.errors import DisagreementError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.verification.second_solver import agreement_on
+from aeros.spec.verification.second_solver import cross_check_queries
 
-X = t.Variable("x", RealType(LENGTH), t.Role.STATE)
+X = t.Variable("x", RealType(LENGTH), t.VariableRole.STATE)
 RANGES = {"x": (Fraction(0), Fraction(10))}
 
 
@@ -21,43 +21,43 @@ class Scripted:
 
     name = "another"
 
-    def __init__(self, *results: Result) -> None:
+    def __init__(self, *results: SatResult) -> None:
         self.results = list(results)
         self.asked: list[str] = []
 
-    def answer(self, script: str) -> Answer:
+    def solve_script(self, script: str) -> SolverAnswer:
         self.asked.append(script)
-        return Answer(self.results.pop(0), {}, "why not")
+        return SolverAnswer(self.results.pop(0), {}, "why not")
 
 
 def _above(bound: int) -> t.Term:
     return t.Compare("<", t.Literal(Fraction(bound), X.type), X)  # type: ignore[arg-type]
 
 
-def _question(bound: int, result: Result) -> Question:
-    return Question(f"x > {bound}", [X], RANGES, [_above(bound)], Answer(result, {}))
+def _question(bound: int, result: SatResult) -> SolverQuery:
+    return SolverQuery(f"x > {bound}", [X], RANGES, [_above(bound)], SolverAnswer(result, {}))
 
 
 def test_a_question_is_asked_once_and_what_z3_did_not_decide_not_at_all() -> None:
-    second = Scripted(Result.SAT, Result.UNKNOWN)
+    second = Scripted(SatResult.SAT, SatResult.UNKNOWN)
     questions = [
-        _question(3, Result.SAT), _question(3, Result.SAT), _question(4, Result.UNKNOWN),
-        _question(11, Result.UNSAT),
+        _question(3, SatResult.SAT), _question(3, SatResult.SAT), _question(4, SatResult.UNKNOWN),
+        _question(11, SatResult.UNSAT),
     ]  # fmt: skip
     progress: list[str] = []
-    found = agreement_on(questions, second, progress.append)
+    found = cross_check_queries(questions, second, progress.append)
     assert len(second.asked) == 2
-    assert (found.questions, found.agreed) == (2, 1)
-    assert found.undecided == (("x > 11", "why not"),)
+    assert (found.query_count, found.agreed_count) == (2, 1)
+    assert found.undecided_queries == (("x > 11", "why not"),)
     assert progress[-1] == "3 of 3 questions again with another"
 
 
 @pytest.mark.parametrize(
-    ("bound", "first", "second"), [(3, Result.SAT, Result.UNSAT), (11, Result.UNSAT, Result.SAT)]
+    ("bound", "first", "second"), [(3, SatResult.SAT, SatResult.UNSAT), (11, SatResult.UNSAT, SatResult.SAT)]
 )
-def test_a_disagreement_says_who_said_what_of_what(bound: int, first: Result, second: Result) -> None:
+def test_a_disagreement_says_who_said_what_of_what(bound: int, first: SatResult, second: SatResult) -> None:
     with pytest.raises(DisagreementError) as raised:
-        agreement_on([_question(bound, first)], Scripted(second), lambda _: None)
+        cross_check_queries([_question(bound, first)], Scripted(second), lambda _: None)
     assert raised.value.about == f"x > {bound}"
     assert raised.value.script.endswith("(check-sat)\n")
     one, other = raised.value.answers
@@ -68,17 +68,17 @@ def test_a_disagreement_says_who_said_what_of_what(bound: int, first: Result, se
 def test_an_oracle_records_what_it_is_asked_in_a_hurry_too_and_only_on_request() -> None:
     recording, silent = Oracle(recording=True), Oracle()
     for oracle in (recording, silent):
-        oracle.ask([X], RANGES, [_above(3)], "a claim")
-        oracle.ask([X], RANGES, [_above(3)], "the same again")
-        oracle.hurried(10).ask([X], RANGES, [_above(11)])
-    assert [(one.about, one.answer.result) for one in recording.asked.values()] == [
-        ("a claim", Result.SAT), ("an explanation", Result.UNSAT)
+        oracle.check_sat([X], RANGES, [_above(3)], "a claim")
+        oracle.check_sat([X], RANGES, [_above(3)], "the same again")
+        oracle.with_reduced_budget(10).check_sat([X], RANGES, [_above(11)])
+    assert [(one.description, one.answer.result) for one in recording.asked.values()] == [
+        ("a claim", SatResult.SAT), ("an explanation", SatResult.UNSAT)
     ]  # fmt: skip
     assert silent.asked == {}
 
 
 def test_a_record_tells_what_bounds_answered_from_what_z3_did() -> None:
     oracle = Oracle(recording=True)
-    oracle.ask([X], RANGES, [_above(3)])
-    oracle.ask([X], RANGES, [_above(4)], shown=True)
-    assert [one.by_bounds for one in oracle.asked.values()] == [True, False]
+    oracle.check_sat([X], RANGES, [_above(3)])
+    oracle.check_sat([X], RANGES, [_above(4)], shown=True)
+    assert [one.by_intervals for one in oracle.asked.values()] == [True, False]

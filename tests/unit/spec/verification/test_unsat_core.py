@@ -7,22 +7,22 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics.codes import Label
+from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.model import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.obligation import Claim, Member, Obligation, Space
+from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification import explain
-from aeros.spec.verification.discharge import Finding
-from aeros.spec.verification.queries import impossible
+from aeros.spec.verification.discharge import ObligationResult
+from aeros.spec.verification.queries import is_unsatisfiable
 from aeros.spec.verification.reports import SubjectReport
-from aeros.spec.verification.unsat_core import Core, core_of, labels_of_core
+from aeros.spec.verification.unsat_core import UnsatCore, find_unsat_core, label_core
 from aeros.spec.verification.verify import verify
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -30,7 +30,7 @@ Judge = Callable[..., SubjectReport]
 
 TEXT = Source("ecm.yaml", "abcdefghijklmnopqrstuvwxyz")
 REAL = RealType(NUMBER)
-X, Y = (t.Variable(name, REAL, t.Role.STATE) for name in "xy")
+X, Y = (t.Variable(name, REAL, t.VariableRole.STATE) for name in "xy")
 DECLARED = tuple(Declared(one, TEXT.span(20, 21), range=(Fraction(0), Fraction(10))) for one in (X, Y))
 
 
@@ -44,35 +44,36 @@ def at_least(variable: t.Variable, bound: int) -> t.Term:
 
 def claim_of(*terms: t.Term) -> Obligation:
     members = tuple(
-        Member(term, Label(TEXT.span(at, at + 1), f"m{at}")) for at, term in enumerate(terms, start=1)
+        LabelledConjunct(term, SpanLabel(TEXT.span(at, at + 1), f"m{at}"))
+        for at, term in enumerate(terms, start=1)
     )
-    space = Space(DECLARED, ())
-    whole = Label(TEXT.span(0, len(terms) + 2), "whole")
+    space = VariableSpace(DECLARED, ())
+    whole = SpanLabel(TEXT.span(0, len(terms) + 2), "whole")
     return Obligation(
         ClaimForm.SKILL_CAN_START("x"),
         "AE504",
-        Claim.SOMETIMES,
+        ClaimMode.SOMETIMES,
         space,
         t.conjunction(*terms),
         "h",
         whole,
-        members=members,
+        labelled_conjuncts=members,
     )
 
 
 def core(*terms: t.Term) -> tuple[str, ...]:
-    found = core_of(claim_of(*terms), Oracle())
+    found = find_unsat_core(claim_of(*terms), Oracle())
     assert found is not None
     return (*(one.label.text for one in found.members), *(one.name for one in found.ranges))
 
 
-def is_core(found: Core) -> bool:
+def is_core(found: UnsatCore) -> bool:
     """Whether the parts clash, and clash no more without any one of them."""
 
-    def clash(members: tuple[Member, ...], ranges: tuple[Declared, ...]) -> bool:
+    def clash(members: tuple[LabelledConjunct, ...], ranges: tuple[Declared, ...]) -> bool:
         names = {one.name for one in ranges}
         space = [one if one.name in names else replace(one, range=None) for one in DECLARED]
-        return impossible([one.term for one in members], space, Oracle())
+        return is_unsatisfiable([one.term for one in members], space, Oracle())
 
     def without(parts: tuple[object, ...]) -> list[tuple[object, ...]]:
         return [(*parts[:i], *parts[i + 1 :]) for i in range(len(parts))]
@@ -103,7 +104,7 @@ def test_a_condition_that_is_false_by_itself_is_the_whole_core() -> None:
 
 def test_many_members_are_reduced_to_the_two_that_clash() -> None:
     harmless = [at_most(Y, 10 + i) for i in range(18)]
-    found = core_of(claim_of(*harmless[:9], at_most(X, 3), *harmless[9:], at_least(X, 4)), Oracle())
+    found = find_unsat_core(claim_of(*harmless[:9], at_most(X, 3), *harmless[9:], at_least(X, 4)), Oracle())
     assert found is not None
     assert [one.label.text for one in found.members] == ["m10", "m20"]
     assert is_core(found)
@@ -112,30 +113,32 @@ def test_many_members_are_reduced_to_the_two_that_clash() -> None:
 @pytest.mark.parametrize("left_out", range(3))
 def test_a_core_that_omits_a_member_is_noticed(left_out: int) -> None:
     both = t.Compare("<=", t.Add(X, Y), t.Literal(Fraction(5), REAL))
-    found = core_of(claim_of(at_least(X, 3), both, at_least(Y, 3), at_most(X, 9)), Oracle())
+    found = find_unsat_core(claim_of(at_least(X, 3), both, at_least(Y, 3), at_most(X, 9)), Oracle())
     assert found is not None
     assert is_core(found)
     omitted = found.members[:left_out] + found.members[left_out + 1 :]
     assert not is_core(replace(found, members=omitted))
-    assert not is_core(replace(found, members=(*found.members, claim_of(at_most(X, 9)).members[0])))
+    assert not is_core(
+        replace(found, members=(*found.members, claim_of(at_most(X, 9)).labelled_conjuncts[0]))
+    )
 
 
 def test_what_can_hold_has_no_core() -> None:
-    assert core_of(claim_of(at_most(X, 3)), Oracle()) is None
-    assert core_of(claim_of(), Oracle()) is None
+    assert find_unsat_core(claim_of(at_most(X, 3)), Oracle()) is None
+    assert find_unsat_core(claim_of(), Oracle()) is None
 
 
 def test_a_spent_budget_finds_no_core(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
+    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
     product = t.Compare("<=", t.Literal(Fraction(1001), REAL), t.Multiply(X, t.Multiply(Y, Y)))
-    assert core_of(claim_of(product), Oracle(rlimit=1)) is None
+    assert find_unsat_core(claim_of(product), Oracle(rlimit=1)) is None
 
 
 def test_each_member_has_its_own_label_and_the_first_of_the_condition_is_primary() -> None:
     claim = claim_of(at_most(X, 3), at_most(Y, 3), at_least(X, 4))
-    found = core_of(claim, Oracle())
+    found = find_unsat_core(claim, Oracle())
     assert found is not None
-    primary, secondary = labels_of_core(claim, found)
+    primary, secondary = label_core(claim, found)
     assert primary.span == TEXT.span(1, 2)
     assert [label.text for label in secondary] == ["m3"]
 
@@ -168,7 +171,7 @@ def test_of_a_dead_action_only_the_rule_that_clashes_is_underlined(judge: Judge)
 def test_where_no_core_is_found_every_rule_on_the_action_is_underlined(
     judge: Judge, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(explain, "core_of", lambda *_: None)
+    monkeypatch.setattr(explain, "find_unsat_core", lambda *_: None)
     report = judge("move", "target in tabletop and speed > 1 m/s", permission="speed <= 3 m/s")
     (found,) = [one for one in report.diagnostics if one.code == "AE502"]
     assert {label.text: label.span.text for label in found.secondary} == {
@@ -179,7 +182,7 @@ def test_where_no_core_is_found_every_rule_on_the_action_is_underlined(
 
 
 def test_where_no_core_is_found_every_other_rule_is_underlined(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explain, "core_of", lambda *_: None)
+    monkeypatch.setattr(explain, "find_unsat_core", lambda *_: None)
     site = CORPUS / "rejected/site/rule_shadowed_by_another/site.yaml"
     (found,) = verify([CORPUS / "site/idle"], site).subjects[0].diagnostics
     assert [(label.text, label.span.text) for label in found.secondary] == [("top-speed", "speed <= 2 m/s")]
@@ -220,19 +223,19 @@ def test_the_members_of_every_claim_say_what_the_claim_says(judge: Judge) -> Non
         permission="speed <= 1 m/s and target in tabletop",
         precondition="0 % < dirt < 5 % and not stop_pressed",
     )
-    checked = [one.obligation for one in report.findings if one.obligation.members]
+    checked = [one.obligation for one in report.findings if one.obligation.labelled_conjuncts]
     assert {one.code for one in checked} >= {"AE409", "AE403", "AE501", "AE502", "AE503", "AE504"}
     for one in checked:
-        assumed = one.space.assumptions if one.claim is Claim.SOMETIMES else ()
+        assumed = one.space.assumptions if one.mode is ClaimMode.SOMETIMES else ()
         whole = t.conjunction(*assumed, one.conclusion)
-        parts = t.conjunction(*(member.term for member in one.members))
+        parts = t.conjunction(*(member.term for member in one.labelled_conjuncts))
         differ = t.Or((t.And((whole, t.Not(parts))), t.And((parts, t.Not(whole)))))
-        assert impossible([differ], one.space.declared, Oracle()), one.id
+        assert is_unsatisfiable([differ], one.space.variables, Oracle()), one.id
 
 
 def test_labels_are_of_failures_alone(judge: Judge) -> None:
-    def is_told(finding: Finding) -> bool:
-        return finding.verdict is not Verdict.PROVED and not finding.guarded
+    def is_told(finding: ObligationResult) -> bool:
+        return finding.verdict is not Verdict.PROVED and not finding.is_runtime_checked
 
     report = judge("wait", "duration > 20 s and duration < 10 s")
     assert all(bool(one.labels) == is_told(one) for one in report.findings)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import Conclusion, Verdict
 from aeros.spec.verification.reports import Report
@@ -104,7 +104,9 @@ def test_a_smaller_budget_never_proves_more(tmp_path: Path) -> None:
 def test_no_two_obligations_have_one_id(case: str) -> None:
     report = report_of(case)
     for subject in (report.site, *report.modules):
-        ids = Counter([one.id for one in subject.settled] + [one.obligation.id for one in subject.findings])
+        ids = Counter(
+            [one.id for one in subject.static_claims] + [one.obligation.id for one in subject.findings]
+        )
         assert [id_ for id_, count in ids.items() if count > 1] == []
 
 
@@ -129,7 +131,7 @@ def test_a_goal_cannot_take_the_place_of_a_guarded_rule(tmp_path: Path) -> None:
     assert found.conclusion is Conclusion.PROVED
     assert found.certificate is not None
     assert found.certificate.obligations[ClaimForm.ENVELOPE_OBEYS("task", "approach", "goal")] == "GUARDED"
-    assert found.certificate.guarded("task", "approach") == {"stop-button", "goal"}
+    assert found.certificate.runtime_checked_rules("task", "approach") == {"stop-button", "goal"}
 
 
 def test_a_dependency_beside_the_module_is_found_without_being_given(tmp_path: Path) -> None:
@@ -156,7 +158,7 @@ def test_a_refuted_rule_is_not_called_needlessly_gated() -> None:
 def test_an_undecided_rule_is_not_called_needlessly_gated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Boxes, "decide", lambda *_: None)
+    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
     path = module(tmp_path, "accepted/gate_named_without_need")
     (found,) = verify([path], TABLE, 1).modules
     assert found.conclusion is Conclusion.UNDECIDED

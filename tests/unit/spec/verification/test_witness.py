@@ -4,14 +4,14 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.backends.solver_results import Scalar
+from aeros.spec.backends.solver_results import ScalarValue
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, parse_unit
 from aeros.spec.model.model import Declared
-from aeros.spec.verification.witness import Replay, Witness, show_value, witness_of
+from aeros.spec.verification.witness import TermEvaluator, Witness, format_value, witness_from_model
 
 SPAN = Source("site.yaml", "x").span(0, 1)
 SIDES = EnumType("sides", ("left", "right"))
@@ -23,7 +23,7 @@ def declared(name: str, type_: Type, unit: str = "1", high: str = "10") -> Decla
     assert found is not None
     numeric = not (type_ == BOOL or isinstance(type_, EnumType))
     bounds = (Fraction(0), Fraction(high)) if numeric else None
-    return Declared(t.Variable(name, type_, t.Role.STATE), SPAN, found, bounds)
+    return Declared(t.Variable(name, type_, t.VariableRole.STATE), SPAN, found, bounds)
 
 
 GAP = declared("gap", METRES, "mm")
@@ -36,8 +36,8 @@ def metres(value: str) -> t.Literal:
     return t.Literal(Fraction(value), METRES)
 
 
-def shown(model: dict[str, Scalar], one: Declared, *wanted: t.Term) -> list[str] | None:
-    found = witness_of(model, (one,), wanted, Replay(), shown=True)
+def shown(model: dict[str, ScalarValue], one: Declared, *wanted: t.Term) -> list[str] | None:
+    found = witness_from_model(model, (one,), wanted, TermEvaluator(), shown=True)
     return None if found is None else found.lines()
 
 
@@ -54,7 +54,7 @@ def shown(model: dict[str, Scalar], one: Declared, *wanted: t.Term) -> list[str]
     ids=str,
 )
 def test_a_value_is_shown_in_the_unit_of_its_declaration(value: Value, one: Declared, text: str) -> None:
-    assert show_value(value, one) == text
+    assert format_value(value, one) == text
 
 
 def test_a_number_is_rounded_where_a_rounded_one_does_as_well() -> None:
@@ -78,7 +78,7 @@ def test_a_number_is_not_rounded_out_of_its_range() -> None:
 
 def test_a_model_that_is_not_a_witness_is_none() -> None:
     assert shown({"gap": Fraction(1)}, GAP, t.Compare("<", GAP.variable, metres("1"))) is None
-    assert witness_of({"gap": Fraction(1)}, (GAP,), (t.FALSE,), Replay(), shown=False) is None
+    assert witness_from_model({"gap": Fraction(1)}, (GAP,), (t.FALSE,), TermEvaluator(), shown=False) is None
 
 
 def test_a_model_out_of_range_is_none() -> None:
@@ -87,14 +87,14 @@ def test_a_model_out_of_range_is_none() -> None:
 
 
 def test_vectors_and_families_are_put_together_in_order() -> None:
-    model: dict[str, Scalar] = {"ready[left]": True, "ready[right]": False}
-    found = witness_of(
-        model, (READY,), (t.Select(READY.variable, t.Literal("left", SIDES)),), Replay(), shown=False
+    model: dict[str, ScalarValue] = {"ready[left]": True, "ready[right]": False}
+    found = witness_from_model(
+        model, (READY,), (t.Select(READY.variable, t.Literal("left", SIDES)),), TermEvaluator(), shown=False
     )
     assert found == Witness((READY,), {"ready": (True, False)})
 
 
 def test_what_nobody_reads_is_left_as_the_solver_gave_it() -> None:
-    found = witness_of({"gap": Fraction(1, 7)}, (GAP,), (t.TRUE,), Replay(), shown=False)
+    found = witness_from_model({"gap": Fraction(1, 7)}, (GAP,), (t.TRUE,), TermEvaluator(), shown=False)
     assert found is not None
     assert found.values == {"gap": Fraction(1, 7)}

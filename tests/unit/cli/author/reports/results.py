@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.author.reports.result import Problem, Result
+from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.spec.backends.cvc5_solver import Cvc5
-from aeros.spec.backends.interval_solver import Boxes
+from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
-from aeros.spec.diagnostics.codes import Diagnostic, Label, Severity
+from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.certificate import check_lock
@@ -37,29 +37,29 @@ RUNS = {
 
 
 @cache
-def result_of(run: str) -> Result:
+def result_of(run: str) -> VerifyResult:
     """The result of one of the RUNS, with certificates required and missing."""
     with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
         rlimit = DEFAULT_RLIMIT
         if run == "undecided":
             rlimit = 1
-            patch.setattr(Boxes, "decide", lambda *_: None)
+            patch.setattr(IntervalSolver, "decide", lambda *_: None)
         second = Cvc5(rlimit=50_000) if run == "second solver" else None
         report = verify(map(Path, RUNS[run]), Path("site/table.yaml"), rlimit, second=second)
         locks = [
-            Problem(problem, module.path / "ecm.lock")
+            LocatedDiagnostic(problem, module.path / "ecm.lock")
             for module in report.modules
             if module.certificate is not None
             and (problem := check_lock(module.path, module.certificate)) is not None
         ]
-    return Result(report, tuple(locks))
+    return VerifyResult(report, tuple(locks))
 
 
-def result_with(*diagnostics: Diagnostic, name: str = "module", path: Path = Path("module")) -> Result:
+def result_with(*diagnostics: Diagnostic, name: str = "module", path: Path = Path("module")) -> VerifyResult:
     """A result made up of one module with these diagnostics under a site with none."""
     site = SubjectReport("site", Path("site.yaml"), Conclusion.PROVED, ())
     module = SubjectReport(name, path, Conclusion.REJECTED, diagnostics)
-    return Result(Report(site, (module,), None))
+    return VerifyResult(Report(site, (module,), None))
 
 
 def diagnostic_at(
@@ -73,4 +73,4 @@ def diagnostic_at(
     """A diagnostic that underlines the first `marked` in `text`."""
     start = text.index(marked)
     span = Source(path, text).span(start, start + len(marked))
-    return Diagnostic("AE101", headline, Label(span, "here"), severity=severity)
+    return Diagnostic("AE101", headline, SpanLabel(span, "here"), severity=severity)

@@ -44,7 +44,7 @@ def test_each_subject_is_a_suite_and_each_obligation_a_case(run: str) -> None:
     suites = suites_of(as_junit(result))
     assert len(suites) == len(result.subjects) + bool(result.certificates)
     for subject, suite in zip(result.subjects, suites, strict=False):
-        ids = [one.id for one in subject.settled] + [one.obligation.id for one in subject.findings]
+        ids = [one.id for one in subject.static_claims] + [one.obligation.id for one in subject.findings]
         cases = suite.findall("testcase")
         assert [case.attrib["name"] for case in cases] == [*ids, "form/readable"]
         failed = [

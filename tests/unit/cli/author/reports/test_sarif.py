@@ -12,9 +12,9 @@ import pytest
 from jsonschema import Draft4Validator
 
 from aeros.cli.author.reports import sarif
-from aeros.cli.author.reports.result import Result
+from aeros.cli.author.reports.result import VerifyResult
 from aeros.cli.author.reports.sarif import as_sarif
-from aeros.spec.diagnostics.codes import CODES, Diagnostic, Label, Severity
+from aeros.spec.diagnostics.codes import CODES, Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.verify import verify
@@ -29,7 +29,7 @@ def in_the_corpus(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(CORPUS)
 
 
-def run_of(result: Result) -> dict[str, Any]:
+def run_of(result: VerifyResult) -> dict[str, Any]:
     log = json.loads(as_sarif(result))
     assert [error.message for error in VALIDATOR.iter_errors(log)] == []
     (run,) = log["runs"]
@@ -143,18 +143,18 @@ def test_hostile_names_are_shown_harmlessly_and_make_no_links() -> None:
     assert one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == "x%1B%FF/y%20z.yaml"
 
 
-def many(count: int, headline: str = "wrong") -> Result:
+def many(count: int, headline: str = "wrong") -> VerifyResult:
     source = Source("a.yaml", "x" * count)
-    found = [Diagnostic("AE101", headline, Label(source.span(n, n + 1))) for n in range(count)]
+    found = [Diagnostic("AE101", headline, SpanLabel(source.span(n, n + 1))) for n in range(count)]
     return result_with(Diagnostic("AE505", "needless", severity=Severity.WARNING), *found)
 
 
 def test_the_limits_are_those_of_code_scanning() -> None:
-    assert (sarif.MOST_RESULTS, sarif.MOST_BYTES) == (25_000, 10_000_000)
+    assert (sarif.MAX_RESULTS, sarif.MAX_BYTES) == (25_000, 10_000_000)
 
 
 def test_more_results_than_are_allowed_are_left_out_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sarif, "MOST_RESULTS", 250)
+    monkeypatch.setattr(sarif, "MAX_RESULTS", 250)
     run = run_of(many(260))
     assert len(run["results"]) == 250
     assert {one["level"] for one in run["results"]} == {"error"}
@@ -166,7 +166,7 @@ def test_more_results_than_are_allowed_are_left_out_and_counted(monkeypatch: pyt
 
 
 def test_a_log_never_grows_beyond_its_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sarif, "MOST_BYTES", 1_300_000)
+    monkeypatch.setattr(sarif, "MAX_BYTES", 1_300_000)
     text = as_sarif(many(1_000, "é" * 200))
     assert len(text.encode()) <= 1_300_000
     (run,) = json.loads(text)["runs"]
@@ -189,7 +189,7 @@ def test_a_repair_is_an_edit_that_mends_what_the_result_is_about(tmp_path: Path)
     shutil.copytree(CORPUS / "rejected" / "safety" / "a_millimetre_per_second_too_fast", module)
     manifest = module / "ecm.yaml"
     site = CORPUS / "site" / "table.yaml"
-    found = run_of(Result(verify([module], site), ()))["results"]
+    found = run_of(VerifyResult(verify([module], site), ()))["results"]
     fixes = [fix for one in found for fix in one.get("fixes", ())]
     (change,) = fixes[0]["artifactChanges"]
     assert change["artifactLocation"]["uri"] == f"file://{manifest}"

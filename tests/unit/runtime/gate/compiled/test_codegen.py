@@ -1,4 +1,4 @@
-"""Written functions accept exactly the values that `Form.take` accepts, and give the same scalars."""
+"""Written functions accept exactly the values that `ValueChecker.unpack` accepts, and give the same scalars."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.gate.compiled.codegen import Writer
-from aeros.runtime.gate.value_check import Form
+from aeros.runtime.gate.compiled.codegen import FunctionWriter
+from aeros.runtime.gate.value_check import ValueChecker
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
@@ -20,12 +20,14 @@ from tests.unit.runtime.conftest import METRES, SIDES, declare
 
 RANGE = (Fraction(-1, 10), Fraction(2))
 DECLARED: dict[str, Declared] = {
-    "truth": declare("x", BOOL, t.Role.STATE),
-    "member": declare("x", SIDES, t.Role.STATE),
-    "number": declare("x", METRES, t.Role.STATE, range=RANGE),
-    "whole": declare("x", IntegerType(NUMBER), t.Role.STATE, range=(Fraction(-1), Fraction(3))),
-    "vector": declare("x", VectorType(LENGTH), t.Role.STATE, range=RANGE),
-    "family": declare("x", FamilyType(EnumType("joints", ("j1", "j2")), METRES), t.Role.STATE, range=RANGE),
+    "truth": declare("x", BOOL, t.VariableRole.STATE),
+    "member": declare("x", SIDES, t.VariableRole.STATE),
+    "number": declare("x", METRES, t.VariableRole.STATE, range=RANGE),
+    "whole": declare("x", IntegerType(NUMBER), t.VariableRole.STATE, range=(Fraction(-1), Fraction(3))),
+    "vector": declare("x", VectorType(LENGTH), t.VariableRole.STATE, range=RANGE),
+    "family": declare(
+        "x", FamilyType(EnumType("joints", ("j1", "j2")), METRES), t.VariableRole.STATE, range=RANGE
+    ),
 }
 
 _SCALARS = (
@@ -37,17 +39,17 @@ _SCALARS = (
 VALUES = _SCALARS | st.lists(_SCALARS, max_size=4) | st.lists(_SCALARS, max_size=4).map(tuple)
 
 
-def in_words(form: Form, value: Any) -> dict[str, Any] | None:
-    """What `Form` itself makes of a value, None where it objects."""
+def in_words(form: ValueChecker, value: Any) -> dict[str, Any] | None:
+    """What `ValueChecker` itself makes of a value, None where it objects."""
     scalars: dict[str, Any] = {}
-    return scalars if form.take(value, scalars) is None else None
+    return scalars if form.unpack(value, scalars) is None else None
 
 
 @pytest.mark.parametrize("name", DECLARED)
 @given(value=VALUES)
 def test_a_written_function_takes_what_its_form_takes(name: str, value: Any) -> None:
-    form = Form(DECLARED[name])
-    assert repr(Writer().taking(form)(value)) == repr(in_words(form, value))
+    form = ValueChecker(DECLARED[name])
+    assert repr(FunctionWriter().build_unpacker(form)(value)) == repr(in_words(form, value))
 
 
 @pytest.mark.parametrize(
@@ -63,34 +65,34 @@ def test_a_written_function_takes_what_its_form_takes(name: str, value: Any) -> 
     ],
 )
 def test_values_at_the_edges(name: str, accepted: list[Any], refused: list[Any]) -> None:
-    form = Form(DECLARED[name])
-    taking = Writer().taking(form)
+    form = ValueChecker(DECLARED[name])
+    taking = FunctionWriter().build_unpacker(form)
     assert [value for value in accepted if taking(value) is None] == []
     assert [value for value in refused if taking(value) is not None] == []
     assert [value for value in accepted if taking(value) != in_words(form, value)] == []
 
 
 def test_a_range_that_is_implied_is_not_checked_and_the_type_is() -> None:
-    writer = Writer()
+    writer = FunctionWriter()
     writer.implied = frozenset({"x"})
-    taking = writer.taking(Form(DECLARED["number"]))
+    taking = writer.build_unpacker(ValueChecker(DECLARED["number"]))
     assert taking(100.0) == {"x": 100.0}
     assert taking(100) == {"x": 100.0}
 
 
 def test_a_failed_check_leaves_by_the_statement_that_is_asked_for() -> None:
-    writer = Writer()
-    writer.leaving = "return 'left'"
-    writer.require("value > 1")
+    writer = FunctionWriter()
+    writer.exit_statement = "return 'left'"
+    writer.write_guard("value > 1")
     start = len(writer.lines)
-    writer.line("return 'stayed'")
+    writer.add_line("return 'stayed'")
     writer.lines.insert(start, "  if True:")
     writer.indent(start + 1)
-    function = writer.function("check", ["def check(value):", *writer.lines])
+    function = writer.compile_function("check", ["def check(value):", *writer.lines])
     assert (function(1), function(2)) == ("left", "stayed")
 
 
 def test_written_code_reaches_no_builtins() -> None:
-    writer = Writer()
+    writer = FunctionWriter()
     with pytest.raises(NameError, match="open"):
-        writer.function("check", ["def check():", "  return open"])()
+        writer.compile_function("check", ["def check():", "  return open"])()

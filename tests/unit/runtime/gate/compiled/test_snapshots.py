@@ -11,8 +11,8 @@ import pytest
 
 from aeros.runtime.execution.step import ObservationFilter
 from aeros.runtime.gate.gate import CompiledGate
-from aeros.runtime.ports import Moment, Names, Reading
-from aeros.runtime.records.encode_readings import ReadingsTeller, told_readings
+from aeros.runtime.ports import ColumnNames, Reading, Snapshot
+from aeros.runtime.records.encode_readings import IncrementalReadingsEncoder, encode_readings
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.runtime.bench import (
     ALLOWED,
@@ -32,18 +32,18 @@ _VALUES: tuple[Any, ...] = (
 )  # fmt: skip
 _TIMES: tuple[Any, ...] = (NOW, NOW, NOW, NOW - 0.01, NOW - 1000.0, NOW + 1.0, 100, nan, None)
 
-_ORDER = Names(STATE)
+_ORDER = ColumnNames(STATE)
 
 
-def _moment(values: dict[str, Any], order: Names = _ORDER, time: Any = NOW) -> Moment:
-    return Moment(order, tuple(values[name] for name in order.names), time)
+def _moment(values: dict[str, Any], order: ColumnNames = _ORDER, time: Any = NOW) -> Snapshot:
+    return Snapshot(order, tuple(values[name] for name in order.names), time)
 
 
 def test_the_gate_decides_moments_as_readings_one_by_one() -> None:
     chance = Random(11)  # noqa: S311 - a test, the same every time
     afresh = CompiledGate(configuration())
-    fewer = Names(set(STATE) - {"wind"})
-    more = Names({*STATE, "mood"})
+    fewer = ColumnNames(set(STATE) - {"wind"})
+    more = ColumnNames({*STATE, "mood"})
     allowed = 0
     values: dict[str, Any] = {**STATE, "mood": 1.0}
     for _ in range(4000):
@@ -61,7 +61,7 @@ def test_the_gate_decides_moments_as_readings_one_by_one() -> None:
 
 
 def test_what_was_never_made_as_a_moment_is_denied() -> None:
-    assert denied(replace(request(), readings=object.__new__(Moment))) == [("AE701", "state")]
+    assert denied(replace(request(), readings=object.__new__(Snapshot))) == [("AE701", "state")]
 
 
 def test_a_moment_is_its_readings() -> None:
@@ -76,25 +76,25 @@ def test_a_moment_is_its_readings() -> None:
 @pytest.mark.parametrize("column", [(), tuple(range(len(STATE) + 1)), list(STATE.values())])
 def test_a_column_has_a_value_for_each_name(column: Any) -> None:
     with pytest.raises(MisuseError):
-        Moment(_ORDER, column, NOW)
+        Snapshot(_ORDER, column, NOW)
 
 
 def test_names_are_texts() -> None:
     with pytest.raises(MisuseError):
-        Names([1, 2])  # type: ignore[list-item]
+        ColumnNames([1, 2])  # type: ignore[list-item]
 
 
 def test_moments_are_told_as_readings_one_by_one() -> None:
     chance = Random(12)  # noqa: S311 - a test, the same every time
-    teller = ReadingsTeller()
+    teller = IncrementalReadingsEncoder()
     values = dict(STATE)
-    orders = (_ORDER, Names(set(STATE) - {"wind"}), Names(["load"]))
+    orders = (_ORDER, ColumnNames(set(STATE) - {"wind"}), ColumnNames(["load"]))
     for _ in range(3000):
         values[chance.choice(list(STATE))] = chance.choice(_VALUES)
         moment = _moment(values, chance.choice(orders), chance.choice(_TIMES))
         if chance.random() < 0.2:
-            assert teller.tell(dict(moment)) == told_readings(dict(moment))
-        assert teller.tell(moment) == told_readings(dict(moment))
+            assert teller.encode(dict(moment)) == encode_readings(dict(moment))
+        assert teller.encode(moment) == encode_readings(dict(moment))
 
 
 def test_a_skill_sees_of_moments_what_it_sees_of_readings_one_by_one() -> None:
@@ -105,7 +105,7 @@ def test_a_skill_sees_of_moments_what_it_sees_of_readings_one_by_one() -> None:
     seen: dict[str, Any] = {}
     for _ in range(500):
         values[chance.choice(list(STATE))] = chance.choice((0.5, True, "brush"))
-        order, time = chance.choice((_ORDER, Names(set(STATE) - {"wind"}))), chance.choice(_TIMES[:-1])
+        order, time = chance.choice((_ORDER, ColumnNames(set(STATE) - {"wind"}))), chance.choice(_TIMES[:-1])
         # Whatever was done to what it saw before.
         seen.clear()
         seen = sensed.observe(_moment(values, order, time), NOW)

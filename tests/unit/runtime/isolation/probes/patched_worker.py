@@ -11,5 +11,5 @@ class F(float):
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:
-    worker.snapshot = lambda yielded: act("ask", speed=F(9.0))
+    worker.copy_action = lambda yielded: act("ask", speed=F(9.0))
     yield act("ask", speed=0.1)

@@ -9,7 +9,7 @@ from typing import cast
 import pytest
 
 from aeros.spec.backends.interval.box import Box
-from aeros.spec.backends.interval.enclosure import bounds_of
+from aeros.spec.backends.interval.enclosure import interval_of
 from aeros.spec.backends.interval.interval import Interval
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import evaluate
@@ -17,8 +17,8 @@ from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
 
 REAL = RealType(NUMBER)
-X, Y = (t.Variable(name, REAL, t.Role.STATE) for name in "xy")
-A = t.Variable("a", BOOL, t.Role.STATE)
+X, Y = (t.Variable(name, REAL, t.VariableRole.STATE) for name in "xy")
+A = t.Variable("a", BOOL, t.VariableRole.STATE)
 THREE, MINUS_TWO = (t.Literal(Fraction(number), REAL) for number in (3, -2))
 TERMS: dict[str, t.Term] = {
     "constant": THREE,
@@ -54,22 +54,22 @@ def test_bounds_are_the_least_and_the_greatest_value(term: t.Term) -> None:
             for x, y, a in itertools.product(_critical(of_x), _critical(of_y), (False, True))
         ]
         box: Box = {"x": _between(of_x), "y": _between(of_y)}
-        assert bounds_of(term, box) == (min(values), max(values))
+        assert interval_of(term, box) == (min(values), max(values))
 
 
 def _has(interval: Interval, value: Fraction) -> bool:
-    return not interval.meet(Interval(value, value)).is_empty
+    return not interval.intersect(Interval(value, value)).is_empty
 
 
 @pytest.mark.parametrize("is_open", OPEN)
 def test_an_end_of_a_sum_is_reached_iff_both_ends_are(is_open: tuple[bool, bool, bool, bool]) -> None:
     low, high = Fraction(1), Fraction(2)
     one, other = Interval(low, high, *is_open[:2]), Interval(low, high, *is_open[2:])
-    total = one.plus(other)
+    total = one.add(other)
     for end in (low, high):
         assert _has(total, 2 * end) is (_has(one, end) and _has(other, end))
         for factor in (-3, 3):
-            assert _has(one.times(Fraction(factor)), factor * end) is _has(one, end)
+            assert _has(one.scale(Fraction(factor)), factor * end) is _has(one, end)
     assert _has(total, Fraction(3))
     assert not _has(total, Fraction(199, 100))
     assert not _has(total, Fraction(401, 100))

@@ -8,14 +8,14 @@ from typing import Literal
 import pytest
 
 from aeros.spec.backends.interval.box import Box
-from aeros.spec.backends.interval.formula import Other
+from aeros.spec.backends.interval.formula import OpaqueLiteral
 from aeros.spec.backends.interval.interval import Interval
-from aeros.spec.backends.interval.narrowing import Open, narrowed
+from aeros.spec.backends.interval.narrowing import SearchState, narrow
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 
-X, Y = (t.Variable(name, RealType(NUMBER), t.Role.STATE) for name in "xy")
+X, Y = (t.Variable(name, RealType(NUMBER), t.VariableRole.STATE) for name in "xy")
 SQUARE = t.Multiply(Y, Y)  # from 0 to 4
 ZERO, FOUR = Fraction(0), Fraction(4)
 LOW, HIGH = Fraction(-9), Fraction(9)
@@ -39,5 +39,5 @@ def test_of_a_variable_beside_something_bounded_nothing_more_is_left(
 ) -> None:
     term = t.Compare(op, X, SQUARE) if is_left else t.Compare(op, SQUARE, X)
     box: Box = {"x": Interval(LOW, HIGH), "y": Interval(Fraction(-2), Fraction(2))}
-    assert narrowed(Open(box, [], []), [Other(term, is_true)])
+    assert narrow(SearchState(box, [], []), [OpaqueLiteral(term, is_true)])
     assert box["x"] == left
