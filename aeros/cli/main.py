@@ -17,49 +17,46 @@ from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
 
-_COMMANDS = {
-    "verify": "prove modules safe under a site's policy",
-    "prove": "check the theorems about AEROS itself",
-    "run": "pursue an instruction on a plant",
-    "plan": "plan for a goal by what skills declare, without running it",
-    "decide": "decide action requests, one per line of JSON",
-    "diff": "what a change newly allows and newly denies",
-    "audit": "check, show and replay the record of a run",
-    "report": "write a finished run as one HTML page",
-    "why": "say why a run failed, a step was denied or the robot stopped",
-    "explain": "explain a diagnostic code",
-    "graph": "draw a task's planning rules, its closed loop or a composition",
-    "predict": "compute a task's success probability and expected work exactly",
-    "experiment": "try architectures in many seeded trials, beside what is exact",
-    "memory": "show, search, export or forget what the agent remembers",
-    "bundle": "pack a module into one file",
-    "install": "keep a module on this robot",
-    "configure": "settle what an installed module needs around it",
-    "activate": "let a module's skills be dispatched",
-    "deactivate": "withdraw a module's skills",
-    "remove": "forget a module",
-    "list": "show what is installed on this robot",
-    "policy": "put a site file in force",
-    "block": "deny what a module, a skill or an action kind asks for",
-    "unblock": "take a block back",
-    "pause": "let nothing begin until it is resumed",
-    "resume": "let actions begin again",
-    "stop": "bring what moves to rest and end the run",
-    "release": "let an agent go on that was left in quarantine",
-    "top": "look on at a run from another terminal",
-    "mcp": "let an MCP client look, propose plans, and have them executed",
-    "approve": "list and approve what clients of `aeros mcp` ask for",
-    "migrate": "rewrite files of older AEROS versions to the current format",
-    "new": "start a module that is proved and runs as it stands",
-    "schema": "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
+_COMMANDS: Final[dict[str, tuple[str, str]]] = {
+    "verify": ("author.verify", "prove modules safe under a site's policy"),
+    "prove": ("project.prove", "check the theorems about AEROS itself"),
+    "run": ("run.run", "pursue an instruction on a plant"),
+    "plan": ("author.plan", "plan for a goal by what skills declare, without running it"),
+    "decide": ("run.decide", "decide action requests, one per line of JSON"),
+    "diff": ("author.diff", "what a change newly allows and newly denies"),
+    "audit": ("records.audit", "check, show and replay the record of a run"),
+    "report": ("records.report", "write a finished run as one HTML page"),
+    "why": ("records.why", "say why a run failed, a step was denied or the robot stopped"),
+    "explain": ("author.explain", "explain a diagnostic code"),
+    "graph": ("author.graph", "draw a task's planning rules, its closed loop or a composition"),
+    "predict": ("author.predict", "compute a task's success probability and expected work exactly"),
+    "experiment": ("project.experiment", "try architectures in many seeded trials, beside what is exact"),
+    "memory": ("robot.memory", "show, search, export or forget what the agent remembers"),
+    "bundle": ("robot.modules", "pack a module into one file"),
+    "install": ("robot.modules", "keep a module on this robot"),
+    "configure": ("robot.modules", "settle what an installed module needs around it"),
+    "activate": ("robot.modules", "let a module's skills be dispatched"),
+    "deactivate": ("robot.modules", "withdraw a module's skills"),
+    "remove": ("robot.modules", "forget a module"),
+    "list": ("robot.modules", "show what is installed on this robot"),
+    "policy": ("robot.operator", "put a site file in force"),
+    "block": ("robot.operator", "deny what a module, a skill or an action kind asks for"),
+    "unblock": ("robot.operator", "take a block back"),
+    "pause": ("robot.operator", "let nothing begin until it is resumed"),
+    "resume": ("robot.operator", "let actions begin again"),
+    "stop": ("robot.operator", "bring what moves to rest and end the run"),
+    "release": ("robot.operator", "let an agent go on that was left in quarantine"),
+    "top": ("run.top", "look on at a run from another terminal"),
+    "mcp": ("connect.mcp", "let an MCP client look, propose plans, and have them executed"),
+    "approve": ("robot.approve", "list and approve what clients of `aeros mcp` ask for"),
+    "migrate": ("project.migrate", "rewrite files of older AEROS versions to the current format"),
+    "new": ("author.new", "start a module that is proved and runs as it stands"),
+    "schema": ("author.schema", "print the JSON Schema of manifests, site, people, faults and scene files, or reports"),
 }
-"""What each command does; the module of its name has the rest, and is imported only to run it."""
+"""Module below `aeros.cli` and summary of each command; a module is imported only to run a command of it."""
 
-_SHARED_MODULES = {
-    "modules": ("bundle", "install", "configure", "activate", "deactivate", "remove", "list"),
-    "operator": ("policy", "block", "unblock", "pause", "resume", "stop", "release"),
-}
-"""Modules that have the rest of several commands."""
+_SHARED_MODULES: Final = frozenset(("robot.modules", "robot.operator"))
+"""Modules with several commands, which are told the name of theirs."""
 
 _DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
 """What the system says of writing to a file that is open, without its name."""
@@ -111,12 +108,10 @@ def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"aeros {aeros.__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     wanted = next((word for word in given if word in _COMMANDS), None)
-    for name, summary in _COMMANDS.items():
-        family = next((family for family, names in _SHARED_MODULES.items() if name in names), None)
-        if name == wanted and family is not None:
-            importlib.import_module(f"aeros.cli.{family}").add_to(commands, name)
-        elif name == wanted:
-            importlib.import_module(f"aeros.cli.{name}").add_to(commands)
+    for name, (module, summary) in _COMMANDS.items():
+        if name == wanted:
+            add_to = importlib.import_module(f"aeros.cli.{module}").add_to
+            add_to(commands, name) if module in _SHARED_MODULES else add_to(commands)
         else:
             commands.add_parser(name, help=summary)
     return parser

@@ -81,13 +81,13 @@ class PredictsSeries(Protocol):
 
 
 KINDS: Final[Mapping[str, tuple[str, ...]]] = {
-    "adversaries": ("adversaries", "given_module", "referee"),
+    "adversaries": ("adversaries", "inline_module", "referee"),
     "hot_swap": ("hot_swap", "task"),
     "kills": ("kills", "kill_logs"),
     "reaction": ("reaction", "truth"),
     "requests": ("requests",),
     "scale": ("scale", "synthetic"),
-    "sessions": ("sessions", "given_module", "thompson"),
+    "sessions": ("sessions", "inline_module", "thompson"),
     "sensors": ("sensors", "truth"),
     "task": ("task",),
 }
@@ -142,5 +142,9 @@ def _source_digest(name: str) -> str:
     files = {one: folder / f"{one}.py" for one in KINDS[name]}
     if name in KINDS_RUNNING_CLI:
         root = folder.parent.parent
-        files |= {str(one.relative_to(root)): one for one in (root / "cli").rglob("*.py")}
+        files |= {
+            str(one.relative_to(root)): one
+            for part in ("cli", "apps", "session")
+            for one in (root / part).rglob("*.py")
+        }
     return digest_of_files(files)

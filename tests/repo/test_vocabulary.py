@@ -1,0 +1,88 @@
+"""Names of the code: words that no identifier uses, and class names that mean one thing.
+
+`vocabulary_exceptions.txt` lists what still stands against these rules; the list may only shrink.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from tests.repo.tree import ROOT
+
+_BANNED_TEXT: Final = """
+told tell tells teller telling said beside luck lucky meant moment moments straight grounds passing intake
+whoever whatever taken takes taking begun gone heard
+"""
+BANNED: Final = frozenset(_BANNED_TEXT.split())
+"""Words of a private language: each has a plain term in plain-english.md or docs/glossary.md."""
+
+_EXCEPTIONS: Final = Path(__file__).with_name("vocabulary_exceptions.txt")
+_MOST_EXCEPTIONS: Final = 251
+
+
+def _words(name: str) -> set[str]:
+    return {word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)}
+
+
+def _bound_names(tree: ast.AST) -> Iterator[str]:
+    """Yield every name that a module gives: definitions, parameters, variables, fields, keywords of its own."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            yield node.attr
+        elif isinstance(node, ast.alias) and node.asname:
+            yield node.asname
+
+
+@cache
+def _trees() -> dict[str, ast.Module]:
+    paths = [
+        path
+        for folder in ("aeros", "proofs", "benchmarks", "tools")
+        for path in (ROOT / folder).rglob("*.py")
+    ]
+    return {
+        path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+        for path in sorted(paths)
+        if path.relative_to(ROOT).parts[:3] != ("aeros", "experiments", "data")
+    }
+
+
+def _banned_names() -> set[str]:
+    found = {
+        f"word {path} {name}"
+        for path, tree in _trees().items()
+        for name in _bound_names(tree)
+        if _words(name) & BANNED
+    }
+    return found | {f"file {path}" for path in _trees() if _words(Path(path).stem) & BANNED}
+
+
+def _doubled_classes() -> set[str]:
+    """Public classes of one name in several modules; a declared form and what it resolves to are one pair."""
+    places = defaultdict(set)
+    for path, tree in _trees().items():
+        for node in tree.body:
+            is_public = isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+            if is_public and path.startswith("aeros/") and not path.startswith("aeros/spec/declared/"):
+                places[node.name].add(path)
+    return {f"class {name} {' '.join(sorted(paths))}" for name, paths in places.items() if len(paths) > 1}
+
+
+def test_no_name_uses_a_private_word_and_no_class_name_means_two_things() -> None:
+    allowed = set(_EXCEPTIONS.read_text(encoding="utf-8").splitlines())
+    found = _banned_names() | _doubled_classes()
+    assert sorted(found - allowed) == [], "choose a plain word (CONTRIBUTING.md, Write)"
+    assert sorted(allowed - found) == [], f"no longer true: delete these lines of {_EXCEPTIONS.name}"
+    assert len(allowed) <= _MOST_EXCEPTIONS, "the list of exceptions may only shrink"
