@@ -1,4 +1,7 @@
-"""Declared compositions → resolved graphs over the module's skills, with every fault reported."""
+"""Elaboration of declared compositions to graphs of steps over a module's skills.
+
+Every fault is reported, and a composition with a fault is left out.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,17 @@ _STEP_FIELDS = ("id", "inputs", "retry", "on_failure")
 def elaborate_compositions(
     entries: MappingField[declared.Composition], site: Site, skills: Mapping[str, Skill], sink: Diagnostics
 ) -> dict[str, Composition]:
-    """The compositions by name; what is at fault is reported and left out."""
+    """Elaborate the compositions of a module; report each fault and leave out the compositions that have one.
+
+    Args:
+        entries: declared compositions by name.
+        site: site under which the module is elaborated; its names and retry limit apply.
+        skills: elaborated skills of the module by name.
+        sink: collector of the faults.
+
+    Returns:
+        The compositions without faults, by name.
+    """
     found: dict[str, Composition] = {}
     for name, one in entries:
         if name.value in skills:
@@ -42,7 +55,7 @@ def elaborate_compositions(
 
 @dataclass(frozen=True)
 class _InvocationFields:
-    """What a step and a handler have in common."""
+    """The fields that a step and a handler have in common."""
 
     skill: TextField
     inputs: tuple[tuple[TextField, ExpressionField | declared.OutputReference], ...]
@@ -130,7 +143,7 @@ class _Elaborator:
         return Seq(parts) if part.seq is not None else Par(parts, _first_line_span(part.span))
 
     def _check_fields(self, part: declared.Part, form: str) -> None:
-        """Fields stand only where they mean something."""
+        """Report fields that have no meaning in a part of this form."""
         if form != "skill":
             for name in _STEP_FIELDS:
                 value = getattr(part, name)
@@ -167,7 +180,7 @@ class _Elaborator:
         return Step(name, skill.id, constants, flows, retry, on_failure, span)
 
     def _on_failure(self, run: _InvocationFields, name: TextField) -> str:
-        """The handler's name; a skill that is no named handler becomes one."""
+        """Return the handler's name; a skill that is not a named handler becomes one."""
         if name.value == STOP_ON_FAILURE:
             return STOP_ON_FAILURE
         if run.retry is None:
@@ -222,6 +235,6 @@ class _Elaborator:
 
 
 def _first_line_span(span: SourceSpan) -> SourceSpan:
-    """The first line of a span: what to underline for a whole part."""
+    """Return the first line of a span, which is underlined for a whole part."""
     end = span.source.text.find("\n", span.start, span.end)
     return span if end < 0 else SourceSpan(span.source, span.start, end)

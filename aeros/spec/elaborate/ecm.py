@@ -1,4 +1,4 @@
-"""A declared module → the resolved model under a site, with every fault reported."""
+"""Elaboration of a declared module under a site to the resolved model, with every fault reported."""
 
 from __future__ import annotations
 
@@ -51,10 +51,19 @@ _T = TypeVar("_T")
 def elaborate_ecm(
     ecm: declared.Ecm, site: Site, folder: str, digests: tuple[str, str], sink: Diagnostics
 ) -> Ecm | None:
-    """The model of `ecm` under `site`, or None after reporting everything that stands in its way.
+    """Elaborate a declared module under a site.
 
-    folder: where the module lives.
-    digests: SHA-256 of its manifest and of its code.
+    Reads the files that its models name, to take their digests.
+
+    Args:
+        ecm: the declared module.
+        site: site that gives names, units and limits their meaning.
+        folder: path of the module's folder.
+        digests: SHA-256 in hexadecimal of the manifest and of the code.
+        sink: collector of the faults.
+
+    Returns:
+        The model of the module, or None after reporting every fault.
     """
     before = len(sink)
     elaborated = _EcmElaborator(ecm, site, sink).ecm(folder, digests)
@@ -125,7 +134,7 @@ class _EcmElaborator:
                 )
 
     def _model_digests(self, folder: Path) -> dict[str, str]:
-        """The digest of every file that a model or tool names, each in the module's own folder."""
+        """Compute the digest of every file that a model or tool names, each in the module's own folder."""
         digests: dict[str, str] = {}
         left = MAX_MODELS
         for name, tool in self._declared.models:
@@ -269,7 +278,7 @@ class _EcmElaborator:
         )
 
     def _constant_effects(self, entries: MappingField[ExpressionField]) -> dict[str, Any]:
-        """The constant that each state variable is given."""
+        """Elaborate the constant value that each state variable is set to."""
         values: dict[str, Any] = {}
         for variable, expression in entries:
             found = self._resolve_name(variable, self._site.state, "a state variable of this site")
@@ -358,7 +367,7 @@ class _EcmElaborator:
         return PlanningRule(unless, rule.unless.value, rule.do.value, inputs, retry, on_failure, rule.span)
 
     def _skills_for(self, do: TextField, skills: Mapping[str, Skill]) -> list[Skill]:
-        """The skill that a rule names, or every provider of the capability it names; none after a report."""
+        """Return the skill that a rule names, or the providers of its capability; none after a report."""
         if do.value not in self._providers:
             named = {**skills, **dict.fromkeys(self._providers)}
             self._resolve_name(do, named, "a skill or capability of this module")

@@ -1,4 +1,4 @@
-"""Expression fields → typed terms, with every fault underlined in the file it was written in."""
+"""Elaboration of expression fields to typed terms; faults are underlined in the file that holds them."""
 
 from __future__ import annotations
 
@@ -26,12 +26,31 @@ _T = TypeVar("_T")
 def elaborate_expression(
     expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type = BOOL
 ) -> t.Term | None:
-    """The typed term of `expression`, or None after reporting why there is none."""
+    """Elaborate an expression to a typed term.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names in the expression.
+        sink: collector of the faults.
+        expected: type that the term must have.
+
+    Returns:
+        The term, or None after reporting the fault.
+    """
     return _report_errors(expression, sink, lambda node: check(node, scope, expected))
 
 
 class ElaboratedCondition(NamedTuple):
-    """A condition and its parts; it is false where all premises are true and all alternatives false."""
+    """A condition and its parts.
+
+    The condition is false where all premises are true and all alternatives are false.
+
+    Attributes:
+        term: the whole condition.
+        conjuncts: its conjuncts, or the whole where it has fewer than two.
+        premises: conditions under which it requires something.
+        alternatives: conditions of which it requires one.
+    """
 
     term: t.Term
     conjuncts: tuple[Conjunct, ...]
@@ -42,7 +61,16 @@ class ElaboratedCondition(NamedTuple):
 def elaborate_condition(
     expression: ExpressionField, scope: Scope, sink: Diagnostics
 ) -> ElaboratedCondition | None:
-    """As `elaborate_expression`, with the parts that the condition is made of."""
+    """Elaborate a condition as `elaborate_expression` does, together with the parts that it is made of.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names in the expression.
+        sink: collector of the faults.
+
+    Returns:
+        The condition with its parts, each with its position; None after reporting the fault.
+    """
     found = _report_errors(expression, sink, lambda node: check_condition(node, scope))
     if found is None:
         return None
@@ -55,13 +83,32 @@ def elaborate_condition(
 
 
 def elaborate_constant(expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type) -> Any:
-    """The value of an expression under a `scope` without variables, or None after reporting why not."""
+    """Elaborate an expression without variables and evaluate it.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names; it has no variables.
+        sink: collector of the faults.
+        expected: type that the value must have.
+
+    Returns:
+        The value, numbers in SI units; None after reporting the fault.
+    """
     term = elaborate_expression(expression, scope, sink, expected)
     return None if term is None else evaluate(term, {})
 
 
 def elaborate_number(expression: ExpressionField, scope: Scope, sink: Diagnostics) -> t.Literal | None:
-    """The real constant that `expression` is, in the dimension it is written in; `scope` has no variables."""
+    """Elaborate an expression without variables to a real constant, in the dimension that its units give.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names; it has no variables.
+        sink: collector of the faults.
+
+    Returns:
+        The constant in SI units with its type; None after reporting the fault.
+    """
     found = _report_errors(expression, sink, lambda node: infer(node, scope))
     if found is None:
         return None
@@ -97,7 +144,15 @@ def _report_errors(
 
 
 def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
-    """The unit that a `unit` field names, or None after reporting that it names none."""
+    """Elaborate the `unit` field of a quantity.
+
+    Args:
+        text: the field; None where the quantity declares no unit.
+        sink: collector of the faults.
+
+    Returns:
+        The unit, `1` where there is no field; None after reporting that the text is not a unit.
+    """
     if text is None:
         return parse_unit("1")
     unit = parse_unit(text.value)
@@ -112,7 +167,16 @@ def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
 
 
 def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics) -> Fraction | None:
-    """The value in SI of a field like `250 mm`, or None after reporting what is wrong with it."""
+    """Elaborate a field that holds a number with a unit, such as `250 mm`.
+
+    Args:
+        text: the field.
+        dimension: dimension that the value must have.
+        sink: collector of the faults.
+
+    Returns:
+        The value in SI units; None after reporting the fault.
+    """
     parsed = parse_quantity(text.value)
     if parsed is None:
         sink.error(
@@ -135,5 +199,5 @@ def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics)
 
 
 def _span(expression: ExpressionField, extent: TextRange) -> SourceSpan:
-    """Where `extent` of the expression's text stands in its file."""
+    """Return the position in the file of a range of the expression's text."""
     return sub_span(expression.node, extent.start, extent.end)

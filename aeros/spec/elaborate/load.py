@@ -1,4 +1,4 @@
-"""Files → models: the whole way from a path to a `Site` or an `Ecm`, reporting everything on it."""
+"""Loading of site and module files: from a path to a `Site` or an `Ecm`, with every fault reported."""
 
 from __future__ import annotations
 
@@ -27,22 +27,37 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class LoadedEcm:
-    """A module and the Python files it was digested from, by path relative to its folder."""
+    """A module and the bytes of the Python files in its code digest, by path relative to its folder."""
 
     ecm: Ecm
     code: dict[str, bytes]
 
 
 def load_site(path: str | os.PathLike[str], sink: Diagnostics) -> Site | None:
-    """The site at `path`, or None after reporting everything that stands in its way."""
+    """Load the site at a path.
+
+    Args:
+        path: path of the site file.
+        sink: collector of the faults.
+
+    Returns:
+        The site, or None after reporting every fault.
+    """
     source = _source(path, sink)
     return None if source is None else elaborate_source(source, sink)
 
 
 def elaborate_source(source: Source, sink: Diagnostics) -> Site | None:
-    """The site that `source` declares, or None after reporting everything that stands in its way.
+    """Elaborate the site that a source declares.
 
-    The same text under the same path is the same site, so that who asks again is not kept waiting.
+    Results are cached: the same text under the same path gives the same site, without elaborating it again.
+
+    Args:
+        source: text of the site file and its path.
+        sink: collector of the faults.
+
+    Returns:
+        The site, or None after reporting every fault.
     """
     site, said = _elaborate_with_diagnostics(source)
     sink.extend(said)
@@ -57,7 +72,16 @@ def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostic
 
 
 def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:
-    """The module in `folder` under `site`, or None after reporting everything that stands in its way."""
+    """Load the module in a folder, under a site.
+
+    Args:
+        folder: the module's folder, which holds `ecm.yaml`.
+        site: site under which the module is elaborated.
+        sink: collector of the faults.
+
+    Returns:
+        The module with its code, or None after reporting every fault.
+    """
     source = _source(folder / MANIFEST, sink)
     declared = None if source is None else _decode_source(source, declared_ecm.Ecm, sink)
     if source is None or declared is None:

@@ -1,4 +1,7 @@
-"""The declared motion section of a site → what trajectories are decided by, with names and units settled."""
+"""Elaboration of a site's motion section to the policy that trajectories are checked against.
+
+Names and units are settled here.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from aeros.spec.text.fields import TextField
 
 
 class _MotionVocabulary(Protocol):
-    """What of a site its motion section refers to."""
+    """The parts of a site that its motion section refers to."""
 
     constants: dict[str, t.Term]
     volumes: dict[str, AxisAlignedBox]
@@ -30,7 +33,16 @@ class _MotionVocabulary(Protocol):
 def elaborate_motion(
     motion: declared.MotionPolicy, site: _MotionVocabulary, sink: Diagnostics
 ) -> MotionPolicy | None:
-    """The policy that `motion` declares, or None after reporting everything that stands in its way."""
+    """Elaborate the motion section of a site.
+
+    Args:
+        motion: the declared section.
+        site: constants, volumes, state variables and action kinds that the section may name.
+        sink: collector of the faults.
+
+    Returns:
+        The policy with all numbers in SI units, or None after reporting every fault.
+    """
     return _MotionElaborator(site, sink).motion(motion)
 
 
@@ -187,11 +199,11 @@ class _MotionElaborator:
 
 
 def _derivative_dimension(dimension: Dimension, order: int) -> Dimension:
-    """The dimension of its derivative of that order with respect to time."""
+    """Return the dimension of a quantity's derivative of this order with respect to time."""
     return dimension * TIME**-order
 
 
 def _joint_count(measured: Declared | None) -> int | None:
-    """How many joints the state variable measures, if it measures any."""
+    """Return the number of joints that the state variable measures; None if it is not a family."""
     type_ = None if measured is None else measured.variable.type
     return len(type_.index.members) if isinstance(type_, FamilyType) else None

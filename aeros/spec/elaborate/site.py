@@ -1,4 +1,4 @@
-"""A declared site → the resolved model: names, units and types settle here, and every fault is reported."""
+"""Elaboration of a declared site to the resolved model: names, units and types, with every fault reported."""
 
 from __future__ import annotations
 
@@ -50,7 +50,16 @@ _HasId = declared.Invariant | declared.JointInvariant | declared.OperatorOverrid
 
 
 def elaborate_site(site: declared.Site, digest: str, sink: Diagnostics) -> Site | None:
-    """The model of `site`, or None after reporting everything that stands in its way."""
+    """Elaborate a declared site.
+
+    Args:
+        site: the declared site.
+        digest: SHA-256 of the site file, in hexadecimal.
+        sink: collector of the faults.
+
+    Returns:
+        The model of the site, or None after reporting every fault.
+    """
     before = len(sink)
     elaborated = _SiteElaborator(site, sink).site(digest)
     return elaborated if len(sink) == before else None
@@ -455,6 +464,13 @@ def _policy_spans(site: declared.Site) -> dict[str, SourceSpan]:
 
 
 def elaborate_access(access: declared.Access) -> Access:
-    """The names of an access list as sets."""
+    """Collect the names of an access list in sets, without checking them.
+
+    Args:
+        access: declared lists of actuators, sensors, channels and computing devices.
+
+    Returns:
+        The same names as sets.
+    """
     groups = (access.actuators, access.sensors, access.channels, access.compute)
     return Access(*(frozenset(name.value for name in group) for group in groups))

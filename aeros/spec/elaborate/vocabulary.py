@@ -1,4 +1,4 @@
-"""Declared quantities → variables with types, units and bounds."""
+"""Elaboration of declared quantities to variables with types, units and bounds."""
 
 from __future__ import annotations
 
@@ -35,7 +35,17 @@ _RESERVED = (
 
 
 def check_name_is_free(name: TextField, taken: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
-    """Whether `name` is free; reports what it already means otherwise."""
+    """Check that a name has no meaning yet; report the meaning that it has.
+
+    Args:
+        name: the new name, with its position in the file.
+        used: description of each name in use, such as `a state variable`, by name.
+        what: noun for the thing to be named, for the report.
+        sink: collector of the faults.
+
+    Returns:
+        True if the name is free.
+    """
     if name.value in _RESERVED:
         sink.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
         return False
@@ -53,7 +63,20 @@ def check_name_is_free(name: TextField, taken: Mapping[str, str], what: str, sin
 def elaborate_variable(
     name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, sink: Diagnostics
 ) -> Declared | None:
-    """The variable that `quantity` declares, or None after reporting why there is none."""
+    """Elaborate a declared quantity to a variable.
+
+    A number or vector needs a range; other types have neither a range nor a unit.
+
+    Args:
+        name: name of the variable.
+        quantity: declared type, unit and range.
+        role: role of the variable: state, parameter or input.
+        enums: declared enumerations by name.
+        sink: collector of the faults.
+
+    Returns:
+        The variable with its bounds in SI units, or None after reporting the fault.
+    """
     unit = elaborate_unit(quantity.unit, sink)
     type_ = _type(quantity, unit, enums, sink)
     if type_ is None or unit is None:
@@ -85,7 +108,17 @@ def elaborate_variable(
 def elaborate_state(
     name: str, one: declared.StateVariable, enums: Enums, sink: Diagnostics
 ) -> Declared | None:
-    """The state variable that `one` declares, a family where it has an index."""
+    """Elaborate a declared state variable, as a family if it has an index.
+
+    Args:
+        name: name of the variable.
+        one: declared quantity, sensor, greatest age and index.
+        enums: declared enumerations by name.
+        sink: collector of the faults.
+
+    Returns:
+        The variable with bounds and greatest age in SI units, or None after reporting the fault.
+    """
     base = elaborate_variable(name, one, t.VariableRole.STATE, enums, sink)
     age = elaborate_quantity(one.max_age, TIME, sink)
     if age is not None and age <= 0:

@@ -1,16 +1,16 @@
 """Claims about all modules together: the configuration they would be installed as.
 
-That adding a module never enlarges what another may do holds by construction, if names are unique.
-What module `m` may do is envelope ∩ P_m ∩ Π(m) ∩ Φ: envelope and P_m are of its own manifest, Φ is of
-the site, and Π(m) = access ∪ grants[m], risk ceiling, blocks and quotas are of the site and of the name
-`m`.  No other module occurs.  What others do can only deny more: quotas and resources are shared.  So
-what is to be checked is what a name gives:
+Adding a module never enlarges the set of actions that another may do.  That holds by construction, if names
+are unique: module `m` may do envelope ∩ P_m ∩ Π(m) ∩ Φ.  Envelope and P_m belong to its own manifest, and Φ
+belongs to the site.  Π(m) = access ∪ grants[m], risk ceiling, blocks and quotas belong to the site and the
+name `m`.  No other module occurs in it.  Other modules can only cause more denials, as quotas and resources
+are shared.  So the claims are about the meaning of names:
 
-- identity: two modules of one name, the second of which would get what is granted to the first;
-- absent: a grant or block for a name that is not in the set waits for whoever takes that name.
+- identity: no two modules have one name, as the second would get the permissions granted to the first;
+- absent: a grant or block for a name that is not in the set would apply to any module that takes that name.
 
-Routing: an instruction that names one task can be told from those that name another.  Skills are
-addressed by module and skill, so equal skill names do not meet.  Dependencies: every requirement is met
+Routing: an instruction that names one task can be distinguished from those that name another.  Skills are
+addressed by module and skill, so equal skill names do not collide.  Dependencies: every requirement is met
 inside the set, by the one version there is.  Resources: a step takes all that it needs at once, or waits,
 and needs no more than one of each, of which a site has at least one; compositions are proved in their own
 group.
@@ -38,7 +38,15 @@ _PhraseWords = tuple[str, ...]
 
 
 def configuration_obligations(ecms: Sequence[ModuleSummary], site: SiteSummary) -> Iterator[StaticClaim]:
-    """Every claim of group configuration about `ecms` under `site`; near-linear in their number."""
+    """Make every claim of group configuration about a set of modules; near-linear in their number.
+
+    Args:
+        ecms: the modules.
+        site: the site they would be installed at.
+
+    Yields:
+        The claims.
+    """
     for name, same in _group_by_key((ecm.id, ecm) for ecm in ecms).items():
         yield StaticClaim(ClaimForm.MODULE_UNIQUE(name), _duplicate_module(same) if len(same) > 1 else None)
     yield from _routing(ecms)
@@ -71,7 +79,7 @@ def _duplicate_module(same: Sequence[ModuleSummary]) -> Diagnostic:
 
 @dataclass(frozen=True)
 class _TaskPhrase:
-    """A phrase that routes to a task, and where it is written."""
+    """A phrase that routes to a task, and its position in the manifest."""
 
     phrase: _PhraseWords
     module: str
@@ -80,7 +88,10 @@ class _TaskPhrase:
 
 
 def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
-    """No phrase of one module's tasks is part of one of another's, as `aeros.agent.planning.routing` reads them."""
+    """Claim that no phrase of one module's tasks is part of a phrase of another's.
+
+    Phrases are compared as `aeros.agent.planning.routing` reads them.
+    """
     ways = [
         _TaskPhrase(normalized_words(way.word), ecm.id, way.task, way.span)
         for ecm in ecms
@@ -120,7 +131,7 @@ def _same_capability(name: str, providers: Sequence[ModuleSummary]) -> Diagnosti
 
 
 def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
-    """Warn where successes of one module and of another never leave a state variable the same."""
+    """Warn where successes of two modules never leave a state variable with the same value."""
     written = _group_by_key(
         (name, (ecm, values)) for ecm in ecms for name, values in ecm.effect_values.items()
     )
@@ -142,7 +153,7 @@ def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
 
 
 def _dependencies(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
-    """What is required is in the set, and no two modules disagree on the one version there is."""
+    """Claim that every required module is in the set, and that all agree on its version."""
     versions = {ecm.id: ecm.version for ecm in ecms}
     for name, asking in _group_by_key((name, ecm) for ecm in ecms for name in ecm.requires).items():
         there = versions.get(name)

@@ -1,4 +1,4 @@
-"""Claims about data that flows between the steps of a composition: it is there, and it fits."""
+"""Claims about data that flows between the steps of a composition: it is available and it fits."""
 
 from __future__ import annotations
 
@@ -15,7 +15,15 @@ from aeros.spec.obligations.verdicts import StaticClaim
 
 
 def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[StaticClaim]:
-    """Every input that takes an output can have it, whatever happened before, and admits all of it."""
+    """Claim that every input fed by an output can have it on every path and admits its whole range.
+
+    Args:
+        composition: the composition.
+        skills: skills of the module by name.
+
+    Yields:
+        Two claims for each such input: the output is available, and it fits.
+    """
     available: dict[str, frozenset[str]] = {}
     _steps_succeeded(composition.body, frozenset(), available)
     steps = {step.id: step for step in steps_of(composition.body)}
@@ -32,7 +40,7 @@ def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> I
 
 
 def _steps_succeeded(part: Part, before: frozenset[str], found: dict[str, frozenset[str]]) -> frozenset[str]:
-    """The steps that have succeeded wherever `part` has; `found` gets those before each step."""
+    """Return the steps that have succeeded after `part`; put those before each step into `found`."""
     match part:
         case Step(id=name):
             found[name] = before

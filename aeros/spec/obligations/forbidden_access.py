@@ -1,4 +1,4 @@
-"""The doors out of skill code that can be seen by reading it: imports, builtins, attributes."""
+"""Detection of code that reaches outside a skill: imports, builtins and attributes, found by reading it."""
 
 from __future__ import annotations
 
@@ -67,7 +67,14 @@ _INTROSPECTION_ATTRIBUTES = ("ag_", "co_", "cr_", "f_", "func_", "gi_", "im_", "
 
 
 def first_forbidden_access(nodes: Sequence[ast.AST]) -> tuple[ast.expr | ast.stmt, str] | None:
-    """The first door that the code of these nodes opens, and what it does, completing “skill code …”."""
+    """Find the first place in skill code that reaches outside the skill.
+
+    Args:
+        nodes: nodes of the code's syntax tree, in order.
+
+    Returns:
+        The node and a description that completes “skill code …”; None if there is no such place.
+    """
     modules = _imported_modules(nodes)
     used_plainly = {
         id(node.value)
@@ -92,7 +99,7 @@ def first_forbidden_access(nodes: Sequence[ast.AST]) -> tuple[ast.expr | ast.stm
 
 
 def _imported_modules(nodes: Sequence[ast.AST]) -> dict[str, str]:
-    """The modules that are bound as a whole, by the name they are bound to."""
+    """Return the modules that are imported as a whole, by the name they are bound to."""
     return {
         alias.asname or alias.name: alias.name
         for node in nodes
@@ -128,7 +135,7 @@ def _forbidden_attribute(node: ast.Attribute, modules: dict[str, str]) -> str | 
 
 @cache
 def _public_names(module: str) -> frozenset[str]:
-    """What a harmless standard module offers: its public names that are no modules themselves."""
+    """Return the public names of an allowed standard module, without modules and forbidden names."""
     found = importlib.import_module(module)
     return frozenset(
         name

@@ -234,6 +234,6 @@ def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> 
                     "AE505",
                     f"`{rule}` is proved of all that `{skill.id}` may ask for",
                     SpanLabel(span),
-                    help=("remove it from `runtime_checked`",),
+                    help=("remove it from `gated`",),
                     severity=Severity.WARNING,
                 )
