@@ -1,8 +1,8 @@
-"""The smallest edit of a condition's text that makes it imply another condition.
+"""Search for the smallest edit of a condition's text that makes it imply another condition.
 
-Either one number of it is moved, as little as does, or a condition is added.  A bound is a decimal
-in the unit the author used: one that stands in the other condition if that is the least change, else
-one with three more digits than the author wrote.
+Either one of its numbers is moved, by as little as possible, or a condition is added.  A bound is a decimal
+in the unit the author used.  It is a constant of the other condition if that is the least change, else
+it has three more digits than the author wrote.
 """
 
 from __future__ import annotations
@@ -38,12 +38,15 @@ _FINER = 3  # further digits by which a bound that is taken over is shown to be 
 
 @dataclass(frozen=True)
 class _Bound:
-    """A number of the text, or one to add, that bounds something: `put` gives the text with another.
+    """A number of the text, or one to add, that bounds a value.
 
-    value: as it stands, in `unit`; too lax.
-    upper: whether it bounds from above.
-    far: a value so strict that nothing is left.
-    put: the text with the bound at a value, excluded or not.
+    Attributes:
+        value: the number as it stands, in `unit`; too lax.
+        unit: its unit.
+        upper: True if it bounds from above.
+        distance: a value in `unit` so strict that nothing is left.
+        decimals: digits after the point that the author wrote.
+        replace_in_text: gives the text with the bound at another value, excluded or not.
     """
 
     value: Fraction
@@ -55,7 +58,15 @@ class _Bound:
 
 
 class ConditionEditor:
-    """Edits conditions over declared variables; every text it gives is shown to do what is asked."""
+    """Editor of conditions over declared variables; every text it returns is proved to do what is asked.
+
+    One editor asks the solver at most `MAX_QUERIES` times.
+
+    Args:
+        scope: meaning of the names in the conditions.
+        declared: the variables with their ranges.
+        oracle: solver with its budget.
+    """
 
     def __init__(self, scope: Scope, declared: tuple[Declared, ...], oracle: Oracle) -> None:
         self._scope = scope
@@ -64,20 +75,44 @@ class ConditionEditor:
         self._left_to_ask = MAX_QUERIES
 
     def term(self, text: str) -> t.Term | None:
-        """The condition that `text` is, or None if it is none."""
+        """Parse and type-check a condition.
+
+        Args:
+            text: text of the condition.
+
+        Returns:
+            The condition, or None if the text is not one.
+        """
         try:
             return check(parse(text), self._scope, BOOL)
         except (ExpressionSyntaxError, ExpressionTypeError):
             return None
 
     def implies(self, text: str, goal: t.Term) -> bool:
-        """Whether the condition that `text` is implies `goal`."""
+        """Tell whether a condition is proved to imply another.
+
+        Args:
+            text: text of the condition.
+            goal: the other condition.
+
+        Returns:
+            True if it is proved; False also if the queries are used up.
+        """
         self._left_to_ask -= 1
         term = self.term(text) if self._left_to_ask >= 0 else None
         return term is not None and is_implied(goal, (term,), self._declared, self._oracle)
 
     def strengthen(self, text: str, goal: t.Term, goal_text: str) -> str | None:
-        """`text` with the least edit that makes it imply `goal`, and that leaves something; or None."""
+        """Find the least edit of a condition that makes it imply a goal and leaves it satisfiable.
+
+        Args:
+            text: text of the condition.
+            goal: the goal.
+            goal_text: text of the goal, which may be added as it stands.
+
+        Returns:
+            The edited text, or None if no edit is found.
+        """
         found = self._smallest_change(self._literal_bounds(text), goal)
         if found is None and not _reads_state(goal) and self.term(goal_text) == goal:
             found = self._if_satisfiable(conjoin_texts(text, goal_text))
@@ -89,7 +124,7 @@ class ConditionEditor:
         return None if empty else text
 
     def _smallest_change(self, bounds: Iterator[_Bound], goal: t.Term) -> str | None:
-        """The text that moves one of the bounds the least, as a part of its value."""
+        """Return the text that moves one of the bounds by the smallest fraction of its value."""
         found: list[tuple[Fraction, str]] = []
         for bound in bounds:
             moved = self._move_bound(bound, goal)
@@ -99,7 +134,7 @@ class ConditionEditor:
         return min(found, key=lambda one: one[0])[1] if found else None
 
     def _move_bound(self, bound: _Bound, goal: t.Term) -> tuple[Fraction, str] | None:
-        """The laxest value of the bound with which the text implies `goal`, and that text."""
+        """Return the laxest value of the bound with which the text implies `goal`, and that text."""
         sign = 1 if bound.upper else -1
 
         def text_at(value: Fraction, *, excluded: bool = False) -> str | None:
@@ -130,7 +165,7 @@ class ConditionEditor:
         return None if text is None else (value, text)
 
     def _literal_bounds(self, text: str) -> Iterator[_Bound]:
-        """The numbers that the conjuncts of `text` compare something of action or inputs with."""
+        """Yield the numbers with which the conjuncts of `text` compare parameters or inputs."""
         for left, right, op in comparisons_in(parse(text)):
             for literal, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
                 found = read_number(literal)
@@ -147,7 +182,7 @@ class ConditionEditor:
                     yield _Bound(value, unit, upper, at, count_decimals(numeral), put)
 
     def _value_span(self, node: s.Node, unit: Unit) -> Fraction | None:
-        """How far apart the values of what `node` speaks of can be; None if it is not to be bounded."""
+        """Return the width of the range of an expression, in `unit`; None if it is not to be bounded."""
         try:
             variables = t.variables_of(infer(node, self._scope)[0])
         except ExpressionTypeError:
@@ -160,7 +195,7 @@ class ConditionEditor:
         return max(found, default=None)
 
     def _new_bounds(self, text: str, goal: t.Term, goal_text: str) -> Iterator[_Bound]:
-        """Bounds to add on each number that `goal` speaks of, as lax as its declared range."""
+        """Yield bounds to add, on each number that `goal` mentions, as lax as its declared range."""
         mentioned = t.variables_of(goal)
         for one in self._declared:
             if one.range is None or one.name not in mentioned or not _can_be_bounded(one):
@@ -182,7 +217,7 @@ def _reads_state(term: t.Term) -> bool:
 
 
 def _matching_constants(bound: _Bound, goal: t.Term) -> list[Fraction]:
-    """The constants of `goal` that could be the bound, the nearest first."""
+    """Return the constants of `goal` that could be the bound, the nearest first."""
     found, pending = {bound.value}, [goal]
     while pending:
         term = pending.pop()

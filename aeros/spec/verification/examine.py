@@ -46,7 +46,16 @@ from aeros.spec.verification.reports import (
 def examine_site(
     source: Source, oracle: Oracle, blocks: Sequence[OperatorOverride] = ()
 ) -> tuple[Site | None, SubjectReport]:
-    """Return the site that `source` declares and the report on it; no site where it declares none."""
+    """Prove the claims about a site.
+
+    Args:
+        source: text of the site file and its path.
+        oracle: solver with its budget.
+        blocks: operator overrides, in addition to those of the site.
+
+    Returns:
+        The site, None if the source does not declare one, and the report on it.
+    """
     sink, path = Diagnostics(), Path(source.path)
     site = elaborate_source(source, sink)
     if site is None:
@@ -61,7 +70,16 @@ def examine_site(
 
 
 def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
-    """Prove what can be proved of the module in `folder` by itself."""
+    """Prove the claims about a module by itself.
+
+    Args:
+        folder: the module's folder.
+        site: site under which it is proved.
+        oracle: solver with its budget.
+
+    Returns:
+        The findings; a module that cannot be read has its faults only.
+    """
     sink = Diagnostics()
     loaded = load_ecm(folder, site, sink)
     if loaded is None:
@@ -94,7 +112,15 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
 
 
 def summarize_folder(folder: Path, site: Site) -> ModuleSummary | None:
-    """What others have to know of the module in `folder`; None where it cannot be read."""
+    """Read the module in a folder and summarize it for others.
+
+    Args:
+        folder: the module's folder.
+        site: site under which it is elaborated.
+
+    Returns:
+        The summary; None if the module cannot be read.
+    """
     found = load_ecm(folder, site, Diagnostics())
     return None if found is None else summarize_module(found.ecm)
 
@@ -106,9 +132,17 @@ _WORKER_STATE: dict[str, tuple[Site, Oracle]] = {}
 def examine_modules_in_processes(
     folders: Sequence[Path], site: Source, blocks: Sequence[OperatorOverride], rlimit: int, jobs: int
 ) -> Iterator[ModuleFindings]:
-    """What there is to say of each module by itself, without what is in full, found by several processes.
+    """Prove modules by themselves in several processes, which end when the caller stops iterating.
 
-    blocks: operator overrides beside those of the site.  The processes end when the caller stops listening.
+    Args:
+        folders: the modules' folders.
+        site: text of the site file and its path.
+        blocks: operator overrides, in addition to those of the site.
+        rlimit: the solver's budget for one query, in Z3 resource units.
+        jobs: number of processes.
+
+    Yields:
+        The findings on each module in order, without the model and the claims in full.
     """
     # These modules take 20 ms to import, which few modules need not pay.
     from concurrent.futures import ProcessPoolExecutor
@@ -176,13 +210,20 @@ def _diagnostics(
 
 
 def _claim_subject(finding: ObligationResult) -> tuple[str, ...]:
-    """The envelope or the rule that an obligation is about."""
+    """Return the group and the names of a claim: the envelope or the rule that it is about."""
     claim_id = finding.obligation.id
     return (claim_id.group, *claim_id.names)
 
 
 def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
-    """What to say of a finding that is not a proof; nothing of what is proved or left to the gate."""
+    """Make the diagnostic of a finding.
+
+    Args:
+        finding: the result of an obligation.
+
+    Returns:
+        The diagnostic; None if the claim is proved or left to the gate.
+    """
     one = finding.obligation
     if finding.verdict is Verdict.PROVED or finding.is_runtime_checked:
         return None
@@ -212,7 +253,7 @@ def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
 
 
 def _fix(finding: ObligationResult) -> Fix | None:
-    """The repair as an edit of the file, where the envelope stands on one line."""
+    """Return the repair as an edit of the file, if the envelope stands on one line."""
     clause = finding.obligation.clause
     if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
         return None
@@ -220,7 +261,10 @@ def _fix(finding: ObligationResult) -> Fix | None:
 
 
 def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> Iterator[Diagnostic]:
-    """Warn of invariants under `runtime_checked` that are proved of every action: the manifest could promise more."""
+    """Warn of invariants under `gated` that are proved of every action.
+
+    The manifest need not leave them to the gate.
+    """
     verdicts: dict[tuple[str, str], set[Verdict]] = {}
     for finding in findings:
         claim_id = finding.obligation.id

@@ -1,7 +1,7 @@
-"""The line to write instead of an envelope that allows too much: the least edit, proved before offered.
+"""Repair of envelopes that allow too much: the line with the least edit, proved before it is offered.
 
-One line for each envelope mends everything that can be mended of it, so that two repairs of the same
-line never contradict each other.
+One line for each envelope repairs everything in it that can be repaired, so that two repairs of the same line
+never contradict each other.
 """
 
 from __future__ import annotations
@@ -25,7 +25,16 @@ _AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # in a plain YAML scalar
 
 
 def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
-    """By the id of each refuted obligation that can be mended: the line of the envelope to write."""
+    """Find the repaired line for each refuted obligation of an envelope.
+
+    Args:
+        findings: results of obligations.
+        site: the site.
+        oracle: solver with its budget.
+
+    Returns:
+        The line of the envelope to write, by the id of each refuted obligation that it repairs.
+    """
     known = {finding.obligation.id: finding for finding in findings}
     failing: dict[tuple[str, str], list[Obligation]] = {}
     for finding in known.values():
@@ -50,7 +59,7 @@ def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracl
 def _repair_clause(
     clause: ActionCondition, obligations: list[Obligation], alive: Obligation, site: Site, oracle: Oracle
 ) -> tuple[str, list[Obligation]] | None:
-    """The text with the edits that mend obligations, and which it mends; all of it proved."""
+    """Return the text with the edits that repair obligations, and these obligations; all of it proved."""
     declared = obligations[0].space.variables
     editor = ConditionEditor(scope_over(site, declared), declared, oracle.with_reduced_budget(50))
     text = clause.text
@@ -68,12 +77,12 @@ def _repair_clause(
 
 
 def _with_envelope(obligation: Obligation, envelope: t.Term) -> Obligation:
-    """The obligation, of another envelope."""
+    """Return the same obligation for another envelope."""
     return replace(obligation, space=replace(obligation.space, assumptions=(envelope,)))
 
 
 def _strengthen_clause(editor: ConditionEditor, text: str, obligation: Obligation) -> str | None:
-    """`text` with an edit for each conjunct of the conclusion that it does not imply."""
+    """Edit `text` for each conjunct of the conclusion that it does not imply."""
     edited: str | None = text
     for goal in obligation.labelled_conjuncts:
         if edited is None or editor.implies(edited, goal.term):
@@ -91,7 +100,7 @@ def _unquoted(written: str) -> str:
 
 
 def _quoted(text: str, clause: ActionCondition) -> str:
-    """As it is to be written: in quotes where the author has them or YAML needs them."""
+    """Quote the text as it is to be written: where the author has quotes or YAML needs them."""
     quote = clause.span.text[:1]
     if quote in ("'", '"'):
         return f"{quote}{text}{quote}"

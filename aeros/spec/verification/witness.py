@@ -1,4 +1,4 @@
-"""Solver model → witness: values a person can read, replayed through the exact semantics before use."""
+"""Witnesses from solver models: readable values, replayed through the exact semantics before use."""
 
 from __future__ import annotations
 
@@ -18,18 +18,35 @@ from aeros.spec.model.model import Declared
 
 @dataclass(frozen=True)
 class Witness:
-    """A state, inputs and an action that settle a claim; values in SI by variable name."""
+    """A state, inputs and an action that settle a claim.
+
+    Attributes:
+        variables: declarations of the variables.
+        values: values in SI units by variable name.
+    """
 
     variables: tuple[Declared, ...]
     values: Mapping[str, Value]
 
     def lines(self) -> list[str]:
-        """Each value in the unit of its declaration, as in `speed = 0.5 m/s`."""
+        """Format the values, each in the unit of its declaration.
+
+        Returns:
+            A line for each variable, as in `speed = 0.5 m/s`.
+        """
         return [f"{one.name} = {format_value(self.values[one.name], one)}" for one in self.variables]
 
 
 def format_value(value: Value, declared: Declared) -> str:
-    """One value in the unit of its declaration."""
+    """Format a value in the unit of its declaration.
+
+    Args:
+        value: the value, in SI units.
+        declared: declaration of the variable.
+
+    Returns:
+        The text, as in `0.5 m/s`.
+    """
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -45,14 +62,22 @@ def _format_part(part: Fraction | bool, unit: Unit) -> str:
 
 
 class TermEvaluator:
-    """Whether terms hold at values, each found once: most questions about a skill repeat its conditions."""
+    """Evaluator of conditions with a cache: most queries about a skill repeat its conditions."""
 
     def __init__(self) -> None:
         # By identity, as terms are large and fractions slow; all are held, so that they stay themselves.
         self._known: dict[tuple[int, ...], tuple[t.Term, Mapping[str, Value], bool]] = {}
 
     def holds(self, term: t.Term, values: Mapping[str, Value]) -> bool:
-        """As `semantics.holds`."""
+        """Evaluate a condition as `semantics.is_true` does, at most once for the same values.
+
+        Args:
+            term: the condition.
+            values: values in SI units by variable name.
+
+        Returns:
+            True if it holds.
+        """
         read = [values[name] for name in t.variables_of(term)]
         parts = [part for value in read for part in (value if isinstance(value, tuple) else (value,))]
         key = (id(term), *map(id, parts))
@@ -69,12 +94,18 @@ def witness_from_model(
     *,
     shown: bool,
 ) -> Witness | None:
-    """The witness that `model` is; None if it does not replay.
+    """Make a witness of a solver's model and replay it.
 
-    model: values by scalar variable.
-    wanted: the terms that must all hold of a witness.  An irrational model value was approximated
-        by the solver, so even a faithful solver's model may fail here.
-    shown: whether a person will read it, so that rounded numbers are worth looking for.
+    Args:
+        model: values by scalar variable.
+        declared: declarations of the variables.
+        wanted: the terms that must all hold of a witness.  An irrational model value was approximated
+            by the solver, so even a faithful solver's model may fail here.
+        replay: evaluator of the terms.
+        shown: True if a person will read it, so that rounded numbers are worth looking for.
+
+    Returns:
+        The witness; None if it does not replay.
     """
     values = _values(model, declared)
     if not shown and _is_witness(values, declared, wanted, replay):
@@ -96,7 +127,7 @@ def _simplify_value(
     wanted: tuple[t.Term, ...],
     replay: TermEvaluator,
 ) -> Fraction:
-    """The value with the fewest decimals, in the unit of its declaration, that still is a witness."""
+    """Return the value with the fewest decimals, in the unit of its declaration, that still is a witness."""
     value = cast("Fraction", scalars[name])
     scaled = value / variable.unit.factor
     for digits in range(7):
