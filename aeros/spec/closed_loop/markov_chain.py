@@ -22,7 +22,7 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
 
 MAX_WORK: Final = 100_000_000
-"""Bits of all probabilities that one prediction may add up; some ten seconds."""
+"""Largest total size (bits) of the probabilities in one prediction; takes some ten seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
         if node.phase == "reached":
             success += probability
         elif node.phase == "rejected" and made < replans:
-            # It is made once more, rejected for the same reason, and then the agent gives up.
+            # The agent plans once more, the plan is rejected for the same reason, and the agent gives up.
             replanned += probability
         elif node.phase == "plan" and made and moves[0].target.phase != "reached":
             if made > replans:

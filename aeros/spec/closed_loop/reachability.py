@@ -63,11 +63,11 @@ class ReachableStates:
         Returns:
             One line for the start, for each move with a label, and for the state at the node.
         """
-        told = [f"then {self.format_state(node.state)}"]
+        lines = [f"then {self.format_state(node.state)}"]
         while node in self.predecessors:
-            node, said = self.predecessors[node]
-            told += [said] if said else []
-        return "\n".join(["for example:", f"start with {self.format_state(node.state)}", *reversed(told)])
+            node, label = self.predecessors[node]
+            lines += [label] if label else []
+        return "\n".join(["for example:", f"start with {self.format_state(node.state)}", *reversed(lines)])
 
     def format_state(self, state: State) -> str:
         """Format a state as a manifest writes it.
@@ -108,18 +108,18 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
     starts = [*itertools.islice(itertools.product(*domains), MAX_STARTS + 1)]
     if len(starts) > MAX_STARTS:
         raise StateSpaceError("it has too many states to start from")
-    found = ReachableStates(system)
+    reachable = ReachableStates(system)
     pending = deque(LoopState("plan", start) for start in starts)
-    found.graph.update((start, []) for start in pending)
+    reachable.graph.update((start, []) for start in pending)
     while pending:
         node = pending.popleft()
         for move in system.transitions(node):
-            if move.target not in found.graph:
-                if len(found.graph) >= MAX_NODES:
+            if move.target not in reachable.graph:
+                if len(reachable.graph) >= MAX_NODES:
                     raise StateSpaceError("it has too many states")
-                found.graph[move.target] = []
-                found.predecessors[move.target] = (node, move.label)
+                reachable.graph[move.target] = []
+                reachable.predecessors[move.target] = (node, move.label)
                 pending.append(move.target)
             if move.probability:
-                found.graph[move.target].append((node, move.choice))
-    return found
+                reachable.graph[move.target].append((node, move.choice))
+    return reachable

@@ -28,7 +28,7 @@ from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.model.model import Ecm, PlanningRule, Site, Skill, Task
 
 MAX_PLAN_STEPS: Final = 100
-"""The most steps of a plan that the agent accepts; `aeros.agent.planning.task_graph` has the same."""
+"""Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""
 
 
 class StateSpaceError(Exception):
@@ -54,7 +54,7 @@ class LoopState:
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        # Found once: a state and a plan of a long task are long, and nodes are looked up again and again.
+        # Computed once: states and plans of long tasks are long, and nodes are looked up many times.
         object.__setattr__(self, "_hash", hash((self.phase, self.state, self.remaining_rules, self.tries)))
 
     def __hash__(self) -> int:
@@ -226,7 +226,7 @@ class TransitionSystem:
         if not able:
             return [Transition(LoopState("plan", node.state))]
         last = node.tries >= self.task.rules[index].retry
-        found = []
+        moves = []
         for step, (state, outcome, probability) in (
             (one, after) for one in able for after in one.after(node.state)
         ):
@@ -236,10 +236,10 @@ class TransitionSystem:
                 target = LoopState("plan", state)
             else:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
-            said = f"{step.name} → {outcome.id}"
+            label = f"{step.name} → {outcome.id}"
             role: Literal["step", "retry"] = "retry" if node.tries else "step"
-            found.append(Transition(target, probability / len(able), role, said, step.name))
-        return found
+            moves.append(Transition(target, probability / len(able), role, label, step.name))
+        return moves
 
     def _recovery_transitions(self, node: LoopState) -> list[Transition]:
         """List the moves of a recovery; one that cannot start is skipped, and the next try follows."""

@@ -129,7 +129,7 @@ def _report_errors(
         help_ = (fault.help,) if fault.help else ()
         sink.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
     except ExpressionTypeError as fault:
-        beside = (
+        secondary = (
             () if fault.beside is None else (SpanLabel(_span(expression, fault.beside[0]), fault.beside[1]),)
         )
         sink.error(
@@ -137,7 +137,7 @@ def _report_errors(
             fault.message,
             _span(expression, fault.extent),
             fault.label,
-            secondary=beside,
+            secondary=secondary,
             help=(fault.cure,) if fault.cure else (),
         )
     return None

@@ -59,8 +59,8 @@ def elaborate_source(source: Source, sink: Diagnostics) -> Site | None:
     Returns:
         The site, or None after reporting every fault.
     """
-    site, said = _elaborate_with_diagnostics(source)
-    sink.extend(said)
+    site, diagnostics = _elaborate_with_diagnostics(source)
+    sink.extend(diagnostics)
     return site
 
 

@@ -45,7 +45,7 @@ from aeros.spec.model.model import (
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 _T = TypeVar("_T")
-_LONGEST_TIMEOUT = 3600  # s: what runs longer than this unwatched is not halted by any time-out
+_LONGEST_TIMEOUT = 3600  # s; a longer time-out would halt nothing in time
 _HasId = declared.Invariant | declared.JointInvariant | declared.OperatorOverride | declared.Quota
 
 
@@ -69,7 +69,7 @@ class _SiteElaborator:
     def __init__(self, site: declared.Site, sink: Diagnostics) -> None:
         self._declared = site
         self._sink = sink
-        self._taken: dict[str, str] = {}
+        self._used_names: dict[str, str] = {}
         self.enums: dict[str, EnumType] = {}
         self.constants: dict[str, t.Term] = {}
         self.volumes: dict[str, AxisAlignedBox] = {}
@@ -87,12 +87,12 @@ class _SiteElaborator:
             self._volume(name, volume)
         for name, variable in site.state:
             one = elaborate_state(name.value, variable, self.enums, self._sink)
-            if check_name_is_free(name, self._taken, "state variable", self._sink) and one is not None:
-                self._taken[name.value] = "a state variable"
+            if check_name_is_free(name, self._used_names, "state variable", self._sink) and one is not None:
+                self._used_names[name.value] = "a state variable"
                 self.state[name.value] = one
         for name, kind in site.actions:
             self._kind(name, kind)
-        # A name whose declaration is at fault is not undeclared: rules wait until all are in order.
+        # Rules are elaborated only if all declarations are right: a faulty name is not an undeclared one.
         whole = len(self._sink) == before
         self._check_protective()
         self._check_unique(site.invariants, site.joint, site.policy.blocks, site.policy.quotas)
@@ -130,20 +130,20 @@ class _SiteElaborator:
         )
 
     def _enum(self, name: TextField, members: tuple[TextField, ...]) -> None:
-        if not check_name_is_free(name, self._taken, "enum", self._sink):
+        if not check_name_is_free(name, self._used_names, "enum", self._sink):
             return
-        self._taken[name.value] = "an enum"
+        self._used_names[name.value] = "an enum"
         for member in members:
-            if check_name_is_free(member, self._taken, "member", self._sink):
-                self._taken[member.value] = f"a member of `{name.value}`"
+            if check_name_is_free(member, self._used_names, "member", self._sink):
+                self._used_names[member.value] = f"a member of `{name.value}`"
         if not members:
             self._sink.error("AE112", f"the enum `{name.value}` has no member", name.span)
         self.enums[name.value] = EnumType(name.value, tuple(member.value for member in members))
 
     def _constant(self, name: TextField, constant: declared.Constant) -> None:
-        if not check_name_is_free(name, self._taken, "constant", self._sink):
+        if not check_name_is_free(name, self._used_names, "constant", self._sink):
             return
-        self._taken[name.value] = "a constant"
+        self._used_names[name.value] = "a constant"
         if (constant.value is None) == (constant.values is None):
             self._sink.error(
                 "AE102", "a constant has either `value` or `index`, `unit` and `values`", constant.span
@@ -179,9 +179,9 @@ class _SiteElaborator:
             )
 
     def _volume(self, name: TextField, volume: declared.Volume) -> None:
-        if not check_name_is_free(name, self._taken, "volume", self._sink):
+        if not check_name_is_free(name, self._used_names, "volume", self._sink):
             return
-        self._taken[name.value] = "a volume"
+        self._used_names[name.value] = "a volume"
         corners = [self._corner(corner, volume) for corner in (volume.lower, volume.upper)]
         lower, upper = corners
         if lower is None or upper is None:
@@ -208,7 +208,7 @@ class _SiteElaborator:
     def _kind(self, name: TextField, kind: declared.ActionKind) -> None:
         parameters: dict[str, Declared] = {}
         for parameter, quantity in kind.parameters:
-            if not check_name_is_free(parameter, self._taken, "parameter", self._sink):
+            if not check_name_is_free(parameter, self._used_names, "parameter", self._sink):
                 continue
             one = elaborate_variable(
                 parameter.value, quantity, t.VariableRole.PARAMETER, self.enums, self._sink
@@ -306,7 +306,7 @@ class _SiteElaborator:
             return None
         before = len(self._sink)
         for role, _ in invariant.on:
-            check_name_is_free(role, self._taken, "role", self._sink)
+            check_name_is_free(role, self._used_names, "role", self._sink)
         kinds = {
             role.value: self._resolve_name(kind, self.kinds, "an action kind") for role, kind in invariant.on
         }

@@ -28,13 +28,13 @@ from aeros.spec.text.fields import NumberField, TextField
 Enums = Mapping[str, EnumType]
 _TYPES = ("bool", "int", "real", "vec3")
 
-# One name has one meaning, so these can name nothing else.
+# A name has one meaning, so a declaration may not use these.
 _RESERVED = (
     KEYWORDS | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"} | set(unit_names())
 )
 
 
-def check_name_is_free(name: TextField, taken: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
+def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
     """Check that a name has no meaning yet; report the meaning that it has.
 
     Args:
@@ -49,10 +49,10 @@ def check_name_is_free(name: TextField, taken: Mapping[str, str], what: str, sin
     if name.value in _RESERVED:
         sink.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
         return False
-    if name.value in taken:
+    if name.value in used:
         sink.error(
             "AE121",
-            f"`{name.value}` is {taken[name.value]} already",
+            f"`{name.value}` is {used[name.value]} already",
             name.span,
             help=(f"name this {what} otherwise",),
         )
@@ -106,38 +106,38 @@ def elaborate_variable(
 
 
 def elaborate_state(
-    name: str, one: declared.StateVariable, enums: Enums, sink: Diagnostics
+    name: str, quantity: declared.StateVariable, enums: Enums, sink: Diagnostics
 ) -> Declared | None:
     """Elaborate a declared state variable, as a family if it has an index.
 
     Args:
         name: name of the variable.
-        one: declared quantity, sensor, greatest age and index.
+        quantity: declared quantity, sensor, greatest age and index.
         enums: declared enumerations by name.
         sink: collector of the faults.
 
     Returns:
         The variable with bounds and greatest age in SI units, or None after reporting the fault.
     """
-    base = elaborate_variable(name, one, t.VariableRole.STATE, enums, sink)
-    age = elaborate_quantity(one.max_age, TIME, sink)
+    base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, sink)
+    age = elaborate_quantity(quantity.max_age, TIME, sink)
     if age is not None and age <= 0:
-        sink.error("AE208", "`max_age` must be longer than nothing", one.max_age.span)
+        sink.error("AE208", "`max_age` must be longer than nothing", quantity.max_age.span)
         return None
     if base is None or age is None:
         return None
     type_: Type = base.variable.type
-    if one.index is not None:
-        index = enums.get(one.index.value)
+    if quantity.index is not None:
+        index = enums.get(quantity.index.value)
         if index is None:
-            _unknown_enum(one.index, enums, sink)
+            _unknown_enum(quantity.index, enums, sink)
             return None
         if not isinstance(type_, BoolType | RealType):
-            sink.error("AE208", f"a family of {type_} is not supported", one.index.span)
+            sink.error("AE208", f"a family of {type_} is not supported", quantity.index.span)
             return None
         type_ = FamilyType(index, type_)
     variable = t.Variable(name, type_, t.VariableRole.STATE)
-    return replace(base, variable=variable, span=one.span, max_age=age, sensor=one.sensor.value)
+    return replace(base, variable=variable, span=quantity.span, max_age=age, sensor=quantity.sensor.value)
 
 
 def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Diagnostics) -> Type | None:

@@ -68,4 +68,4 @@ def constant_term(value: Any, type_: Type) -> t.Term:
     if isinstance(type_, VectorType):
         x, y, z = (t.Literal(Fraction(part), RealType(type_.dimension)) for part in value)
         return t.Vector(x, y, z)
-    return t.Literal(value, cast("ScalarType", type_))  # no family is an effect or an input
+    return t.Literal(value, cast("ScalarType", type_))  # no effect or input is a family

@@ -27,7 +27,7 @@ def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
     Returns:
         The graph; each node but the first three has its part of the composition as `part`.
     """
-    import networkx as nx  # 50 ms, which most modules need not pay
+    import networkx as nx  # takes 50 ms to import, which most modules need not pay
 
     graph: nx.DiGraph[str] = nx.DiGraph()
     graph.add_nodes_from((START, DONE, STOPPED))
@@ -62,7 +62,7 @@ def handler_cycle(composition: Composition) -> list[str]:
 
 
 _DanglingEdges = list[tuple[str, str]]
-"""Nodes without an edge to what comes next, and when that edge is taken."""
+"""Nodes that lack an edge to the next node, and the condition of that edge."""
 
 
 def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges) -> _DanglingEdges:
@@ -85,8 +85,8 @@ def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges) -> _Dangling
         case If(text=text, span=span, then=then, otherwise=otherwise):
             node = f"if/{text}@{span.start}"
             _connect(graph, node, part, loose)
-            taken = _add(graph, then, [(node, "then")])
-            return taken if otherwise is None else taken + _add(graph, otherwise, [(node, "else")])
+            then_ends = _add(graph, then, [(node, "then")])
+            return then_ends if otherwise is None else then_ends + _add(graph, otherwise, [(node, "else")])
 
 
 def _connect(graph: nx.DiGraph[str], node: str, part: Part, loose: _DanglingEdges) -> None:

@@ -66,7 +66,7 @@ class SymbolicState:
 
 
 SymbolicStates = dict[SymbolicState, OutcomeTrace]
-"""The situations at a point, each with the outcomes on one of the shortest ways there."""
+"""The situations at a point, each with the outcomes on one of the paths there."""
 
 
 @dataclass
@@ -130,10 +130,10 @@ class PathExploration:
         self._depth += 1
         for branch in part.branches:
             self.execute(branch, kept)
-        was_noting, self._is_recording = self._is_recording, False
+        was_recording, self._is_recording = self._is_recording, False
         for branch in part.branches:
             kept = self.execute(branch, kept)
-        self._is_recording = was_noting
+        self._is_recording = was_recording
         self._depth -= 1
         return kept
 
@@ -144,12 +144,12 @@ class PathExploration:
         otherwise: SymbolicStates = {}
         for situation, trace in before.items():
             condition = situation.condition(part.condition, self.state)
-            for taken, term in ((then, condition), (otherwise, fold_constants(t.Not(condition)))):
+            for branch, term in ((then, condition), (otherwise, fold_constants(t.Not(condition)))):
                 if term != t.FALSE:
                     known = SymbolicState(
                         situation.assignment, situation.path_condition | split_conjunction(term)
                     )
-                    taken.setdefault(self._forget_measurements(known) if self._depth else known, trace)
+                    branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
         after = dict(self.execute(part.then, then))
         if part.otherwise is not None:
             _merge(after, self.execute(part.otherwise, otherwise))
@@ -159,7 +159,7 @@ class PathExploration:
         done: SymbolicStates = {}
         tried: set[SymbolicState] = set()
         for tries_left in range(step.retry, -1, -1):
-            # Of a situation that was tried before, everything that follows is known already.
+            # A situation that was tried before leads to nothing new.
             before = {situation: trace for situation, trace in before.items() if situation not in tried}
             tried.update(before)
             self._record_visit(name, before)

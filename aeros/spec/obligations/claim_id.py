@@ -53,7 +53,7 @@ class ClaimForm(Enum):
     written with its slot: `safety/skill=goal/action=move/invariant=effective`, which fits no pattern.
     """
 
-    # Every state that a task's planning rules can come to.
+    # Every state that a task's planning rules can reach.
     RULES_ANALYSED = "closed-loop/{task}/analysed"
     RULES_DISPATCH = "closed-loop/{task}/dispatch"
     RULES_PROGRESS = "closed-loop/{task}/progress"
@@ -89,7 +89,7 @@ class ClaimForm(Enum):
     GRANT_IS_USED = "configuration/grant/{module}"
     BLOCK_IS_USED = "configuration/block/{block}"
 
-    # What a module needs around it.
+    # The AEROS version and the other modules that a module needs.
     RUNTIME_SUITS = "dependencies/runtime"
     DEPENDENCIES_ACYCLIC = "dependencies/acyclic"
     DEPENDENCY_MET = "dependencies/{module}"
@@ -100,7 +100,7 @@ class ClaimForm(Enum):
     ENTRY_POINT = "form/{skill}/entry"
     SKILL_ASKS_WITHIN_ENVELOPE = "form/{skill}/asks"
 
-    # What a module is permitted.
+    # Permissions of a module.
     ACCESS_GRANTED = "permission/access/{device}"
     NOT_BLOCKED = "permission/unblocked/{block}"
     PERMISSION_NOT_EMPTY = "permission/{action}/not-empty"
@@ -139,7 +139,7 @@ class ClaimForm(Enum):
     GATED_RULE_NEEDS_STATE = "safety/{skill}/gated-{invariant}/{action}"
     ENVELOPE_OBEYS = "safety/{skill}/{action}/{invariant}"
 
-    # What two manifests or sites differ in.
+    # Differences of two manifests or sites.
     DIFFERENCE = "difference/{subject}/{relation}"
 
     def __call__(self, *names: str | int) -> ClaimId:
@@ -279,7 +279,7 @@ def _fits(form: ClaimForm, parts: list[str]) -> bool:
 
 def _overlap(one: ClaimForm, other: ClaimForm) -> bool:
     """Tell whether some text fits both patterns; may say yes where there is none."""
-    if _PATH in (*one.slots, *other.slots):  # which is of any number of parts, so the last ones must differ
+    if _PATH in (*one.slots, *other.slots):  # a path has any number of parts, so the last ones must differ
         return one.segments[-1].overlaps(other.segments[-1])
     if len(one.segments) != len(other.segments):
         return False

@@ -62,7 +62,7 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
         parallel = list(parallel_obligations(composition, ecm, site))
         yield from parallel
         if any(isinstance(one, StaticClaim) and one.verdict is Verdict.REFUTED for one in parallel):
-            continue  # branches that interfere are not walked: their order would decide
+            continue  # branches that interfere are not explored: the result would depend on their order
         try:
             yield from _path_obligations(composition, ecm, site)
         except TooManyPathsError:
@@ -82,11 +82,11 @@ def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> 
         skill = skills[step.skill]
         failures = [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
         failures += [] if skill.hold_condition is None else [HOLD_LOST]
-        said = not failures or step.retry > 0 or step.on_failure is not None
+        handled = not failures or step.retry > 0 or step.on_failure is not None
         yield StaticClaim(
             ClaimForm.STEP_FAILURE_HANDLED(composition.id, step.id),
             None
-            if said
+            if handled
             else Diagnostic(
                 "AE854",
                 f"`{step.id}` may fail, and nothing is said of what follows",
@@ -175,14 +175,14 @@ _STEP: Final = ClaimForm.STEP_REACHABLE, ClaimForm.STEP_READY, ClaimForm.STEP_RE
 _HANDLER: Final = ClaimForm.HANDLER_REACHABLE, ClaimForm.HANDLER_READY, ClaimForm.HANDLER_READY_CASE
 
 _ObligationFactory = Callable[[ClaimId, tuple[t.Term, ...], t.Term, str, tuple[Declared, ...]], Obligation]
-"""From an id, what is assumed, what is claimed, a note and further variables to an obligation."""
+"""Makes an obligation of an id, assumptions, the conclusion, a note and further variables."""
 
 
 def _obligation(
     code: str,
     headline: str,
     primary: SpanLabel,
-    beside: SpanLabel | None,
+    secondary: SpanLabel | None,
     help_: str,
     declared: tuple[Declared, ...],
 ) -> _ObligationFactory:
@@ -201,7 +201,7 @@ def _obligation(
             conclusion,
             headline,
             primary,
-            () if beside is None else (beside,),
+            () if secondary is None else (secondary,),
             (help_,),
             notes=(note,) if note else (),
         )

@@ -92,19 +92,19 @@ def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
 
     Phrases are compared as `aeros.agent.planning.routing` reads them.
     """
-    ways = [
+    phrases = [
         _TaskPhrase(normalized_words(way.word), ecm.id, way.task, way.span)
         for ecm in ecms
         for way in ecm.task_phrases
     ]
-    by_phrase = _group_by_key((way.phrase, way) for way in ways)
-    for phrase, asked in by_phrase.items():
+    by_phrase = _group_by_key((way.phrase, way) for way in phrases)
+    for phrase, equal in by_phrase.items():
         inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}
-        meant = [way for part in sorted(inner) for way in by_phrase.get(part, ())]
-        other = next((way for way in meant if way.module != asked[0].module), None)
+        contained = [way for part in sorted(inner) for way in by_phrase.get(part, ())]
+        other = next((way for way in contained if way.module != equal[0].module), None)
         yield StaticClaim(
             ClaimForm.WORDS_UNAMBIGUOUS("-".join(phrase)),  # no word holds a `-`
-            None if other is None else _ambiguous_phrases(asked[0], other),
+            None if other is None else _ambiguous_phrases(equal[0], other),
         )
 
 
@@ -155,20 +155,22 @@ def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
 def _dependencies(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
     """Claim that every required module is in the set, and that all agree on its version."""
     versions = {ecm.id: ecm.version for ecm in ecms}
-    for name, asking in _group_by_key((name, ecm) for ecm in ecms for name in ecm.requires).items():
-        there = versions.get(name)
-        met = {there is not None and is_compatible_version(ecm.requires[name], there) for ecm in asking}
-        # That a version suits nobody is told of each module by itself.
-        agreed = met == {True} or (met == {False} and there is not None)
-        what = "not in this set" if there is None else f"version {there} in this set"
-        labels = [SpanLabel(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in asking]
+    for name, requiring in _group_by_key((name, ecm) for ecm in ecms for name in ecm.requires).items():
+        version = versions.get(name)
+        met = {
+            version is not None and is_compatible_version(ecm.requires[name], version) for ecm in requiring
+        }
+        # A version that suits no module is reported for each module by itself.
+        agreed = met == {True} or (met == {False} and version is not None)
+        found = "not in this set" if version is None else f"version {version} in this set"
+        labels = [SpanLabel(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in requiring]
         yield StaticClaim(
             ClaimForm.VERSIONS_AGREE(name),
             None
             if agreed
             else Diagnostic(
                 "AE884",
-                f"`{name}`, which modules of this set need, is {what}",
+                f"`{name}`, which modules of this set need, is {found}",
                 labels[0],
                 tuple(labels[1:]),
                 help=("verify and install all modules that belong together, in versions that agree",),
@@ -180,21 +182,21 @@ def _unknown_policy_names(ecms: Sequence[ModuleSummary], site: SiteSummary) -> I
     """Warn of grants and overrides for modules or skills that are not in the set."""
     skills = {ecm.id: ecm.skills for ecm in ecms}
     for name, span in site.grants.items():
-        gone = _missing_module(
+        warning = _missing_module(
             f"the site grants further access to `{name}`, which is not in this set",
             span,
             "whatever takes that name gets the access: remove the grant while nobody needs it",
         )
-        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else gone)
+        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else warning)
     for block in site.blocks:
-        there = block.module in skills and (block.skill is None or block.skill in skills[block.module])
+        is_present = block.module in skills and (block.skill is None or block.skill in skills[block.module])
         named = block.module if block.skill is None else f"{block.module}.{block.skill}"
-        gone = _missing_module(
+        warning = _missing_module(
             f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
             block.span,
             "correct the name if something is meant to be blocked",
         )
-        yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if there else gone)
+        yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if is_present else warning)
 
 
 def _missing_module(headline: str, at: SourceSpan, help_: str) -> Diagnostic:

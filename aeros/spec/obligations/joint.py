@@ -112,8 +112,8 @@ def joint_obligations(
             )
             declared = (*joint_variables(site, rule), *a.arguments.variables, *b.arguments.variables)
             note = f"`{first}` is the `{left}` of `{a.step.id}`, `{second}` the `{right}` of `{b.step.id}`"
-            begun = {name for term in assumed[:2] for name in t.variables_of(term)}
-            if any(f"{role}.{name}" in begun for role in (first, second) for name in site.state):
+            envelope_names = {name for term in assumed[:2] for name in t.variables_of(term)}
+            if any(f"{role}.{name}" in envelope_names for role in (first, second) for name in site.state):
                 note += "; of measured values, as they were when the action began"
             yield Obligation(
                 ClaimForm.PAR_JOINT_RULE(composition, par, a.name, b.name, rule.id),

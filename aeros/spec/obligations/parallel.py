@@ -39,12 +39,12 @@ def parallel_obligations(
     """
     pars = [part for part in walk_parts(composition.body) if isinstance(part, Par)]
     for number, par in enumerate(pars, 1):
-        beside = _BranchPairClaims(number, par, composition, ecm.skills, site)
+        claims = _BranchPairClaims(number, par, composition, ecm.skills, site)
         claimed: set[frozenset[str]] = set()
-        yield from beside.resources()
+        yield from claims.resources()
         for first, second in combinations(par.branches, 2):
-            yield from beside.shared_use_claims(first, second)
-            yield from beside.joint_rule_claims(first, second, claimed)
+            yield from claims.shared_use_claims(first, second)
+            yield from claims.joint_rule_claims(first, second, claimed)
 
 
 def interference_claims(
@@ -62,10 +62,10 @@ def interference_claims(
     """
     pars = [part for part in walk_parts(composition.body) if isinstance(part, Par)]
     for number, par in enumerate(pars, 1):
-        beside = _BranchPairClaims(number, par, composition, skills, site)
-        yield from beside.resources()
+        claims = _BranchPairClaims(number, par, composition, skills, site)
+        yield from claims.resources()
         for first, second in combinations(par.branches, 2):
-            yield from beside.shared_use_claims(first, second)
+            yield from claims.shared_use_claims(first, second)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class _BranchPairClaims:
         demands = [self._resource_demand(branch) for branch in self.par.branches]
         for name in sorted(set().union(*demands)):
             needed, capacity = sum(demand[name] for demand in demands), self.site.resources[name]
-            # A branch that needs too much by itself is told of at the `par` inside it.
+            # A branch that needs too much by itself is reported at the `par` inside it.
             short = needed > capacity and all(demand[name] <= capacity for demand in demands)
             holders = [self._holder(branch, name) for branch in self.par.branches]
             labels = tuple(SpanLabel(one.span, f"holds `{name}`") for one in holders if one is not None)

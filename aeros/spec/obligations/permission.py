@@ -163,7 +163,8 @@ def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[StaticClaim]:
         skill.risk <= ceiling,
         Diagnostic(
             "AE406",
-            f"`{skill.id}` is of {_format_risk(skill.risk)} risk; this site allows {_format_risk(ceiling)} at most",
+            f"`{skill.id}` is of {_format_risk(skill.risk)} risk; "
+            f"this site allows {_format_risk(ceiling)} at most",
             SpanLabel(skill.risk_span),
         ),
     )

@@ -40,7 +40,7 @@ def quota_obligations(site: Site) -> Iterator[StaticClaim]:
             if idle
             else None,
         )
-        # Of two that imply each other the later one is not needed.
+        # If two imply each other, the later one is not needed.
         later = (one for one in site.quotas[position + 1 :] if not quota_implies(quota, one))
         other = next((one for one in (*site.quotas[:position], *later) if quota_implies(one, quota)), None)
         yield StaticClaim(
@@ -89,5 +89,7 @@ def _denial_of_kind(site: Site, kind: str) -> str | None:
 
 
 def _warning(code: str, headline: str, quota: Quota, help_: str, other: Quota | None = None) -> Diagnostic:
-    beside = () if other is None else (SpanLabel(other.span, "runs out first"),)
-    return Diagnostic(code, headline, SpanLabel(quota.span), beside, help=(help_,), severity=Severity.WARNING)
+    secondary = () if other is None else (SpanLabel(other.span, "runs out first"),)
+    return Diagnostic(
+        code, headline, SpanLabel(quota.span), secondary, help=(help_,), severity=Severity.WARNING
+    )

@@ -246,15 +246,15 @@ def _runtime_checks_matter(site: Site, skill: Skill) -> Iterator[Obligation | St
         if reading:
             continue
         if governed:
-            headline, beside, help_ = (
+            headline, label_text, help_ = (
                 _IDLE_RUNTIME_CHECK.format(rule.id),
                 "reads no state",
                 _IDLE_RUNTIME_CHECK_HELP,
             )
         else:
             headline = f"`{rule.id}` governs no action that `{skill.id}` may ask for"
-            beside, help_ = "governs other action kinds", "remove it from `gated`"
-        labels = (SpanLabel(rule.require_span, beside),)
+            label_text, help_ = "governs other action kinds", "remove it from `gated`"
+        labels = (SpanLabel(rule.require_span, label_text),)
         yield StaticClaim(
             ClaimForm.GATED_RULE_READS_STATE(skill.id, rule.id),
             Diagnostic("AE506", headline, SpanLabel(skill.runtime_checked[rule.id]), labels, help=(help_,)),

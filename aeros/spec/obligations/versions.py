@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 
-@cache  # a thousand modules ask for the same few
+@cache  # a thousand modules need the same few ranges
 def is_compatible_version(specifier: str, version: str) -> bool:
     """Tell whether a version is in a version range; pre-releases count.
 
@@ -16,6 +16,6 @@ def is_compatible_version(specifier: str, version: str) -> bool:
     Returns:
         True if the range contains the version.
     """
-    from packaging.specifiers import SpecifierSet  # 15 ms, which modules that were kept need not pay
+    from packaging.specifiers import SpecifierSet  # takes 15 ms to import, which cached modules need not
 
     return SpecifierSet(specifier).contains(version, prereleases=True)

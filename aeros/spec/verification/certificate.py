@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 LOCK = "ecm.lock"
 SCHEMA = str(CERTIFICATE.schema)
 GUARDED: Final = "GUARDED"
-"""The verdict on an obligation that the proof left to the gate."""
+"""Verdict on an obligation that the gate decides at run time."""
 
 
 @dataclass(frozen=True)
@@ -223,7 +223,7 @@ def write_lock(folder: Path, certificate: Certificate) -> None:
         raise IsADirectoryError(errno.EISDIR, "it is a folder")
     new = folder / f".{LOCK}.{os.getpid()}"
     try:
-        with new.open("x", encoding="utf-8") as file:  # never through a link that waits there
+        with new.open("x", encoding="utf-8") as file:  # "x" never follows a link that is already there
             file.write(certificate.text())
         new.replace(lock)
     finally:

@@ -126,7 +126,7 @@ def _parenthesize(text: str) -> str:
         or (isinstance(node, s.Junction) and node.op == "or")
         or (isinstance(node, s.Binary) and node.op == "implies")
     )
-    is_closed = node.extent.start > text.index(written)  # brackets are no part of what they enclose
+    is_closed = node.extent.start > text.index(written)  # a node does not include the parentheses around it
     return f"({written})" if loose and not is_closed else written
 
 

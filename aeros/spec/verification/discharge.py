@@ -63,20 +63,20 @@ def discharge_obligations(
     Returns:
         The results, in order.
     """
-    asked = Oracle() if oracle is None else oracle
+    solver = Oracle() if oracle is None else oracle
     replay = TermEvaluator()
-    return [_discharge(one, asked, replay) for one in obligations]
+    return [_discharge(one, solver, replay) for one in obligations]
 
 
 def _discharge(obligation: Obligation, oracle: Oracle, replay: TermEvaluator) -> ObligationResult:
     always = obligation.mode is ClaimMode.ALWAYS
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
-    wanted = (*obligation.space.assumptions, sought)
-    declared, terms = relevant_facts(wanted, obligation.space.by_name)
+    required = (*obligation.space.assumptions, sought)
+    declared, terms = relevant_facts(required, obligation.space.by_name)
     shown = always and obligation.runtime_checked_rule is None
-    asked_for = f"{obligation.id} ({obligation.primary.span.source.path})"
+    description = f"{obligation.id} ({obligation.primary.span.source.path})"
     variables = [one.variable for one in declared]
-    answer = oracle.check_sat(variables, ranges_of(declared), terms, asked_for, shown=shown)
+    answer = oracle.check_sat(variables, ranges_of(declared), terms, description, shown=shown)
     if answer.result is SatResult.UNKNOWN:
         return ObligationResult(
             obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})"

@@ -31,9 +31,9 @@ from aeros.spec.verification.condition_text import (
 )
 from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 
-EXTRA_DIGITS = 3  # of a bound that is searched for, beyond those the author wrote
-MAX_QUERIES = 300  # about one line; a search for a bound asks some thirty
-_FINER = 3  # further digits by which a bound that is taken over is shown to be the least change
+EXTRA_DIGITS = 3  # digits of a searched bound, beyond those the author wrote
+MAX_QUERIES = 300  # for one line; the search for one bound takes some thirty
+_FINER = 3  # further digits, to show that a constant of the goal is the least change
 
 
 @dataclass(frozen=True)

@@ -98,14 +98,14 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
         *closed_loop_obligations(ecm, site),
     )
     settled, findings = _discharge_and_explain(claims, site, oracle)
-    told_before, told_settled = (
+    before_summaries, settled_summaries = (
         tuple(map(summarize_static_claim, before)),
         tuple(map(summarize_static_claim, settled)),
     )
     return ModuleFindings(
         presence,
-        (*sink, *diagnostics_of(told_before)),
-        ListedClaims(told_before, (*told_settled, *map(_summarize_finding, findings))),
+        (*sink, *diagnostics_of(before_summaries)),
+        ListedClaims(before_summaries, (*settled_summaries, *map(_summarize_finding, findings))),
         (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
         findings=(ecm, before, settled, findings),
     )
@@ -126,7 +126,7 @@ def summarize_folder(folder: Path, site: Site) -> ModuleSummary | None:
 
 
 _WORKER_STATE: dict[str, tuple[Site, Oracle]] = {}
-"""The site and the oracle of a process that was started to prove modules."""
+"""Site and oracle of a worker process."""
 
 
 def examine_modules_in_processes(
@@ -144,11 +144,11 @@ def examine_modules_in_processes(
     Yields:
         The findings on each module in order, without the model and the claims in full.
     """
-    # These modules take 20 ms to import, which few modules need not pay.
+    # These take 20 ms to import, which runs with few modules need not pay.
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    # Spawned and not forked, as a caller may have threads, whose locks a fork would take along.
+    # Spawned and not forked: a fork would copy locks held by threads of the caller.
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, (site, blocks, rlimit))
     try:
         yield from pool.map(_verify_in_worker, folders, chunksize=4)
@@ -157,12 +157,12 @@ def examine_modules_in_processes(
 
 
 def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that is asked to stop tells the others
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process gets the signal and stops the others
     site = elaborate_source(source, Diagnostics())
     if site is not None:
         _WORKER_STATE["site"] = (site.with_overrides(blocks), Oracle(rlimit))
-    # Next to nothing of what proves is in circles, and this process ends with the run: looking for
-    # circles takes some hundredths of its time and frees next to nothing.
+    # Proofs make almost no reference cycles, and this process ends with the run: garbage collection would
+    # take some hundredths of its time and free almost nothing.
     gc.disable()
 
 
@@ -200,8 +200,7 @@ def _diagnostics(
         if f.verdict is Verdict.VACUOUS and f.obligation.code in ("AE503", "AE603")
     }
     for finding in findings:
-        # Of an empty envelope nothing is allowed, and whatever denies nothing is implied by anything:
-        # to say so once is enough.
+        # An empty envelope is also dead, and a rule that denies nothing is also redundant: report it once.
         if finding.obligation.code in ("AE502", "AE604") and _claim_subject(finding) in vacuous:
             continue
         diagnostic = diagnostic_of(finding)

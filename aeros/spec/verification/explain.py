@@ -47,7 +47,9 @@ class _BoundaryCache:
     def __init__(self, site: Site, oracle: Oracle) -> None:
         self._site = site
         self._oracle = oracle
-        self._known: dict[tuple[int, int], str] = {}  # by identity: terms are large, and live in the site
+        self._known: dict[
+            tuple[int, int], str
+        ] = {}  # by identity: terms are large, and the site keeps them alive
 
     def boundary_for(self, obligation: Obligation) -> str:
         key = (id(obligation.conclusion), id(obligation.clause) if relevant_envelope(obligation) else 0)

@@ -36,23 +36,23 @@ def gate_boundary_for(obligation: Obligation, site: Site, oracle: Oracle) -> str
     Returns:
         Text of the condition in the expression language.
     """
-    own = next(
+    rule_text = next(
         (" ".join(rule.text.split()) for rule in site.rules if rule.id == obligation.runtime_checked_rule), ""
     )
     declared, rule = obligation.space.variables, obligation.conclusion
     envelope = relevant_envelope(obligation)
-    rest = _simplify_under(_negation_normal_form(rule, is_true=True), envelope, declared, oracle)
-    text = _format_term(rest, {one.name: one for one in declared})
+    simplified = _simplify_under(_negation_normal_form(rule, is_true=True), envelope, declared, oracle)
+    text = _format_term(simplified, {one.name: one for one in declared})
     if text is None:
-        return own
+        return rule_text
     try:
-        meant = check(parse(text), scope_over(site, declared), BOOL)
+        parsed = check(parse(text), scope_over(site, declared), BOOL)
     except (ExpressionSyntaxError, ExpressionTypeError):
-        return own
-    if meant == rule:
+        return rule_text
+    if parsed == rule:
         return text
-    differ = t.Or((t.And((meant, t.Not(rule))), t.And((rule, t.Not(meant)))))
-    return text if is_unsatisfiable((*envelope, differ), declared, oracle) else own
+    differ = t.Or((t.And((parsed, t.Not(rule))), t.And((rule, t.Not(parsed)))))
+    return text if is_unsatisfiable((*envelope, differ), declared, oracle) else rule_text
 
 
 def relevant_envelope(obligation: Obligation) -> tuple[t.Term, ...]:
@@ -160,13 +160,13 @@ def _format_comparison(op: str, left: t.Term, right: t.Term, declared: Mapping[s
     return None if constant is None else f"{shown} {op} {constant}"
 
 
-def _constant(term: t.Term, beside: Declared) -> str | None:
+def _constant(term: t.Term, quantity: Declared) -> str | None:
     if not isinstance(term, t.Literal) or isinstance(term.value, bool):
         return None
     if isinstance(term.value, str):
         return term.value
-    number = exact_decimal(term.value / beside.unit.factor)
-    return number if number is None or beside.unit.text == "1" else f"{number} {beside.unit.text}"
+    number = exact_decimal(term.value / quantity.unit.factor)
+    return number if number is None or quantity.unit.text == "1" else f"{number} {quantity.unit.text}"
 
 
 def _solve_for_variable(term: t.Compare, declared: Mapping[str, Declared]) -> str | None:

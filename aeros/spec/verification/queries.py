@@ -1,4 +1,4 @@
-"""Queries that explanations put to the solver, besides the obligations: can conditions hold together?"""
+"""Queries of explanations to the solver, in addition to the obligations."""
 
 from __future__ import annotations
 

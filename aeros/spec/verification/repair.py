@@ -21,7 +21,7 @@ from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.edits import ConditionEditor
 
-_AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # in a plain YAML scalar
+_AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # characters that are special in a plain YAML scalar
 
 
 def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
@@ -89,7 +89,7 @@ def _strengthen_clause(editor: ConditionEditor, text: str, obligation: Obligatio
             continue
         try:
             edited = editor.strengthen(edited, goal.term, _unquoted(goal.label.span.text))
-        except ExpressionSyntaxError:  # as of a conjunct written over several lines of a block
+        except ExpressionSyntaxError:  # the text of a conjunct over several lines of a block may not parse
             return None
     return edited if obligation.labelled_conjuncts else None
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 Progress = Callable[[str], None]
-"""Told in words what is done next."""
+"""Called with a line of text that says what is done next."""
 
 
 @dataclass(frozen=True)
@@ -252,10 +252,10 @@ def certificate_verdicts(claims: Iterable[ClaimSummary]) -> dict[ClaimId, str]:
         InternalError: two claims have one identity, so one verdict would hide the other.
     """
     verdicts: dict[ClaimId, str] = {}
-    for told in claims:
-        if told.id in verdicts:
-            raise InternalError(f"two claims have one identity: {told.id}")
-        verdicts[told.id] = told.verdict.value if told.runtime_checked_rule is None else GUARDED
+    for claim in claims:
+        if claim.id in verdicts:
+            raise InternalError(f"two claims have one identity: {claim.id}")
+        verdicts[claim.id] = claim.verdict.value if claim.runtime_checked_rule is None else GUARDED
     return verdicts
 
 
@@ -293,10 +293,10 @@ def dependency_candidates(
     known = {folder.resolve() for folder in given} if parents else set()
     around: dict[str, ModuleSummary] = {}
     for parent in parents:
-        for beside in sorted(parent.iterdir()):
-            if beside not in known and (beside / MANIFEST).is_file():
-                found = read(beside)
-                around |= {} if found is None else {found.id: found}
+        for neighbour in sorted(parent.iterdir()):
+            if neighbour not in known and (neighbour / MANIFEST).is_file():
+                summary = read(neighbour)
+                around |= {} if summary is None else {summary.id: summary}
     return around | {one.id: one for one in given.values()}
 
 

@@ -45,14 +45,14 @@ class SecondSolverReport:
 
 
 def cross_check_queries(
-    questions: Iterable[SolverQuery], second: SecondSolver, progress: Callable[[str], None]
+    queries: Iterable[SolverQuery], second: SecondSolver, progress: Callable[[str], None]
 ) -> SecondSolverReport:
     """Put each decided query to a second solver.
 
     Queries that Z3 did not decide are left out: no verdict rests on them.
 
     Args:
-        questions: queries of a run with their answers.
+        queries: queries of a run with their answers.
         second: the second solver.
         progress: called with a line of text before each query.
 
@@ -64,7 +64,7 @@ def cross_check_queries(
     """
     from aeros.spec.backends.z3_solver import IncrementalSolver, solver_version
 
-    decided = [one for one in questions if one.answer.result is not SatResult.UNKNOWN]
+    decided = [one for one in queries if one.answer.result is not SatResult.UNKNOWN]
     seen: set[str] = set()
     undecided: list[tuple[str, str]] = []
     for number, one in enumerate(decided, 1):
@@ -73,14 +73,14 @@ def cross_check_queries(
         if script in seen:
             continue
         seen.add(script)
-        said = second.solve_script(script)
-        if said.result is SatResult.UNKNOWN:
-            undecided.append((one.description, said.reason))
-        elif said.result is not one.answer.result:
+        second_answer = second.solve_script(script)
+        if second_answer.result is SatResult.UNKNOWN:
+            undecided.append((one.description, second_answer.reason))
+        elif second_answer.result is not one.answer.result:
             first = "AEROS, by bounds alone," if one.by_intervals else solver_version()
             answers = (
                 f"{who} says {answer.result.value}"
-                for who, answer in ((first, one.answer), (second.name, said))
+                for who, answer in ((first, one.answer), (second.name, second_answer))
             )
             raise DisagreementError(one.description, script, *answers)
     return SecondSolverReport(second.name, len(seen), tuple(undecided))

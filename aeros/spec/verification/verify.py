@@ -42,14 +42,14 @@ if TYPE_CHECKING:
     from aeros.spec.verification.second_solver import SecondSolver, SecondSolverReport
 
 MIN_MODULES_FOR_POOL: Final = 16
-"""From this many modules on, more than one process proves them."""
+"""Smallest number of modules that are proved by more than one process."""
 
 
 class Detail(Enum):
     """The amount of detail in a report."""
 
-    FULL = "full"  # everything is proved here and now; models, claims and findings are in the report
-    BRIEF = "brief"  # what an earlier run proved is found; no models, and claims without formulas
+    FULL = "full"  # everything is proved again; models, claims and findings are in the report
+    BRIEF = "brief"  # cached proofs are used; no models, and claims without formulas
 
 
 def verify(

@@ -65,7 +65,7 @@ class TermEvaluator:
     """Evaluator of conditions with a cache: most queries about a skill repeat its conditions."""
 
     def __init__(self) -> None:
-        # By identity, as terms are large and fractions slow; all are held, so that they stay themselves.
+        # Keyed by identity: terms are large and fractions slow to hash.  Both are kept, so no id is reused.
         self._known: dict[tuple[int, ...], tuple[t.Term, Mapping[str, Value], bool]] = {}
 
     def holds(self, term: t.Term, values: Mapping[str, Value]) -> bool:
@@ -89,7 +89,7 @@ class TermEvaluator:
 def witness_from_model(
     model: Mapping[str, ScalarValue],
     declared: tuple[Declared, ...],
-    wanted: tuple[t.Term, ...],
+    required: tuple[t.Term, ...],
     replay: TermEvaluator,
     *,
     shown: bool,
@@ -99,7 +99,7 @@ def witness_from_model(
     Args:
         model: values by scalar variable.
         declared: declarations of the variables.
-        wanted: the terms that must all hold of a witness.  An irrational model value was approximated
+        required: the terms that must all hold of a witness.  An irrational model value was approximated
             by the solver, so even a faithful solver's model may fail here.
         replay: evaluator of the terms.
         shown: True if a person will read it, so that rounded numbers are worth looking for.
@@ -108,15 +108,15 @@ def witness_from_model(
         The witness; None if it does not replay.
     """
     values = _values(model, declared)
-    if not shown and _is_witness(values, declared, wanted, replay):
+    if not shown and _is_witness(values, declared, required, replay):
         return Witness(declared, values)
     scalars = dict(model)
     for one in declared:
         for part in scalar_variables(one.variable):
             if isinstance(part.type, RealType):
-                scalars[part.name] = _simplify_value(part.name, scalars, one, declared, wanted, replay)
+                scalars[part.name] = _simplify_value(part.name, scalars, one, declared, required, replay)
     values = _values(scalars, declared)
-    return Witness(declared, values) if _is_witness(values, declared, wanted, replay) else None
+    return Witness(declared, values) if _is_witness(values, declared, required, replay) else None
 
 
 def _simplify_value(
@@ -124,7 +124,7 @@ def _simplify_value(
     scalars: Mapping[str, ScalarValue],
     variable: Declared,
     declared: tuple[Declared, ...],
-    wanted: tuple[t.Term, ...],
+    required: tuple[t.Term, ...],
     replay: TermEvaluator,
 ) -> Fraction:
     """Return the value with the fewest decimals, in the unit of its declaration, that still is a witness."""
@@ -132,7 +132,7 @@ def _simplify_value(
     scaled = value / variable.unit.factor
     for digits in range(7):
         candidate = round(scaled, digits) * variable.unit.factor
-        if _is_witness(_values({**scalars, name: candidate}, declared), declared, wanted, replay):
+        if _is_witness(_values({**scalars, name: candidate}, declared), declared, required, replay):
             return candidate
     return value
 
@@ -149,11 +149,11 @@ def _values(scalars: Mapping[str, ScalarValue], declared: tuple[Declared, ...]) 
 def _is_witness(
     values: Mapping[str, Value],
     declared: tuple[Declared, ...],
-    wanted: tuple[t.Term, ...],
+    required: tuple[t.Term, ...],
     replay: TermEvaluator,
 ) -> bool:
     return all(_in_range(values[one.name], one) for one in declared) and all(
-        replay.holds(term, values) for term in wanted
+        replay.holds(term, values) for term in required
     )
 
 
