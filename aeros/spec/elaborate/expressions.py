@@ -24,20 +24,20 @@ _T = TypeVar("_T")
 
 
 def elaborate_expression(
-    expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type = BOOL
+    expression: ExpressionField, scope: Scope, diagnostics: Diagnostics, expected: Type = BOOL
 ) -> t.Term | None:
     """Elaborate an expression to a typed term.
 
     Args:
         expression: field of a file, with its text and position.
         scope: meaning of the names in the expression.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
         expected: type that the term must have.
 
     Returns:
         The term, or None after reporting the fault.
     """
-    return _report_errors(expression, sink, lambda node: check(node, scope, expected))
+    return _report_errors(expression, diagnostics, lambda node: check(node, scope, expected))
 
 
 class ElaboratedCondition(NamedTuple):
@@ -59,19 +59,19 @@ class ElaboratedCondition(NamedTuple):
 
 
 def elaborate_condition(
-    expression: ExpressionField, scope: Scope, sink: Diagnostics
+    expression: ExpressionField, scope: Scope, diagnostics: Diagnostics
 ) -> ElaboratedCondition | None:
     """Elaborate a condition as `elaborate_expression` does, together with the parts that it is made of.
 
     Args:
         expression: field of a file, with its text and position.
         scope: meaning of the names in the expression.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The condition with its parts, each with its position; None after reporting the fault.
     """
-    found = _report_errors(expression, sink, lambda node: check_condition(node, scope))
+    found = _report_errors(expression, diagnostics, lambda node: check_condition(node, scope))
     if found is None:
         return None
     term, *parts = found
@@ -82,57 +82,59 @@ def elaborate_condition(
     return ElaboratedCondition(term, conjuncts if len(conjuncts) > 1 else whole, premises, alternatives)
 
 
-def elaborate_constant(expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type) -> Any:
+def elaborate_constant(
+    expression: ExpressionField, scope: Scope, diagnostics: Diagnostics, expected: Type
+) -> Any:
     """Elaborate an expression without variables and evaluate it.
 
     Args:
         expression: field of a file, with its text and position.
         scope: meaning of the names; it has no variables.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
         expected: type that the value must have.
 
     Returns:
         The value, numbers in SI units; None after reporting the fault.
     """
-    term = elaborate_expression(expression, scope, sink, expected)
+    term = elaborate_expression(expression, scope, diagnostics, expected)
     return None if term is None else evaluate(term, {})
 
 
-def elaborate_number(expression: ExpressionField, scope: Scope, sink: Diagnostics) -> t.Literal | None:
+def elaborate_number(expression: ExpressionField, scope: Scope, diagnostics: Diagnostics) -> t.Literal | None:
     """Elaborate an expression without variables to a real constant, in the dimension that its units give.
 
     Args:
         expression: field of a file, with its text and position.
         scope: meaning of the names; it has no variables.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The constant in SI units with its type; None after reporting the fault.
     """
-    found = _report_errors(expression, sink, lambda node: infer(node, scope))
+    found = _report_errors(expression, diagnostics, lambda node: infer(node, scope))
     if found is None:
         return None
     term, type_ = found
     value = evaluate(term, {})
     if not isinstance(type_, RealType) or not isinstance(value, Fraction):
-        sink.error("AE203", f"expected a number, found {type_}", expression.span, str(type_))
+        diagnostics.error("AE203", f"expected a number, found {type_}", expression.span, str(type_))
         return None
     return t.Literal(value, type_)
 
 
 def _report_errors(
-    expression: ExpressionField, sink: Diagnostics, checked: Callable[[Node], _T]
+    expression: ExpressionField, diagnostics: Diagnostics, checked: Callable[[Node], _T]
 ) -> _T | None:
     try:
         return checked(parse(expression.value))
     except ExpressionSyntaxError as fault:
         help_ = (fault.help,) if fault.help else ()
-        sink.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
+        diagnostics.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
     except ExpressionTypeError as fault:
         secondary = (
             () if fault.beside is None else (SpanLabel(_span(expression, fault.beside[0]), fault.beside[1]),)
         )
-        sink.error(
+        diagnostics.error(
             fault.code,
             fault.message,
             _span(expression, fault.extent),
@@ -143,12 +145,12 @@ def _report_errors(
     return None
 
 
-def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
+def elaborate_unit(text: TextField | None, diagnostics: Diagnostics) -> Unit | None:
     """Elaborate the `unit` field of a quantity.
 
     Args:
         text: the field; None where the quantity declares no unit.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The unit, `1` where there is no field; None after reporting that the text is not a unit.
@@ -157,7 +159,7 @@ def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
         return parse_unit("1")
     unit = parse_unit(text.value)
     if unit is None:
-        sink.error(
+        diagnostics.error(
             "AE207",
             f"`{text.value}` is not a unit",
             text.span,
@@ -166,20 +168,20 @@ def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
     return unit
 
 
-def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics) -> Fraction | None:
+def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagnostics) -> Fraction | None:
     """Elaborate a field that holds a number with a unit, such as `250 mm`.
 
     Args:
         text: the field.
         dimension: dimension that the value must have.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The value in SI units; None after reporting the fault.
     """
     parsed = parse_quantity(text.value)
     if parsed is None:
-        sink.error(
+        diagnostics.error(
             "AE207",
             f"`{text.value}` is not a number with a unit",
             text.span,
@@ -188,7 +190,7 @@ def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics)
         return None
     value, unit = parsed
     if unit.dimension != dimension:
-        sink.error(
+        diagnostics.error(
             "AE204",
             f"expected a value in {dimension}, found {unit.dimension}",
             text.span,

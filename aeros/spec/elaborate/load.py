@@ -33,78 +33,82 @@ class LoadedEcm:
     code: dict[str, bytes]
 
 
-def load_site(path: str | os.PathLike[str], sink: Diagnostics) -> Site | None:
+def load_site(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Site | None:
     """Load the site at a path.
 
     Args:
         path: path of the site file.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The site, or None after reporting every fault.
     """
-    source = _source(path, sink)
-    return None if source is None else elaborate_source(source, sink)
+    source = _source(path, diagnostics)
+    return None if source is None else elaborate_source(source, diagnostics)
 
 
-def elaborate_source(source: Source, sink: Diagnostics) -> Site | None:
+def elaborate_source(source: Source, diagnostics: Diagnostics) -> Site | None:
     """Elaborate the site that a source declares.
 
     Results are cached: the same text under the same path gives the same site, without elaborating it again.
 
     Args:
         source: text of the site file and its path.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The site, or None after reporting every fault.
     """
-    site, diagnostics = _elaborate_with_diagnostics(source)
-    sink.extend(diagnostics)
+    site, found = _elaborate_with_diagnostics(source)
+    diagnostics.extend(found)
     return site
 
 
 @lru_cache(maxsize=8)
 def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostics]:
-    sink = Diagnostics()
-    declared = _decode_source(source, declared_site.Site, sink)
-    return None if declared is None else elaborate_site(declared, text_digest(source.text), sink), sink
+    diagnostics = Diagnostics()
+    declared = _decode_source(source, declared_site.Site, diagnostics)
+    return None if declared is None else elaborate_site(
+        declared, text_digest(source.text), diagnostics
+    ), diagnostics
 
 
-def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:
+def load_ecm(folder: Path, site: Site, diagnostics: Diagnostics) -> LoadedEcm | None:
     """Load the module in a folder, under a site.
 
     Args:
         folder: the module's folder, which holds `ecm.yaml`.
         site: site under which the module is elaborated.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The module with its code, or None after reporting every fault.
     """
-    source = _source(folder / MANIFEST, sink)
-    declared = None if source is None else _decode_source(source, declared_ecm.Ecm, sink)
+    source = _source(folder / MANIFEST, diagnostics)
+    declared = None if source is None else _decode_source(source, declared_ecm.Ecm, diagnostics)
     if source is None or declared is None:
         return None
     try:
         code = code_files(folder)
     except OSError as error:
-        sink.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
+        diagnostics.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
         return None
-    ecm = elaborate_ecm(declared, site, str(folder), (text_digest(source.text), code_digest(code)), sink)
+    ecm = elaborate_ecm(
+        declared, site, str(folder), (text_digest(source.text), code_digest(code)), diagnostics
+    )
     return None if ecm is None else LoadedEcm(ecm, code)
 
 
-def _source(path: str | os.PathLike[str], sink: Diagnostics) -> Source | None:
+def _source(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Source | None:
     try:
         return read_source(path)
     except UserError as error:
         for diagnostic in error.diagnostics:
-            sink.report(diagnostic)
+            diagnostics.report(diagnostic)
         return None
 
 
-def _decode_source(source: Source, schema: type[_T], sink: Diagnostics) -> _T | None:
-    node = read_yaml(source, sink)
-    declared = None if node is None else decode(node, schema, sink)
-    return None if declared is None or sink.has_errors else declared
+def _decode_source(source: Source, schema: type[_T], diagnostics: Diagnostics) -> _T | None:
+    node = read_yaml(source, diagnostics)
+    declared = None if node is None else decode(node, schema, diagnostics)
+    return None if declared is None or diagnostics.has_errors else declared

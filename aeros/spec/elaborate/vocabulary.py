@@ -34,23 +34,23 @@ _RESERVED = (
 )
 
 
-def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
+def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, diagnostics: Diagnostics) -> bool:
     """Check that a name has no meaning yet; report the meaning that it has.
 
     Args:
         name: the new name, with its position in the file.
         used: description of each name in use, such as `a state variable`, by name.
         what: noun for the thing to be named, for the report.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         True if the name is free.
     """
     if name.value in _RESERVED:
-        sink.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
+        diagnostics.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
         return False
     if name.value in used:
-        sink.error(
+        diagnostics.error(
             "AE121",
             f"`{name.value}` is {used[name.value]} already",
             name.span,
@@ -61,7 +61,7 @@ def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, sink
 
 
 def elaborate_variable(
-    name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, sink: Diagnostics
+    name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, diagnostics: Diagnostics
 ) -> Declared | None:
     """Elaborate a declared quantity to a variable.
 
@@ -72,18 +72,18 @@ def elaborate_variable(
         quantity: declared type, unit and range.
         role: role of the variable: state, parameter or input.
         enums: declared enumerations by name.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The variable with its bounds in SI units, or None after reporting the fault.
     """
-    unit = elaborate_unit(quantity.unit, sink)
-    type_ = _type(quantity, unit, enums, sink)
+    unit = elaborate_unit(quantity.unit, diagnostics)
+    type_ = _type(quantity, unit, enums, diagnostics)
     if type_ is None or unit is None:
         return None
     numeric = isinstance(type_, RealType | VectorType)
     if numeric and quantity.range is None:
-        sink.error(
+        diagnostics.error(
             "AE208",
             "a number needs a range: proofs speak of every value inside it, and the gate denies all others",
             quantity.type.span,
@@ -93,12 +93,12 @@ def elaborate_variable(
     for text, field in ((quantity.unit, "unit"), (quantity.range, "range")):
         if text is not None and not numeric:
             span = text.span if isinstance(text, TextField) else quantity.span
-            sink.error("AE208", f"a {type_} has no {field}", span)
+            diagnostics.error("AE208", f"a {type_} has no {field}", span)
             return None
     place = quantity.range[0].span.merge(quantity.range[-1].span) if quantity.range else None
-    bounds = None if quantity.range is None else _range(quantity.range, unit, sink)
+    bounds = None if quantity.range is None else _range(quantity.range, unit, diagnostics)
     if bounds is not None and isinstance(type_, IntegerType) and any(end.denominator != 1 for end in bounds):
-        sink.error("AE208", "the range of an int ends at whole numbers", place)
+        diagnostics.error("AE208", "the range of an int ends at whole numbers", place)
         return None
     if numeric and bounds is None:
         return None
@@ -106,7 +106,7 @@ def elaborate_variable(
 
 
 def elaborate_state(
-    name: str, quantity: declared.StateVariable, enums: Enums, sink: Diagnostics
+    name: str, quantity: declared.StateVariable, enums: Enums, diagnostics: Diagnostics
 ) -> Declared | None:
     """Elaborate a declared state variable, as a family if it has an index.
 
@@ -114,15 +114,15 @@ def elaborate_state(
         name: name of the variable.
         quantity: declared quantity, sensor, greatest age and index.
         enums: declared enumerations by name.
-        sink: collector of the faults.
+        diagnostics: receives the faults.
 
     Returns:
         The variable with bounds and greatest age in SI units, or None after reporting the fault.
     """
-    base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, sink)
-    age = elaborate_quantity(quantity.max_age, TIME, sink)
+    base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, diagnostics)
+    age = elaborate_quantity(quantity.max_age, TIME, diagnostics)
     if age is not None and age <= 0:
-        sink.error("AE208", "`max_age` must be longer than nothing", quantity.max_age.span)
+        diagnostics.error("AE208", "`max_age` must be longer than nothing", quantity.max_age.span)
         return None
     if base is None or age is None:
         return None
@@ -130,24 +130,28 @@ def elaborate_state(
     if quantity.index is not None:
         index = enums.get(quantity.index.value)
         if index is None:
-            _unknown_enum(quantity.index, enums, sink)
+            _unknown_enum(quantity.index, enums, diagnostics)
             return None
         if not isinstance(type_, BoolType | RealType):
-            sink.error("AE208", f"a family of {type_} is not supported", quantity.index.span)
+            diagnostics.error("AE208", f"a family of {type_} is not supported", quantity.index.span)
             return None
         type_ = FamilyType(index, type_)
     variable = t.Variable(name, type_, t.VariableRole.STATE)
     return replace(base, variable=variable, span=quantity.span, max_age=age, sensor=quantity.sensor.value)
 
 
-def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Diagnostics) -> Type | None:
+def _type(
+    quantity: declared.Quantity, unit: Unit | None, enums: Enums, diagnostics: Diagnostics
+) -> Type | None:
     word = quantity.type.value
     if word == "bool":
         return BOOL
     if word == "int":
         if unit is not None and unit.dimension == NUMBER and unit.factor == 1:
             return IntegerType()
-        sink.error("AE208", "an int is a bare number, without a unit", (quantity.unit or quantity.type).span)
+        diagnostics.error(
+            "AE208", "an int is a bare number, without a unit", (quantity.unit or quantity.type).span
+        )
         return None
     if word in ("real", "vec3"):
         if unit is None:
@@ -156,7 +160,7 @@ def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Di
     if word in enums:
         return enums[word]
     near = did_you_mean(word, [*_TYPES, *enums])
-    sink.error(
+    diagnostics.error(
         "AE122",
         f"`{word}` is not a type",
         quantity.type.span,
@@ -165,18 +169,18 @@ def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Di
     return None
 
 
-def _unknown_enum(name: TextField, enums: Enums, sink: Diagnostics) -> None:
+def _unknown_enum(name: TextField, enums: Enums, diagnostics: Diagnostics) -> None:
     near = did_you_mean(name.value, enums)
     help_ = f"did you mean `{near}`?" if near else "declare it under `enums`"
-    sink.error("AE122", f"`{name.value}` is not a declared enum", name.span, help=(help_,))
+    diagnostics.error("AE122", f"`{name.value}` is not a declared enum", name.span, help=(help_,))
 
 
 def _range(
-    numbers: tuple[NumberField, ...], unit: Unit, sink: Diagnostics
+    numbers: tuple[NumberField, ...], unit: Unit, diagnostics: Diagnostics
 ) -> tuple[Fraction, Fraction] | None:
     span = numbers[0].span.merge(numbers[-1].span) if numbers else None
     if len(numbers) != 2 or numbers[0].value >= numbers[1].value:
-        sink.error(
+        diagnostics.error(
             "AE208", "a range is two numbers, the lower one first", span, help=("as in `range: [0, 3]`",)
         )
         return None

@@ -56,15 +56,15 @@ def examine_site(
     Returns:
         The site, None if the source does not declare one, and the report on it.
     """
-    sink, path = Diagnostics(), Path(source.path)
-    site = elaborate_source(source, sink)
+    diagnostics, path = Diagnostics(), Path(source.path)
+    site = elaborate_source(source, diagnostics)
     if site is None:
-        return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
+        return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(diagnostics))
     site = site.with_overrides(blocks)
     settled, findings = _discharge_and_explain(
         (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle
     )
-    problems = (*sink, *_diagnostics(settled, findings))
+    problems = (*diagnostics, *_diagnostics(settled, findings))
     claims = Claims.from_claims((*map(summarize_static_claim, settled), *map(_summarize_finding, findings)))
     return site, SubjectReport(site.id, path, conclusion_of(problems), problems, claims, settled, findings)
 
@@ -80,10 +80,10 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
     Returns:
         The findings; a module that cannot be read has its faults only.
     """
-    sink = Diagnostics()
-    loaded = load_ecm(folder, site, sink)
+    diagnostics = Diagnostics()
+    loaded = load_ecm(folder, site, diagnostics)
     if loaded is None:
-        return ModuleFindings(None, tuple(sink))
+        return ModuleFindings(None, tuple(diagnostics))
     ecm = loaded.ecm
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
@@ -104,7 +104,7 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
     )
     return ModuleFindings(
         presence,
-        (*sink, *diagnostics_of(before_summaries)),
+        (*diagnostics, *diagnostics_of(before_summaries)),
         ListedClaims(before_summaries, (*settled_summaries, *map(_summarize_finding, findings))),
         (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
         findings=(ecm, before, settled, findings),

@@ -180,16 +180,20 @@ def unreadable_site_report(path: Path, error: UserError) -> SubjectReport:
     return SubjectReport(str(path), path, Conclusion.REJECTED, error.diagnostics)
 
 
-def missing_module_report(sink: Diagnostics) -> tuple[SubjectReport, ...]:
+def missing_module_report(diagnostics: Diagnostics) -> tuple[SubjectReport, ...]:
     """Report on paths that hold no module.
 
     Args:
-        sink: diagnostics of the search for modules.
+        diagnostics: faults of the search for modules.
 
     Returns:
         One report with all of them if there is an error, else none.
     """
-    return (SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)),) if sink.has_errors else ()
+    return (
+        (SubjectReport("", Path(), Conclusion.REJECTED, tuple(diagnostics)),)
+        if diagnostics.has_errors
+        else ()
+    )
 
 
 def module_report(

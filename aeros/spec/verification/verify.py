@@ -87,9 +87,9 @@ def verify(
     if second is not None and detail is not Detail.FULL:
         raise MisuseError("a second solver is asked everything, so the report has to be in full")
     progress(f"site {site_path}")
-    sink = Diagnostics()
-    folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
-    refused = missing_module_report(sink)
+    diagnostics = Diagnostics()
+    folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, diagnostics)))
+    refused = missing_module_report(diagnostics)
     try:
         source = read_source(site_path)
     except UserError as error:
