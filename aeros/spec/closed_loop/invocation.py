@@ -135,15 +135,15 @@ class Invocation:
         Returns:
             Each state afterwards, the outcome measured there, and the probability (0 to 1) of that.
         """
-        found = []
+        results = []
         for outcome, share, effects in self._outcomes:
             if outcome.probability != 0:
                 changed = _apply_effects(state, effects)
-                found.append((tuple(changed), self._measured_outcome(changed), share))
-        found += [
+                results.append((tuple(changed), self._measured_outcome(changed), share))
+        results += [
             (tuple(_apply_effects(state, effects)), outcome, Fraction(0)) for outcome, effects in self._unheld
         ]
-        return found
+        return results
 
     def _measured_outcome(self, values: list[Any]) -> Outcome:
         matching = [

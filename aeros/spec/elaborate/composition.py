@@ -41,7 +41,7 @@ def elaborate_compositions(
     Returns:
         The compositions without faults, by name.
     """
-    found: dict[str, Composition] = {}
+    compositions: dict[str, Composition] = {}
     for name, one in entries:
         if name.value in skills:
             diagnostics.error(
@@ -52,8 +52,8 @@ def elaborate_compositions(
             )
         elaborated = _Elaborator(one, site, skills, diagnostics).composition(name)
         if elaborated is not None:
-            found[name.value] = elaborated
-    return found
+            compositions[name.value] = elaborated
+    return compositions
 
 
 @dataclass(frozen=True)

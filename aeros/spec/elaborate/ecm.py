@@ -161,7 +161,7 @@ class _EcmElaborator:
     def _skill(self, name: TextField, skill: declared.Skill) -> Skill:
         inputs, enums = self._inputs(skill.inputs), self._site.enums
         state = state_scope(self._site, inputs)
-        asked = None if skill.precondition is None else self._clause(skill.precondition, state)
+        precondition = None if skill.precondition is None else self._clause(skill.precondition, state)
         hold = None if skill.hold is None else self._clause(skill.hold, state)
         if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
             headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
@@ -190,7 +190,7 @@ class _EcmElaborator:
             module_name=module,
             function=function,
             inputs=inputs,
-            precondition=start_condition(asked, hold),
+            precondition=start_condition(precondition, hold),
             outcomes=self._outcomes(name, skill.outcomes),
             envelope=self._clauses(skill.envelope, inputs),
             actuators=frozenset(actuator.value for actuator in skill.actuators),
@@ -264,10 +264,14 @@ class _EcmElaborator:
     def _outcome(self, name: str, outcome: declared.Outcome) -> Outcome:
         effects = self._constant_effects(outcome.effects)
         for variable, _ in outcome.effects:
-            found = self._site.state.get(variable.value)
-            if found is not None and isinstance(found.variable.type, VectorType | FamilyType):
+            declared_variable = self._site.state.get(variable.value)
+            if declared_variable is not None and isinstance(
+                declared_variable.variable.type, VectorType | FamilyType
+            ):
                 self._diagnostics.error(
-                    "AE203", f"an effect on a {found.variable.type} cannot be declared", variable.span
+                    "AE203",
+                    f"an effect on a {declared_variable.variable.type} cannot be declared",
+                    variable.span,
                 )
         probability = None if outcome.probability is None else outcome.probability.value
         if probability is not None and not 0 <= probability <= 1 and outcome.probability is not None:
@@ -287,11 +291,15 @@ class _EcmElaborator:
         """Elaborate the constant value that each state variable is set to."""
         values: dict[str, Any] = {}
         for variable, expression in entries:
-            found = self._resolve_name(variable, self._site.state, "a state variable of this site")
-            if found is not None:
+            declared_variable = self._resolve_name(
+                variable, self._site.state, "a state variable of this site"
+            )
+            if declared_variable is not None:
                 scope = constant_scope(self._site)
-                value = elaborate_constant(expression, scope, self._diagnostics, found.variable.type)
-                self._check_range(found, value, expression)
+                value = elaborate_constant(
+                    expression, scope, self._diagnostics, declared_variable.variable.type
+                )
+                self._check_range(declared_variable, value, expression)
                 values[variable.value] = value
         return values
 
@@ -309,11 +317,11 @@ class _EcmElaborator:
         return clauses
 
     def _clause(self, expression: ExpressionField, scope: Scope) -> ActionCondition | None:
-        found = elaborate_condition(expression, scope, self._diagnostics)
+        condition = elaborate_condition(expression, scope, self._diagnostics)
         return (
             None
-            if found is None
-            else ActionCondition(found.term, expression.value, expression.span, found.conjuncts)
+            if condition is None
+            else ActionCondition(condition.term, expression.value, expression.span, condition.conjuncts)
         )
 
     def _task(self, name: TextField, task: declared.Task, skills: Mapping[str, Skill]) -> Task:
@@ -341,16 +349,18 @@ class _EcmElaborator:
         )
 
     def _invariants(self, listed: tuple[declared.TaskInvariant, ...]) -> tuple[TaskInvariant, ...]:
-        found: dict[str, TaskInvariant] = {}
+        invariants: dict[str, TaskInvariant] = {}
         for one in listed:
-            if one.id.value in found:
+            if one.id.value in invariants:
                 self._diagnostics.error(
                     "AE120", f"the invariant `{one.id.value}` is declared twice", one.id.span
                 )
             term = elaborate_expression(one.require, state_scope(self._site), self._diagnostics)
             if term is not None:
-                found[one.id.value] = TaskInvariant(one.id.value, term, one.require.value, one.require.span)
-        return tuple(found.values())
+                invariants[one.id.value] = TaskInvariant(
+                    one.id.value, term, one.require.value, one.require.span
+                )
+        return tuple(invariants.values())
 
     def _planning_rule(self, rule: declared.PlanningRule, skills: Mapping[str, Skill]) -> PlanningRule | None:
         unless = elaborate_expression(rule.unless, state_scope(self._site), self._diagnostics)

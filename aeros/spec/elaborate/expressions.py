@@ -71,10 +71,10 @@ def elaborate_condition(
     Returns:
         The condition with its parts, each with its position; None after reporting the fault.
     """
-    found = _report_errors(expression, diagnostics, lambda node: check_condition(node, scope))
-    if found is None:
+    checked = _report_errors(expression, diagnostics, lambda node: check_condition(node, scope))
+    if checked is None:
         return None
-    term, *parts = found
+    term, *parts = checked
     conjuncts, premises, alternatives = (
         tuple(Conjunct(one, _span(expression, extent)) for one, extent in each) for each in parts
     )
@@ -111,10 +111,10 @@ def elaborate_number(expression: ExpressionField, scope: Scope, diagnostics: Dia
     Returns:
         The constant in SI units with its type; None after reporting the fault.
     """
-    found = _report_errors(expression, diagnostics, lambda node: infer(node, scope))
-    if found is None:
+    inferred = _report_errors(expression, diagnostics, lambda node: infer(node, scope))
+    if inferred is None:
         return None
-    term, type_ = found
+    term, type_ = inferred
     value = evaluate(term, {})
     if not isinstance(type_, RealType) or not isinstance(value, Fraction):
         diagnostics.error("AE203", f"expected a number, found {type_}", expression.span, str(type_))

@@ -59,8 +59,8 @@ def elaborate_source(source: Source, diagnostics: Diagnostics) -> Site | None:
     Returns:
         The site, or None after reporting every fault.
     """
-    site, found = _elaborate_with_diagnostics(source)
-    diagnostics.extend(found)
+    site, faults = _elaborate_with_diagnostics(source)
+    diagnostics.extend(faults)
     return site
 
 

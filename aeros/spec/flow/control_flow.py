@@ -55,10 +55,10 @@ def handler_cycle(composition: Composition) -> list[str]:
 
     graph: nx.DiGraph[str] = nx.DiGraph(edges)
     try:
-        found = [source for source, _ in nx.find_cycle(graph)]
+        cycle = [source for source, _ in nx.find_cycle(graph)]
     except nx.NetworkXNoCycle:
         return []
-    return [*found, found[0]]
+    return [*cycle, cycle[0]]
 
 
 _DanglingEdges = list[tuple[str, str]]

@@ -247,8 +247,8 @@ def earlier_measurements(terms: Iterable[t.Term], state: Mapping[str, Declared])
     Returns:
         A declaration for each of them, with the range and unit of the measured variable.
     """
-    found = {name: one for term in terms for name, one in t.variables_of(term).items() if "@" in name}
-    return tuple(replace(state[name.partition("@")[0]], variable=one) for name, one in found.items())
+    variables = {name: one for term in terms for name, one in t.variables_of(term).items() if "@" in name}
+    return tuple(replace(state[name.partition("@")[0]], variable=one) for name, one in variables.items())
 
 
 def fold_constants(term: t.Term) -> t.Term:

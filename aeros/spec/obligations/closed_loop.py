@@ -37,22 +37,22 @@ def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
     for task in ecm.tasks.values():
         try:
             explored = explore_task(ecm, task, site)
-        except StateSpaceError as why:
-            yield StaticClaim(ClaimForm.RULES_ANALYSED(task.id), _analysis_undecided(task, str(why)))
+        except StateSpaceError as error:
+            yield StaticClaim(ClaimForm.RULES_ANALYSED(task.id), _analysis_undecided(task, str(error)))
             continue
         yield StaticClaim(ClaimForm.RULES_DISPATCH(task.id), _rule_never_dispatched(ecm, explored))
         yield StaticClaim(ClaimForm.RULES_PROGRESS(task.id), _goal_unreachable(explored))
         yield StaticClaim(ClaimForm.RULES_EFFECTIVE(task.id), _task_without_rules(explored))
         for invariant in task.invariants:
-            kept = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
-            yield StaticClaim(kept, _invariant_violated(invariant, explored))
+            claim_id = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
+            yield StaticClaim(claim_id, _invariant_violated(invariant, explored))
 
 
 def _rule_never_dispatched(ecm: Ecm, explored: ReachableStates) -> Diagnostic | None:
     for node in explored.graph:
-        hindered = explored.system.blocked_step(node)
-        if hindered is not None:
-            rule, skill = hindered
+        blocked = explored.system.blocked_step(node)
+        if blocked is not None:
+            rule, skill = blocked
             precondition = ecm.skills[skill].precondition
             called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
             return Diagnostic(

@@ -93,15 +93,15 @@ def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
     Phrases are compared as `aeros.agent.planning.routing` reads them.
     """
     phrases = [
-        _TaskPhrase(normalized_words(way.word), ecm.id, way.task, way.span)
+        _TaskPhrase(normalized_words(entry.word), ecm.id, entry.task, entry.span)
         for ecm in ecms
-        for way in ecm.task_phrases
+        for entry in ecm.task_phrases
     ]
-    by_phrase = _group_by_key((way.phrase, way) for way in phrases)
+    by_phrase = _group_by_key((entry.phrase, entry) for entry in phrases)
     for phrase, equal in by_phrase.items():
         inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}
-        contained = [way for part in sorted(inner) for way in by_phrase.get(part, ())]
-        other = next((way for way in contained if way.module != equal[0].module), None)
+        contained = [entry for part in sorted(inner) for entry in by_phrase.get(part, ())]
+        other = next((entry for entry in contained if entry.module != equal[0].module), None)
         yield StaticClaim(
             ClaimForm.WORDS_UNAMBIGUOUS("-".join(phrase)),  # no word holds a `-`
             None if other is None else _ambiguous_phrases(equal[0], other),
@@ -109,7 +109,7 @@ def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
 
 
 def _ambiguous_phrases(one: _TaskPhrase, other: _TaskPhrase) -> Diagnostic:
-    tasks = " or ".join(f"`{way.module}.{way.task}`" for way in (one, other))
+    tasks = " or ".join(f"`{entry.module}.{entry.task}`" for entry in (one, other))
     return Diagnostic(
         "AE882",
         f"`{' '.join(one.phrase)}` may mean {tasks}",
@@ -136,11 +136,13 @@ def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
         (name, (ecm, values)) for ecm in ecms for name, values in ecm.effect_values.items()
     )
     for name, by_module in written.items():
-        one_of_each = {values: ecm for ecm, values in by_module}
-        opposed = next((pair for pair in combinations(one_of_each, 2) if pair[0].isdisjoint(pair[1])), None)
+        module_by_values = {values: ecm for ecm, values in by_module}
+        opposed = next(
+            (pair for pair in combinations(module_by_values, 2) if pair[0].isdisjoint(pair[1])), None
+        )
         diagnostic = None
         if opposed is not None:
-            first, second = (one_of_each[values] for values in opposed)
+            first, second = (module_by_values[values] for values in opposed)
             diagnostic = Diagnostic(
                 "AE885",
                 f"success leaves different values of `{name}` in `{first.id}` and in `{second.id}`",

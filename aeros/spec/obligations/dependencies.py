@@ -67,13 +67,13 @@ def _unmet_dependency(
     ecm: ModuleSummary, name: str, specifier: str, co_installed: Mapping[str, ModuleSummary]
 ) -> Diagnostic | None:
     label = SpanLabel(ecm.requires_spans[name])
-    found = co_installed.get(name)
-    if found is None:
+    module = co_installed.get(name)
+    if module is None:
         help_ = (f"put the module beside `{ecm.id}`, or remove the dependency",)
         return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is not there", label, help=help_)
-    if not is_compatible_version(specifier, found.version):
+    if not is_compatible_version(specifier, module.version):
         return Diagnostic(
-            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {found.version} is there", label
+            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {module.version} is there", label
         )
     return None
 

@@ -164,12 +164,12 @@ class _BranchPairClaims:
         return StaticClaim(claim_id, None)
 
     def _writes(self, branch: Part) -> dict[str, _VariableUse]:
-        found: dict[str, _VariableUse] = {}
+        uses: dict[str, _VariableUse] = {}
         for step in self._all_possible_steps(branch):
             for outcome in self.skills[step.skill].outcomes.values():
                 for name in outcome.effects if outcome.probability != 0 else ():
-                    found.setdefault(name, _VariableUse(step.span, f"`{step.id}` may set it"))
-        return found
+                    uses.setdefault(name, _VariableUse(step.span, f"`{step.id}` may set it"))
+        return uses
 
     def _reads(self, branch: Part) -> dict[str, _VariableUse]:
         """Collect state variables in preconditions, hold-conditions, conditions and envelopes."""

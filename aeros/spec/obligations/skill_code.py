@@ -55,13 +55,13 @@ def skill_code_obligations(
 
 def _no_forbidden_access(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
     """Report the first import, builtin or attribute through which the code could act by itself."""
-    reach = first_forbidden_access(file.nodes)
-    if reach is None:
+    access = first_forbidden_access(file.nodes)
+    if access is None:
         return None
-    node, what = reach
+    node, description = access
     return Diagnostic(
         "AE134",
-        f"skill code of `{ecm.id}` {what}",
+        f"skill code of `{ecm.id}` {description}",
         SpanLabel(file.span(node), "a skill only yields actions and gets observations"),
         help=(
             "import names of `aeros.skill` and of what computes, such as `math`; ask for the rest as actions",

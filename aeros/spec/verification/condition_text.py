@@ -53,8 +53,8 @@ def count_decimals(numeral: str) -> int:
     Returns:
         The number of digits.
     """
-    found = re.search(r"\.([0-9]+)", numeral)
-    return len(found[1]) if found else 0
+    match = re.search(r"\.([0-9]+)", numeral)
+    return len(match[1]) if match else 0
 
 
 def replace_number(
@@ -72,7 +72,7 @@ def replace_number(
         A function from a numeral, and whether the bound itself is excluded, to the edited text.
     """
 
-    def put(value: str, excluded: bool) -> str:
+    def edit(value: str, excluded: bool) -> str:
         written = _NUMERAL.sub(value, text[literal.start : literal.end], count=1)
         edits = [(literal.start, literal.end, written)]
         if excluded:
@@ -82,7 +82,7 @@ def replace_number(
             edited = edited[:start] + new + edited[end:]
         return edited
 
-    return put
+    return edit
 
 
 def add_bound(text: str, name: str, upper: bool, unit: Unit) -> Callable[[str, bool], str]:
@@ -98,12 +98,12 @@ def add_bound(text: str, name: str, upper: bool, unit: Unit) -> Callable[[str, b
         A function from a numeral, and whether the bound itself is excluded, to the edited text.
     """
 
-    def put(value: str, excluded: bool) -> str:
+    def edit(value: str, excluded: bool) -> str:
         op = ("<" if upper else ">") + ("" if excluded else "=")
         quantity = value if unit.dimension == NUMBER and unit.text == "1" else f"{value} {unit.text}"
         return conjoin_texts(text, f"{name} {op} {quantity}")
 
-    return put
+    return edit
 
 
 def conjoin_texts(text: str, condition: str) -> str:

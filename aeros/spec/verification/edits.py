@@ -72,7 +72,7 @@ class ConditionEditor:
         self._scope = scope
         self._declared = declared
         self._oracle = oracle
-        self._left_to_ask = MAX_QUERIES
+        self._queries_left = MAX_QUERIES
 
     def term(self, text: str) -> t.Term | None:
         """Parse and type-check a condition.
@@ -98,8 +98,8 @@ class ConditionEditor:
         Returns:
             True if it is proved; False also if the queries are used up.
         """
-        self._left_to_ask -= 1
-        term = self.term(text) if self._left_to_ask >= 0 else None
+        self._queries_left -= 1
+        term = self.term(text) if self._queries_left >= 0 else None
         return term is not None and is_implied(goal, (term,), self._declared, self._oracle)
 
     def strengthen(self, text: str, goal: t.Term, goal_text: str) -> str | None:
@@ -113,10 +113,10 @@ class ConditionEditor:
         Returns:
             The edited text, or None if no edit is found.
         """
-        found = self._smallest_change(self._literal_bounds(text), goal)
-        if found is None and not _reads_state(goal) and self.term(goal_text) == goal:
-            found = self._if_satisfiable(conjoin_texts(text, goal_text))
-        return found or self._smallest_change(self._new_bounds(text, goal, goal_text), goal)
+        edited = self._smallest_change(self._literal_bounds(text), goal)
+        if edited is None and not _reads_state(goal) and self.term(goal_text) == goal:
+            edited = self._if_satisfiable(conjoin_texts(text, goal_text))
+        return edited or self._smallest_change(self._new_bounds(text, goal, goal_text), goal)
 
     def _if_satisfiable(self, text: str) -> str | None:
         term = self.term(text)
@@ -125,13 +125,13 @@ class ConditionEditor:
 
     def _smallest_change(self, bounds: Iterator[_Bound], goal: t.Term) -> str | None:
         """Return the text that moves one of the bounds by the smallest fraction of its value."""
-        found: list[tuple[Fraction, str]] = []
+        changes: list[tuple[Fraction, str]] = []
         for bound in bounds:
             moved = self._move_bound(bound, goal)
             if moved is not None and self._if_satisfiable(moved[1]) is not None:
                 change = abs(moved[0] - bound.value)
-                found.append((change / abs(bound.value) if bound.value else change, moved[1]))
-        return min(found, key=lambda one: one[0])[1] if found else None
+                changes.append((change / abs(bound.value) if bound.value else change, moved[1]))
+        return min(changes, key=lambda one: one[0])[1] if changes else None
 
     def _move_bound(self, bound: _Bound, goal: t.Term) -> tuple[Fraction, str] | None:
         """Return the laxest value of the bound with which the text implies `goal`, and that text."""
@@ -168,18 +168,18 @@ class ConditionEditor:
         """Yield the numbers with which the conjuncts of `text` compare parameters or inputs."""
         for left, right, op in comparisons_in(parse(text)):
             for literal, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
-                found = read_number(literal)
-                if found is None or op not in ("<", "<=", ">", ">="):
+                number = read_number(literal)
+                if number is None or op not in ("<", "<=", ">", ">="):
                     continue
-                value, unit = found
+                value, unit = number
                 width = self._value_span(other, unit)
                 if width is not None:
-                    far = 2 * abs(value) + width
+                    distance = 2 * abs(value) + width
                     between = (left.extent.end, right.extent.start)
-                    put = replace_number(text, literal.extent, between, op)
+                    replace = replace_number(text, literal.extent, between, op)
                     numeral = text[literal.extent.start : literal.extent.end]
-                    at = value - far if upper else value + far
-                    yield _Bound(value, unit, upper, at, count_decimals(numeral), put)
+                    limit = value - distance if upper else value + distance
+                    yield _Bound(value, unit, upper, limit, count_decimals(numeral), replace)
 
     def _value_span(self, node: s.Node, unit: Unit) -> Fraction | None:
         """Return the width of the range of an expression, in `unit`; None if it is not to be bounded."""
@@ -187,12 +187,12 @@ class ConditionEditor:
             variables = t.variables_of(infer(node, self._scope)[0])
         except ExpressionTypeError:
             return None
-        found = [
+        widths = [
             (one.range[1] - one.range[0]) / unit.factor
             for one in self._declared
             if one.name in variables and one.range is not None and _can_be_bounded(one)
         ]
-        return max(found, default=None)
+        return max(widths, default=None)
 
     def _new_bounds(self, text: str, goal: t.Term, goal_text: str) -> Iterator[_Bound]:
         """Yield bounds to add, on each number that `goal` mentions, as lax as its declared range."""
@@ -204,8 +204,8 @@ class ConditionEditor:
             low, high = (bound / unit.factor for bound in one.range)
             name = one.name
             for upper in (True, False):
-                lax, far = (high, low) if upper else (low, high)
-                yield _Bound(lax, unit, upper, far, 0, add_bound(text, name, upper, unit))
+                lax, limit = (high, low) if upper else (low, high)
+                yield _Bound(lax, unit, upper, limit, 0, add_bound(text, name, upper, unit))
 
 
 def _can_be_bounded(variable: Declared) -> bool:
@@ -218,11 +218,11 @@ def _reads_state(term: t.Term) -> bool:
 
 def _matching_constants(bound: _Bound, goal: t.Term) -> list[Fraction]:
     """Return the constants of `goal` that could be the bound, the nearest first."""
-    found, pending = {bound.value}, [goal]
+    constants, pending = {bound.value}, [goal]
     while pending:
         term = pending.pop()
         pending.extend(t.children(term))
         if isinstance(term, t.Literal) and isinstance(term.value, Fraction):
-            found |= {term.value / bound.unit.factor, -term.value / bound.unit.factor}
+            constants |= {term.value / bound.unit.factor, -term.value / bound.unit.factor}
     sign = 1 if bound.upper else -1
-    return sorted((one for one in found if one * sign <= bound.value * sign), key=lambda one: -one * sign)
+    return sorted((one for one in constants if one * sign <= bound.value * sign), key=lambda one: -one * sign)

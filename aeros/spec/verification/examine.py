@@ -121,8 +121,8 @@ def summarize_folder(folder: Path, site: Site) -> ModuleSummary | None:
     Returns:
         The summary; None if the module cannot be read.
     """
-    found = load_ecm(folder, site, Diagnostics())
-    return None if found is None else summarize_module(found.ecm)
+    loaded = load_ecm(folder, site, Diagnostics())
+    return None if loaded is None else summarize_module(loaded.ecm)
 
 
 _WORKER_STATE: dict[str, tuple[Site, Oracle]] = {}

@@ -69,8 +69,8 @@ def relevant_envelope(obligation: Obligation) -> tuple[t.Term, ...]:
 
 def _if_relevant(names: Mapping[str, t.Variable], assumptions: tuple[t.Term, ...]) -> tuple[t.Term, ...]:
     """Return the assumptions if they mention any of `names`; otherwise they cannot help."""
-    spoken = any(names.keys() & t.variables_of(one).keys() for one in assumptions)
-    return assumptions if spoken else ()
+    is_relevant = any(names.keys() & t.variables_of(one).keys() for one in assumptions)
+    return assumptions if is_relevant else ()
 
 
 def _negation_normal_form(term: t.Term, *, is_true: bool) -> t.Term:

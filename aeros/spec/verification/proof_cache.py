@@ -99,8 +99,8 @@ class ProofCache:
         Returns:
             The proofs that are cached.
         """
-        found = ((folder, self.find_module(folder)) for folder in folders)
-        return Known(self.find_site(), {folder: one for folder, one in found if one is not None})
+        findings = ((folder, self.find_module(folder)) for folder in folders)
+        return Known(self.find_site(), {folder: one for folder, one in findings if one is not None})
 
     def find_module(self, folder: Path) -> ModuleFindings | None:
         """Look up the proof of exactly the module that is in a folder now.
@@ -115,14 +115,14 @@ class ProofCache:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
             head, claims = self._proof(self._key(*digests))
-            presence = module_summary_from_json(head["presence"], manifest)
-            found = ModuleFindings(
-                presence, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
+            summary = module_summary_from_json(head["presence"], manifest)
+            findings = ModuleFindings(
+                summary, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
             )
         except (UserError, MisuseError, OSError, ValueError, LookupError, TypeError):
             return None
-        same = (presence.manifest_digest, presence.code_digest) == digests
-        return found if same and _models_unchanged(folder, presence.model_digests) else None
+        same = (summary.manifest_digest, summary.code_digest) == digests
+        return findings if same and _models_unchanged(folder, summary.model_digests) else None
 
     def find_site(self) -> tuple[SiteSummary, SubjectReport] | None:
         """Look up the proof of the site.
@@ -171,12 +171,12 @@ class ProofCache:
         Raises:
             MisuseError: the module could not be read, or a claim has a diagnostic.
         """
-        presence = one.summary
-        if presence is None:
+        summary = one.summary
+        if summary is None:
             raise MisuseError("a module that cannot be read is not proved")
-        key, tally = self._key(presence.manifest_digest, presence.code_digest), one.claims.tally
+        key, tally = self._key(summary.manifest_digest, summary.code_digest), one.claims.tally
         head = {
-            "presence": summary_to_json(presence),
+            "presence": summary_to_json(summary),
             "tally": [tally.claims, tally.runtime_checked],
             "lock": lock_digest,
         }

@@ -45,35 +45,35 @@ def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracl
             failing.setdefault(envelope, []).append(one)
     lines: dict[ClaimId, str] = {}
     for (skill, kind), obligations in failing.items():
-        alive = known.get(ClaimForm.ENVELOPE_NOT_DEAD(skill, kind))
+        not_dead = known.get(ClaimForm.ENVELOPE_NOT_DEAD(skill, kind))
         clause = obligations[0].clause
-        if clause is None or alive is None or alive.verdict is not Verdict.PROVED:
+        if clause is None or not_dead is None or not_dead.verdict is not Verdict.PROVED:
             continue
-        mended = _repair_clause(clause, obligations, alive.obligation, site, oracle)
-        if mended is not None:
-            text, done = mended
+        repaired = _repair_clause(clause, obligations, not_dead.obligation, site, oracle)
+        if repaired is not None:
+            text, done = repaired
             lines |= {one.id: f"{kind}: {_quoted(text, clause)}" for one in done}
     return lines
 
 
 def _repair_clause(
-    clause: ActionCondition, obligations: list[Obligation], alive: Obligation, site: Site, oracle: Oracle
+    clause: ActionCondition, obligations: list[Obligation], not_dead: Obligation, site: Site, oracle: Oracle
 ) -> tuple[str, list[Obligation]] | None:
     """Return the text with the edits that repair obligations, and these obligations; all of it proved."""
     declared = obligations[0].space.variables
     editor = ConditionEditor(scope_over(site, declared), declared, oracle.with_reduced_budget(50))
     text = clause.text
-    done: list[Obligation] = []
+    repaired: list[Obligation] = []
     for one in obligations:
-        found = _strengthen_clause(editor, text, one)
-        if found is not None:
-            text, done = found, [*done, one]
+        edited = _strengthen_clause(editor, text, one)
+        if edited is not None:
+            text, repaired = edited, [*repaired, one]
     text = " ".join(text.split())
     term = editor.term(text)
-    if not done or term is None:
+    if not repaired or term is None:
         return None
-    again = discharge_obligations((_with_envelope(one, term) for one in (*done, alive)), oracle)
-    return (text, done) if all(one.verdict is Verdict.PROVED for one in again) else None
+    results = discharge_obligations((_with_envelope(one, term) for one in (*repaired, not_dead)), oracle)
+    return (text, repaired) if all(one.verdict is Verdict.PROVED for one in results) else None
 
 
 def _with_envelope(obligation: Obligation, envelope: t.Term) -> Obligation:

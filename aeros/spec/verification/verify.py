@@ -127,12 +127,12 @@ def _report(
     if site is None:
         return Report(site_report, refused, None), Known()
     proved = prover.modules([folder for folder in folders if folder not in known.modules], progress)
-    found = {
+    findings = {
         folder: known.modules[folder] if folder in known.modules else proved[folder] for folder in folders
     }
-    given = {folder: one.summary for folder, one in found.items() if one.summary is not None}
+    given = {folder: one.summary for folder, one in findings.items() if one.summary is not None}
     around = dependency_candidates(given, prover.summarize_module)
-    modules = [module_report(folder, one, site, around) for folder, one in found.items()]
+    modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
     agreement = prover.agreement(progress)
     prover.close()
     configuration = configuration_report(list(given.values()), site)
@@ -198,10 +198,10 @@ class _LazyProver:
     def modules(self, folders: Sequence[Path], progress: Progress) -> dict[Path, ModuleFindings]:
         """Prove each module by itself."""
         examined: dict[Path, ModuleFindings] = {}
-        found = self._examined(folders) if folders else iter(())
+        results = self._examined(folders) if folders else iter(())
         for done, folder in enumerate(folders, 1):
             progress(f"{done} of {len(folders)}: {folder}")
-            examined[folder] = next(found)
+            examined[folder] = next(results)
         return examined
 
     def _examined(self, folders: Sequence[Path]) -> Iterator[ModuleFindings]:
@@ -209,8 +209,8 @@ class _LazyProver:
 
         if not self._in_full and self._jobs > 1 and len(folders) >= MIN_MODULES_FOR_POOL:
             return examine_modules_in_processes(folders, self._source, self._blocks, self._rlimit, self._jobs)
-        found = (examine_module(folder, self._site, self._oracle) for folder in folders)
-        return found if self._in_full else (replace(one, findings=None) for one in found)
+        results = (examine_module(folder, self._site, self._oracle) for folder in folders)
+        return results if self._in_full else (replace(one, findings=None) for one in results)
 
     def summarize_module(self, folder: Path) -> ModuleSummary | None:
         """Summarize the module in `folder` for others; return None where it cannot be read."""
