@@ -3,10 +3,10 @@
 import sys
 from math import cos, sin
 
-from aeros.runtime.gate.decision import Decision, Verdict
-from aeros.runtime.motion.merged import Companion
+from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.motion.merged import ConcurrentMotion
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import Ball, Body, Reading, Trajectory
+from aeros.runtime.ports import Ball, RobotBody, Reading, Trajectory
 from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
@@ -20,12 +20,12 @@ ANOTHER_MOVES = False
 corners = [START + (END - START) * third / 3.0 for third in range(4)]
 path = (tuple((corner,) for corner in corners),)
 balls = tuple(Ball("arm", 1, (0.1 * number, 0.0, 0.5), 0.06) for number in range(6))
-body = Body(rows=((0.0, 0.0, 0.0),), tool=(0.5, 0.0, 0.5), balls=balls)
+body = RobotBody(dh_rows=((0.0, 0.0, 0.0),), tool_offset=(0.5, 0.0, 0.5), balls=balls)
 motion = Trajectory(body, (path,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DURATION)
 
 target = (0.5 * cos(ASKED), 0.5 * sin(ASKED), 0.5)
-allowed = Decision(Verdict.ALLOW, act("move", target=target, speed=0.25), ())
+allowed = Decision(DecisionKind.ALLOW, act("move", target=target, speed=0.25), ())
 decider = MotionDecider(load_site("site.yaml", Diagnostics()).motion)
-others = [Companion(allowed.action, motion, since=0.5)] if ANOTHER_MOVES else []
+others = [ConcurrentMotion(allowed.action, motion, started_at=0.5)] if ANOTHER_MOVES else []
 decided = decider.decide(allowed, motion, {"joint_angle": Reading((MEASURED,), 10.0)}, others)
 sys.stdout.write(" ".join(reason.code for reason in decided.reasons))
