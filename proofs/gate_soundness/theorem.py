@@ -151,14 +151,14 @@ THEOREM = Theorem(
             "moment",
             moments.SNAPSHOTS,
             "if cached is None or cached.order is not order:",
-            "if taken is None:",
+            "if cached is None:",
         ),
         Mutant(
             "trusts-a-list-to-stay-as-it-was",
             "moment",
             moments.SNAPSHOTS,
             "if unpack is None or type(value) is list else",
-            "if taking is None else",
+            "if unpack is None else",
         ),
     ),
 )
