@@ -107,11 +107,11 @@ class _Denial:
             yield self._rule_cause(reason) or self._envelope_cause(reason) or self._other_cause(reason)
 
     def _rule_cause(self, reason: Reason) -> Cause | None:
-        for one in self._site.rules if reason.code == "AE750" else ():
-            if one.id == reason.rule and self._asked.kind in one.terms:
-                parts = self._unmet_bounds(one.terms[self._asked.kind])
-                at = file_and_line(one.require_span)
-                return Cause("rule", one.id, one.text, one.source, at, parts, reason.code)
+        for rule in self._site.rules if reason.code == "AE750" else ():
+            if rule.id == reason.rule and self._asked.kind in rule.terms:
+                parts = self._unmet_bounds(rule.terms[self._asked.kind])
+                at = file_and_line(rule.require_span)
+                return Cause("rule", rule.id, rule.text, rule.source, at, parts, reason.code)
         for joint in self._site.joint_rules if reason.code == "AE751" else ():
             if joint.id == reason.rule:
                 at = file_and_line(joint.require_span)
@@ -120,15 +120,15 @@ class _Denial:
 
     def _envelope_cause(self, reason: Reason) -> Cause | None:
         """Return the cause of a violated envelope or permission; None of other reasons."""
-        found: ActionCondition | None = None
+        condition: ActionCondition | None = None
         if reason.code == "AE730" and self._skill is not None:
-            kind, found = "envelope", self._skill.envelope.get(self._asked.kind)
+            kind, condition = "envelope", self._skill.envelope.get(self._asked.kind)
         elif reason.code == "AE731" and self._module is not None:
-            kind, found = "permission", self._module.permitted_actions.get(self._asked.kind)
-        if found is None:
+            kind, condition = "permission", self._module.permitted_actions.get(self._asked.kind)
+        if condition is None:
             return None
-        at, parts = file_and_line(found.span), self._unmet_bounds(found.term)
-        return Cause(kind, reason.rule, found.text, location=at, shortfalls=parts, code=reason.code)
+        location, parts = file_and_line(condition.span), self._unmet_bounds(condition.term)
+        return Cause(kind, reason.rule, condition.text, location=location, shortfalls=parts, code=reason.code)
 
     def _other_cause(self, reason: Reason) -> Cause:
         if reason.code in _READING_REASON_CODES and reason.rule in self._site.observed_variables:
@@ -143,7 +143,7 @@ class _Denial:
                 shortfalls=(part,),
                 code=reason.code,
             )
-        block = next((one for one in self._site.blocks if one.id == reason.rule), None)
+        block = next((override for override in self._site.blocks if override.id == reason.rule), None)
         at = (
             file_and_line(block.span)
             if reason.code == "AE710" and block is not None and block.span is not None

@@ -119,17 +119,19 @@ class Explainer:
         if kind is None:
             return
         inputs = skill.inputs if skill else {}
-        declared = {one.name: one for one in (*site.observed_variables.values(), *inputs.values())}
+        declared = {
+            variable.name: variable for variable in (*site.observed_variables.values(), *inputs.values())
+        }
         declared |= kind.parameters
         values = self._values(caller, readings, action, now, inputs, kind.parameters)
         conditions: list[tuple[str, str, ClaimId | None, t.Term]] = []
         if skill is not None and kind.name in skill.envelope:
-            one = skill.envelope[kind.name]
-            conditions.append(("envelope", one.text, None, one.term))
+            condition = skill.envelope[kind.name]
+            conditions.append(("envelope", condition.text, None, condition.term))
         if ecm is not None and kind.name in ecm.permitted_actions:
-            one = ecm.permitted_actions[kind.name]
+            condition = ecm.permitted_actions[kind.name]
             claim_id = ClaimForm.ENVELOPE_PERMITTED(caller.skill, kind.name)
-            conditions.append(("permission", one.text, claim_id, one.term))
+            conditions.append(("permission", condition.text, claim_id, condition.term))
         for rule in site.rules_for_kind(kind.name):
             claim_id = ClaimForm.ENVELOPE_OBEYS(caller.skill, kind.name, rule.id)
             conditions.append((rule.id, rule.text, claim_id, rule.terms[kind.name]))

@@ -264,8 +264,8 @@ class _Decider:
         """Make the function from truth values to a denial for `always` and each `stated` that is false."""
 
         def denying(holds: tuple[bool, ...]) -> Decision | None:
-            broken = (reason for reason, held in zip(stated, holds, strict=True) if not held)
-            reasons = (*always, *broken)
+            failed = (reason for reason, held in zip(stated, holds, strict=True) if not held)
+            reasons = (*always, *failed)
             return (
                 None if self._attenuating_rules(kind, reasons) else Decision(DecisionKind.DENY, None, reasons)
             )
@@ -285,14 +285,14 @@ class _Decider:
     # Deciding.
 
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
-        found = decide_fast(self._fast_paths, caller, readings, action, now, usage)
-        if type(found) is Decision:
-            return found
+        answer = decide_fast(self._fast_paths, caller, readings, action, now, usage)
+        if type(answer) is Decision:
+            return answer
         if type(readings) is Snapshot:
             readings = _individual_readings(readings)
-        if type(found) is dict:
-            reasons = self._violated_conditions(caller, action, found)
-            return self._deny_or_attenuate(caller, readings, action, now, usage, found, reasons)
+        if type(answer) is dict:
+            reasons = self._violated_conditions(caller, action, answer)
+            return self._deny_or_attenuate(caller, readings, action, now, usage, answer, reasons)
         return self._decide_slow_path(caller, readings, action, now, usage)
 
     def decide_jointly(
@@ -309,14 +309,18 @@ class _Decider:
         fault = request_fault(caller, readings, action, usage) or check_time(now)
         if fault is not None:
             return Decision(DecisionKind.DENY, None, (fault,))
-        kind, asked = action.kind, action.parameters
+        kind, parameters = action.kind, action.parameters
         values: Scalars = {}
-        reasons = self._objections(caller, readings, Action(kind, asked), now, usage, values)
+        reasons = self._objections(caller, readings, Action(kind, parameters), now, usage, values)
         if not reasons:
             return Decision(
-                DecisionKind.ALLOW, Action(kind, to_plant_parameters(self._kinds[kind].parameters, asked)), ()
+                DecisionKind.ALLOW,
+                Action(kind, to_plant_parameters(self._kinds[kind].parameters, parameters)),
+                (),
             )
-        return self._deny_or_attenuate(caller, readings, Action(kind, asked), now, usage, values, reasons)
+        return self._deny_or_attenuate(
+            caller, readings, Action(kind, parameters), now, usage, values, reasons
+        )
 
     def _deny_or_attenuate(
         self,
@@ -329,11 +333,11 @@ class _Decider:
         reasons: list[Reason],
     ) -> Decision:
         """Return ATTENUATE if these reasons leave a reduced action that is allowed, else DENY."""
-        kind, asked = action
+        kind, parameters = action
         attenuating = self._attenuating_rules(kind, reasons)
         if attenuating:
-            less = attenuate_parameters(attenuating, kind, asked, values)
-            reduced = Action(kind, to_plant_parameters(self._kinds[kind].parameters, less))
+            reduced_parameters = attenuate_parameters(attenuating, kind, parameters, values)
+            reduced = Action(kind, to_plant_parameters(self._kinds[kind].parameters, reduced_parameters))
             if not self._objections(caller, readings, reduced, now, usage, {}):
                 return Decision(DecisionKind.ATTENUATE, reduced, tuple(reasons))
         return Decision(DecisionKind.DENY, None, tuple(reasons))

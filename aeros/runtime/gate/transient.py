@@ -34,4 +34,6 @@ def is_transient_denial(reasons: Iterable[Reason], kind: str, site: Site) -> boo
     of_state = {("AE750", rule) for rule in reading}
     if site.motion is not None:
         of_state.add((_JOINTS_ELSEWHERE_CODE, site.motion.start_variable))
-    return all(one.code in _UNKNOWN_VALUE_CODES or (one.code, one.rule) in of_state for one in reasons)
+    return all(
+        reason.code in _UNKNOWN_VALUE_CODES or (reason.code, reason.rule) in of_state for reason in reasons
+    )

@@ -187,4 +187,4 @@ def value_checkers(declared: Mapping[str, Declared]) -> dict[str, ValueChecker]:
     Returns:
         The checkers by the variables' names in expressions (inputs as `inputs.NAME`).
     """
-    return {one.name: ValueChecker(one) for one in declared.values()}
+    return {variable.name: ValueChecker(variable) for variable in declared.values()}

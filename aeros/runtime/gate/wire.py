@@ -82,7 +82,9 @@ def decision_json(decision: Decision) -> dict[str, Any]:
     return {
         "verdict": decision.kind.value,
         "action": None if action is None else {"kind": action.kind, "parameters": dict(action.parameters)},
-        "reasons": [{"code": one.code, "rule": one.rule, "text": one.text} for one in decision.reasons],
+        "reasons": [
+            {"code": reason.code, "rule": reason.rule, "text": reason.text} for reason in decision.reasons
+        ],
     }
 
 
@@ -95,16 +97,16 @@ def explanation_json(explanation: Explanation) -> dict[str, Any]:
     Returns:
         The fields of `decision_json`, with `layers` and every condition on the action.
     """
-    found = {
+    data = {
         **decision_json(explanation.decision),
         "layers": dict(explanation.layers),
-        "conditions": [_condition_json(one) for one in explanation.conditions],
+        "conditions": [_condition_json(condition) for condition in explanation.conditions],
     }
     if explanation.attenuated_parameters:
-        found["conditions_after_attenuation"] = [
-            _condition_json(one) for one in explanation.attenuated_parameters
+        data["conditions_after_attenuation"] = [
+            _condition_json(condition) for condition in explanation.attenuated_parameters
         ]
-    return found
+    return data
 
 
 def _condition_json(clause: EvaluatedCondition) -> dict[str, Any]:
@@ -173,12 +175,12 @@ def _parse(line: bytes) -> dict[str, Any]:
 
 
 def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for key, value in pairs:
-        if key in found:
+        if key in fields:
             raise _MalformedRequestError(key[:100], f"`{key[:100]}` is given twice")
-        found[key] = value
-    return found
+        fields[key] = value
+    return fields
 
 
 def _action(value: dict[str, Any]) -> Action:

@@ -85,15 +85,17 @@ class _HistoryWriter(FunctionWriter):
         self._observed = site.observed_variables
         self._histories = site.histories
         self._reads = {name: frozenset((name,)) for name in site.state}
-        for one in site.histories:
-            read = [self._reads[name] for name in t.variables_of(one.term)]
-            self._reads[one.declared.name] = frozenset().union(*read)
-        used = frozenset().union(*(self._reads[one.declared.name] for one in site.histories))
-        self._forms = value_checkers({name: one for name, one in site.state.items() if name in used})
+        for history in site.histories:
+            read = [self._reads[name] for name in t.variables_of(history.term)]
+            self._reads[history.declared.name] = frozenset().union(*read)
+        used = frozenset().union(*(self._reads[history.declared.name] for history in site.histories))
+        self._forms = value_checkers(
+            {name: variable for name, variable in site.state.items() if name in used}
+        )
         self._number = {name: number for number, name in enumerate(self._forms)}
         self._known = {name: f"t{number} is not None" for name, number in self._number.items()}
-        for number, one in enumerate(site.histories):
-            self._known[one.declared.name] = f"h{number} is not None"
+        for number, history in enumerate(site.histories):
+            self._known[history.declared.name] = f"h{number} is not None"
 
     def build_function(self) -> Callable[[Readings, float], HistoryValues]:
         """Write and compile the function, in its state before the first sample."""

@@ -125,7 +125,7 @@ class RuntimeMonitor:
             active_action: the action given to `add`.
         """
         self._watched.remove(active_action)
-        self._watches = [one for one in self._watches if active_action not in one.actions]
+        self._watches = [watch for watch in self._watches if active_action not in watch.actions]
         self._is_new = True
         if not self._watched:
             self._measured = frozenset()
@@ -150,10 +150,10 @@ class RuntimeMonitor:
                     self._unpack_history(name, known, values)
                 elif name in measured:
                     values.update(self._formed[name].scalars)
-            broken = rules.first_violation(values)
-            if broken is not None:
-                self.violation = broken if isinstance(broken, RuleViolation) else None
-                return broken.rule if isinstance(broken, RuleViolation) else broken
+            violation = rules.first_violation(values)
+            if violation is not None:
+                self.violation = violation if isinstance(violation, RuleViolation) else None
+                return violation.rule if isinstance(violation, RuleViolation) else violation
         return None
 
     def _fast_check_for(self, measured: Mapping[str, Any]) -> FastTickCheck | None:

@@ -78,7 +78,7 @@ def _sole_remaining_operand(
     """Yield the bounds of an operand on which the condition depends, because all other operands fail."""
     for place, operand in enumerate(operands):
         others = operands[:place] + operands[place + 1 :]
-        if all(_known(one, values) and is_true(one, values) is not wanted for one in others):
+        if all(_known(other, values) and is_true(other, values) is not wanted for other in others):
             yield from rule_bounds(operand, values, wanted=wanted)
 
 

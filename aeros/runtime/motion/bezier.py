@@ -62,12 +62,12 @@ def path_chord(pieces: list[Piece]) -> PathChord:
     columns = [column for piece in pieces for column in piece]
     step = 2.0 / (3 * len(pieces))
     shares = [(3 * number + corner) * step - 1.0 for number in range(len(pieces)) for corner in range(4)]
-    found = []
+    rows = []
     for values in zip(*columns, strict=True):
         middle, half = (values[0] + values[-1]) / 2.0, (values[-1] - values[0]) / 2.0
         away = [q - middle - share * half for q, share in zip(values, shares, strict=True)]
-        found.append((middle, half, max(map(abs, away))))
-    return PathChord(*zip(*found, strict=True))
+        rows.append((middle, half, max(map(abs, away))))
+    return PathChord(*zip(*rows, strict=True))
 
 
 def split_in_half(piece: Piece) -> tuple[Piece, Piece]:
@@ -96,9 +96,9 @@ def remaining_path(path: JointPath, s: float) -> list[Piece]:
     Returns:
         The rest of the path.
     """
-    at = s * len(path)
-    index = min(int(at), len(path) - 1)
-    return [_split_after(path[index], at - index), *path[index + 1 :]]
+    position = s * len(path)
+    index = min(int(position), len(path) - 1)
+    return [_split_after(path[index], position - index), *path[index + 1 :]]
 
 
 def _split_after(piece: Piece, u: float) -> Piece:

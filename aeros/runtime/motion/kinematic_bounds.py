@@ -158,26 +158,26 @@ def tool_rates(
 
 def _piece(body: RobotBody, piece: Piece, allowed: float, depth: int) -> list[float]:
     """Bound |p'|, |p''|, |p'''| and the same of the rotation, by the parameter of the piece."""
-    found = _bounds(body, piece)
-    if found[0] <= allowed or depth == _MAX_SUBDIVISIONS:
-        return found
+    bounds = _bounds(body, piece)
+    if bounds[0] <= allowed or depth == _MAX_SUBDIVISIONS:
+        return bounds
     # By the parameter of a half, which runs twice as fast.
     parts = [_piece(body, half, allowed / 2.0, depth + 1) for half in split_in_half(piece)]
     scale = (2.0, 4.0, 8.0) * 2
     halved = [max(pair) * factor for *pair, factor in zip(*parts, scale, strict=True)]
-    return [min(pair) for pair in zip(found, halved, strict=True)]
+    return [min(pair) for pair in zip(bounds, halved, strict=True)]
 
 
 def _bounds(body: RobotBody, piece: Piece) -> list[float]:
     known = derivatives(piece)
     a, b, c, d = piece
-    at = tuple([(p + 3.0 * (q + r) + s) / 8.0 for p, q, r, s in zip(a, b, c, d, strict=True)])
-    posture = ForwardKinematics(body, at)
+    q_middle = tuple([(p + 3.0 * (q + r) + s) / 8.0 for p, q, r, s in zip(a, b, c, d, strict=True)])
+    posture = ForwardKinematics(body, q_middle)
     tool = posture.frames[-1].to_base(body.tool_offset)
     box = joint_box([piece])
     # Everything in the box is within its width and its middle's distance of the posture in the middle.
-    width = [w + abs(m - q) for w, m, q in zip(box.width, box.middle, at, strict=True)]
-    _, reaches = posture.displacement_bound(len(at), tool, width)
+    width = [w + abs(m - q) for w, m, q in zip(box.width, box.middle, q_middle, strict=True)]
+    _, reaches = posture.displacement_bound(len(q_middle), tool, width)
     third = _third_derivative_bound(reaches, known)
     first_at, second_at, turn_at = _point_derivatives(posture, tool, known.first, known.second)
     ends = max(norm(_add_scaled(first_at, second_at, 0.5)), norm(_add_scaled(first_at, second_at, -0.5)))

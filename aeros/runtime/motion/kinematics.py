@@ -98,12 +98,12 @@ def chord_terms(chord: Sequence[float], room: Sequence[float]) -> ChordTerms:
     Returns:
         The terms of each joint.
     """
-    found, before = [], 0.0
+    terms, before = [], 0.0
     for d, r in zip(chord, room, strict=True):
         w = abs(d) + r
-        found.append((d, r, w, w * (before + w / 2.0)))
+        terms.append((d, r, w, w * (before + w / 2.0)))
         before += w
-    return found
+    return terms
 
 
 def norm(v: Vec3) -> float:

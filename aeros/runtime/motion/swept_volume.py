@@ -106,14 +106,14 @@ def find_breach(moving: SweptMotion, boxes: list[BarrierBox], clearance: float) 
     """
     pairs: _Pairs = []
     for ball in moving.body.balls:
-        heeded = [one for one in boxes if one.links is None or ball.link in one.links]
-        if heeded:
-            pairs.append((ball, heeded))
+        relevant = [box for box in boxes if box.links is None or ball.link in box.links]
+        if relevant:
+            pairs.append((ball, relevant))
     sweep = _SweepSearch(moving, clearance + _ROUNDING)
     for path in moving.paths:
-        found = sweep.search(path, 0.0, 1.0, pairs, 0)
-        if found is not None:
-            return found
+        breach = sweep.search(path, 0.0, 1.0, pairs, 0)
+        if breach is not None:
+            return breach
     return None
 
 
@@ -134,12 +134,12 @@ def ball_enclosures(
     middle, half, width = path_chord(pieces)
     posture = ForwardKinematics(body, middle)
     along = chord_terms(half, [w + s for w, s in zip(width, slack, strict=True)])
-    found = []
+    enclosures = []
     for ball in balls:
         centre = posture.frames[ball.joint].to_base(ball.centre)
         edges, near = posture.chord_deviation_bound(ball.joint, centre, along)
-        found.append(Enclosure(centre, edges, ball.radius + near))
-    return found
+        enclosures.append(Enclosure(centre, edges, ball.radius + near))
+    return enclosures
 
 
 class _SweepSearch:
@@ -186,8 +186,8 @@ class _SweepSearch:
         base, way = self._moving.base, self._moving.base_path
         if not self._moving.is_synchronous:
             return base, way
-        (x, y, z), (wx, wy, wz), made = base, way, high - low
-        return (x + low * wx, y + low * wy, z + low * wz), (made * wx, made * wy, made * wz)
+        (x, y, z), (wx, wy, wz), fraction = base, way, high - low
+        return (x + low * wx, y + low * wy, z + low * wz), (fraction * wx, fraction * wy, fraction * wz)
 
 
 _NO_DISPLACEMENT: Final = (0.0, 0.0, 0.0)

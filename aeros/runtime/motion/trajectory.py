@@ -210,22 +210,22 @@ class MotionDecider:
                     reasons.append(
                         Reason("AE762", f"joint-{joint + 1}", f"joint {joint + 1} may leave its limits")
                     )
-        for joint, (found, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
+        for joint, (rates, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
             reasons += _limit_violations(
-                f"joint-{joint}", f"joint {joint}", found, limit, ("rad/s", "rad/s²", "rad/s³")
+                f"joint-{joint}", f"joint {joint}", rates, limit, ("rad/s", "rad/s²", "rad/s³")
             )
         return reasons
 
     def _tool_too_fast(
         self, policy: MotionPolicy, motions: list[ConcurrentMotion], merged: MergedMotion
     ) -> list[Reason]:
-        asked = [
-            (name, one.action.parameters[name], one.plan)
-            for one in motions
-            if (name := policy.kinds[one.action.kind].peak_speed) is not None
+        requested = [
+            (name, motion.action.parameters[name], motion.plan)
+            for motion in motions
+            if (name := policy.kinds[motion.action.kind].peak_speed) is not None
         ]
         arm, base = merged.joints.motion, merged.base.motion
-        limit = min([self._moving.speed, *(speed for _, speed, plan in asked if plan is arm)])
+        limit = min([self._moving.speed, *(speed for _, speed, plan in requested if plan is arm)])
         carried = base_rates(base.base_path, base.duration)
         relative, turning = _tool_rates(arm, limit - carried.speed)
         moving = add_rates(relative, carried)
@@ -234,24 +234,24 @@ class MotionDecider:
             reasons += _limit_violations(
                 "tool-turning", "the tool's turning", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
             )
-        for name, speed, plan in asked:
-            found = moving.speed if plan is arm else carried.speed if plan is base else 0.0
-            if found > speed:
-                what = "tool" if plan is arm else "base"
-                text = f"the {what} may reach {found:.4g} m/s where {speed:.4g} m/s was decided"
+        for name, speed, plan in requested:
+            reached = moving.speed if plan is arm else carried.speed if plan is base else 0.0
+            if reached > speed:
+                part = "tool" if plan is arm else "base"
+                text = f"the {part} may reach {reached:.4g} m/s where {speed:.4g} m/s was decided"
                 reasons.append(Reason("AE762", name, text))
         return reasons
 
     # Barriers.
 
     def _breaches(self, policy: MotionPolicy, merged: MergedMotion) -> list[Reason]:
-        found = find_breach(merged.swept_motion(), self._boxes, float(policy.clearance))
-        if found is None:
+        breach = find_breach(merged.swept_motion(), self._boxes, float(policy.clearance))
+        if breach is None:
             return []
-        barrier = self._barriers[found.barrier]
+        barrier = self._barriers[breach.barrier]
         where = "may leave" if barrier.keep_inside else "may enter"
         text = (
-            f"`{found.link}` {where} the volume `{barrier.volume}` at {100.0 * found.path_parameter:.0f} % "
+            f"`{breach.link}` {where} the volume `{barrier.volume}` at {100.0 * breach.path_parameter:.0f} % "
             f"of the way, or comes nearer than the clearance: {barrier.rationale}"
         )
         return [Reason("AE763", barrier.id, text)]
@@ -264,33 +264,33 @@ def _start_mismatch(
     measured = readings.get(policy.start_variable)
     if measured is None:
         return [Reason("AE761", policy.start_variable, "where the joints are is not known")]
-    away = max(abs(a - b) for a, b in zip(posture, measured.value, strict=True))
-    if away <= float(policy.start_tolerance):
+    distance = max(abs(a - b) for a, b in zip(posture, measured.value, strict=True))
+    if distance <= float(policy.start_tolerance):
         return []
-    return [Reason("AE761", policy.start_variable, f"{subject} {away:.3g} rad from where a joint is")]
+    return [Reason("AE761", policy.start_variable, f"{subject} {distance:.3g} rad from where a joint is")]
 
 
 def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, subject: str) -> list[Reason]:
     """Report tool, joints or base that end elsewhere than the action asked, when all motions are over."""
-    asked, parameters, within = policy.kinds[action.kind], action.parameters, float(policy.end_tolerance)
+    targets, parameters, tolerance = policy.kinds[action.kind], action.parameters, float(policy.end_tolerance)
     reasons = []
-    if asked.tool_target is not None:
-        away = dist(merged.tool_at_end(), parameters[asked.tool_target])
-        if not away <= within:
-            text = f"{subject} {1000.0 * away:.3g} mm from where the tool was asked to be"
-            reasons.append(Reason("AE761", asked.tool_target, text))
-    if asked.joint_target is not None:
-        ends = (parameters[name] for name in asked.joint_target)
+    if targets.tool_target is not None:
+        distance = dist(merged.tool_at_end(), parameters[targets.tool_target])
+        if not distance <= tolerance:
+            text = f"{subject} {1000.0 * distance:.3g} mm from where the tool was asked to be"
+            reasons.append(Reason("AE761", targets.tool_target, text))
+    if targets.joint_target is not None:
+        ends = (parameters[name] for name in targets.joint_target)
         each = [abs(a - b) for a, b in zip(merged.joints.motion.joint_paths[0][-1][3], ends, strict=True)]
         # Compare each, because `max` may hide a NaN.
-        if not all(away <= _JOINT_TOLERANCE for away in each):
+        if not all(distance <= _JOINT_TOLERANCE for distance in each):
             text = f"{subject} {max(each):.3g} rad from where a joint was asked to be"
-            reasons.append(Reason("AE761", asked.joint_target[0], text))
-    if asked.base_target is not None:
-        x, y = asked.base_target
-        away = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
-        if not away <= within:
-            text = f"{subject} {1000.0 * away:.3g} mm from where the base was asked to be"
+            reasons.append(Reason("AE761", targets.joint_target[0], text))
+    if targets.base_target is not None:
+        x, y = targets.base_target
+        distance = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
+        if not distance <= tolerance:
+            text = f"{subject} {1000.0 * distance:.3g} mm from where the base was asked to be"
             reasons.append(Reason("AE761", x, text))
     return reasons
 
@@ -299,13 +299,13 @@ def _base_too_fast(policy: MotionPolicy, merged: MergedMotion) -> list[Reason]:
     if policy.base_limits is None:
         return []
     motion = merged.base.motion
-    found, (speed, acceleration) = (
+    rates, (speed, acceleration) = (
         base_rates(motion.base_path, motion.duration),
         map(float, policy.base_limits),
     )
     # The base has no jerk limit: on a very short path jerk is large and does not matter.
     return _limit_violations(
-        "base", "the base", found, MotionRates(speed, acceleration, inf), ("m/s", "m/s²", "m/s³")
+        "base", "the base", rates, MotionRates(speed, acceleration, inf), ("m/s", "m/s²", "m/s³")
     )
 
 
@@ -314,7 +314,7 @@ def _joint_rates(plan: Trajectory) -> list[MotionRates]:
     servo = plan.servo
     if servo is None:
         return joint_rates(plan.joint_paths[0], plan.duration)
-    return [MotionRates(*one) for one in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
+    return [MotionRates(*bounds) for bounds in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
 
 
 def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[MotionRates, MotionRates | None]:
@@ -353,13 +353,13 @@ def _other_numbers(plan: Trajectory) -> list[float]:
         for p in (plan.base, plan.base_path, body.tool_offset, *(ball.centre for ball in body.balls))
     ):
         raise ValueError("a point has not three coordinates")
-    found = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
+    numbers = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
-        found += [*ball.centre, ball.radius]
+        numbers += [*ball.centre, ball.radius]
     if servo is not None:
-        found += [*_per_joint(servo, len(body.dh_rows)), servo.tool_speed, servo.tool_acceleration]
-        found.append(servo.tool_jerk)
-    return found
+        numbers += [*_per_joint(servo, len(body.dh_rows)), servo.tool_speed, servo.tool_acceleration]
+        numbers.append(servo.tool_jerk)
+    return numbers
 
 
 def _per_joint(servo: ServoBounds, joints: int) -> list[float]:

@@ -90,8 +90,8 @@ class MonitorRules:
         self.unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in self.forms.items()}
         self.parameters = {
             name: {
-                one: FunctionWriter().build_unpacker(form)
-                for one, form in value_checkers(kind.parameters).items()
+                parameter: FunctionWriter().build_unpacker(form)
+                for parameter, form in value_checkers(kind.parameters).items()
             }
             for name, kind in site.kinds.items()
         }
@@ -283,17 +283,17 @@ def _split_interval_bounds(
                 high[name] = min(bound, high.get(name, bound))
             case _:
                 others.update(t.variables_of(part))
-    found = set()
+    bounded = set()
     for form in checkers:
         least, most = form.declared.range or (None, None)
         if least is None or most is None or _is_whole(form):
             continue
-        found |= {
+        bounded |= {
             name
             for name in form.names
             if name in low and name in high and least <= low[name] and high[name] <= most
         }
-    return frozenset(found - others), frozenset(others)
+    return frozenset(bounded - others), frozenset(others)
 
 
 def _is_whole(checker: ValueChecker) -> bool:

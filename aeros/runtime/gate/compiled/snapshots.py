@@ -51,9 +51,9 @@ class SnapshotCache:
             unpack = self._unpackers.get(order.names[place])
             value = column[place]
             # A list could be modified before the next call, so it must not be cached.
-            found = None if unpack is None or type(value) is list else unpack(value)
-            if found is None:
+            unpacked = None if unpack is None or type(value) is list else unpack(value)
+            if unpacked is None:
                 return None
-            scalars.update(found)
+            scalars.update(unpacked)
         self._cached = _CachedColumn(order, column, scalars)
         return scalars
