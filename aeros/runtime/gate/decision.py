@@ -18,7 +18,7 @@ class DecisionKind(Enum):
     DENY = "DENY"
 
     def __bool__(self) -> bool:
-        raise TypeError("a verdict has no truth value; compare it")
+        raise TypeError("a kind of decision has no truth value; compare it")
 
 
 @dataclass(frozen=True, slots=True)

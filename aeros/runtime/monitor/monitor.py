@@ -60,24 +60,24 @@ class _MonitoredActions:
 class RuntimeMonitor:
     """The monitor of all actions under way under one site; a `ports.Monitor`.
 
-    watched: the compiled rules of the site.
+    rules: the compiled rules of the site.
     histories: the site's histories, updated at every tick.
     violation: the last rule that did not hold, with its values.
     """
 
-    def __init__(self, watched: MonitorRules, histories: HistoryTracker) -> None:
-        self._compiled = watched
+    def __init__(self, rules: MonitorRules, histories: HistoryTracker) -> None:
+        self._compiled = rules
         self._histories = histories
         # The last well-formed value of each variable; the same object is not checked again.
-        self._formed: dict[str, _CheckedValue] = {}
+        self._checked_values: dict[str, _CheckedValue] = {}
         self._measured: frozenset[str] = frozenset()
-        self._watched: list[ActiveAction] = []
-        self._met: set[frozenset[str]] = set()  # sets of variables measured at earlier ticks
-        self._quicks: dict[
+        self._active_actions: list[ActiveAction] = []
+        self._measured_name_sets: set[frozenset[str]] = set()  # sets of variables measured at earlier ticks
+        self._fast_checks: dict[
             tuple[str, frozenset[str]], FastTickCheck | None
         ] = {}  # by action kind and set of measured variables
         self._holds: Callable[[Mapping[str, Any]], bool] | None = None
-        self._is_new = False  # an action was added or removed since the last tick
+        self._actions_changed = False  # an action was added or removed since the last tick
         self._watches: list[_MonitoredActions] = []
         self._readings: dict[str, Reading] = {}
         self.violation: RuleViolation | None = None
@@ -93,20 +93,20 @@ class RuntimeMonitor:
             active_action: the action, as it was decided.
         """
         kind = active_action.action.kind
-        for names in self._met:
-            if (kind, names) not in self._quicks:
-                self._quicks[kind, names] = self._compiled.fast_check(kind, names)
+        for names in self._measured_name_sets:
+            if (kind, names) not in self._fast_checks:
+                self._fast_checks[kind, names] = self._compiled.fast_check(kind, names)
         requested_values: Scalars = {}
         for name, unpack in self._compiled.parameters[kind].items():
             requested_values.update(unpack(active_action.action.parameters[name]) or {})
         self._watches.append(
             _MonitoredActions((active_action,), self._compiled.rules_for_kind(kind), requested_values)
         )
-        for other in self._watched:
+        for other in self._active_actions:
             for rules, parameters in self._compiled.rules_for_pair(active_action, other):
                 self._watches.append(_MonitoredActions((active_action, other), rules, parameters))
         if self._histories.names:
-            if not self._watched:
+            if not self._active_actions:
                 self._readings = {}
             self._readings.update(
                 {
@@ -115,8 +115,8 @@ class RuntimeMonitor:
                     if name not in self._histories.names
                 }
             )
-        self._watched.append(active_action)
-        self._is_new = True
+        self._active_actions.append(active_action)
+        self._actions_changed = True
 
     def remove(self, active_action: ActiveAction) -> None:
         """Stop watching an action that is no longer under way.
@@ -124,17 +124,17 @@ class RuntimeMonitor:
         Args:
             active_action: the action given to `add`.
         """
-        self._watched.remove(active_action)
+        self._active_actions.remove(active_action)
         self._watches = [watch for watch in self._watches if active_action not in watch.actions]
-        self._is_new = True
-        if not self._watched:
+        self._actions_changed = True
+        if not self._active_actions:
             self._measured = frozenset()
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """Check a control tick: return the first rule that does not hold, or `input:NAME`; else None."""
-        if self._is_new:
-            quick, self._is_new = self._fast_check_for(measured), False
-            self._holds = None if quick is None else quick.holds
+        if self._actions_changed:
+            fast_check, self._actions_changed = self._fast_check_for(measured), False
+            self._holds = None if fast_check is None else fast_check.holds
         if self._holds is not None and self._holds(measured):
             return None
         known = self._update_histories(now, measured)
@@ -149,7 +149,7 @@ class RuntimeMonitor:
                 if name in self._histories.names:
                     self._unpack_history(name, known, values)
                 elif name in measured:
-                    values.update(self._formed[name].scalars)
+                    values.update(self._checked_values[name].scalars)
             violation = rules.first_violation(values)
             if violation is not None:
                 self.violation = violation if isinstance(violation, RuleViolation) else None
@@ -162,25 +162,25 @@ class RuntimeMonitor:
         None, too, if no tick measured this set of variables before the action was added.
         """
         names = frozenset(measured)
-        if names not in self._met:
-            if len(self._met) == _MAX_NAME_SETS:
-                self._met.clear()
-                self._quicks.clear()
-            self._met.add(names)
+        if names not in self._measured_name_sets:
+            if len(self._measured_name_sets) == _MAX_NAME_SETS:
+                self._measured_name_sets.clear()
+                self._fast_checks.clear()
+            self._measured_name_sets.add(names)
         if len(self._watches) != 1 or not self._measured <= names:
             return None
         (watch,) = self._watches
-        quick = self._quicks.get((watch.actions[0].action.kind, names))
-        if quick is None:
+        fast_check = self._fast_checks.get((watch.actions[0].action.kind, names))
+        if fast_check is None:
             return None
         try:
-            quick.decide(
+            fast_check.decide(
                 watch.requested_values if names.issuperset(watch.rules.reads) else self._values(watch)
             )
         except KeyError:
             return None  # a variable that rules read is neither measured nor in the readings of the decision
         self._measured = names
-        return quick
+        return fast_check
 
     def _values(self, watch: _MonitoredActions) -> Scalars:
         """Return the scalars to evaluate with; initially the state that the first action was decided on."""
@@ -189,7 +189,7 @@ class RuntimeMonitor:
             for name in watch.rules.reads:
                 reading = watch.actions[0].readings.get(name)
                 if reading is not None:
-                    # Not remembered in `_formed`, which holds what is measured now.
+                    # Not remembered in `_checked_values`, which holds what is measured now.
                     watch.values.update(self._unpack(name, reading.value) or {})
         return watch.values
 
@@ -201,16 +201,16 @@ class RuntimeMonitor:
                 return f"input:{min(missing)}"
             self._measured = frozenset(measured)
         for name, value in measured.items():
-            formed = self._formed.get(name)
-            if formed is not None and formed.value is value:
+            checked = self._checked_values.get(name)
+            if checked is not None and checked.value is value:
                 continue
-            form = self._compiled.forms.get(name)
-            if form is None:
+            checker = self._compiled.forms.get(name)
+            if checker is None:
                 return f"input:{name}"
             if type(value) is Reading:
                 if (
                     len(value) != len(Reading._fields)
-                    or check_freshness(form, value.time, now, True) is not None
+                    or check_freshness(checker, value.time, now, True) is not None
                 ):
                     return f"input:{name}"
                 value = value.value
@@ -222,14 +222,16 @@ class RuntimeMonitor:
         """Unpack and remember a state variable's value; return None if it is malformed."""
         scalars = self._unpack(name, value)
         if scalars is not None:
-            self._formed[name] = _CheckedValue(_NEVER_CACHED if type(value) is list else value, scalars)
+            self._checked_values[name] = _CheckedValue(
+                _NEVER_CACHED if type(value) is list else value, scalars
+            )
         return scalars
 
     def _unpack(self, name: str, value: Any) -> Scalars | None:
         """Unpack a state variable's value without remembering it; return None if it is malformed."""
-        formed = self._formed.get(name)
-        if formed is not None and formed.value is value:
-            return formed.scalars
+        checked = self._checked_values.get(name)
+        if checked is not None and checked.value is value:
+            return checked.scalars
         return self._compiled.unpackers[name](value)
 
     def _unpack_history(self, name: str, known: HistoryValues, values: Scalars) -> None:

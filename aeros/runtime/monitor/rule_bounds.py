@@ -46,40 +46,40 @@ class Bound(NamedTuple):
         return self.value - value if self.is_upper else value - self.value
 
 
-def rule_bounds(term: t.Term, values: Environment, *, wanted: bool = True) -> Iterator[Bound]:
+def rule_bounds(term: t.Term, values: Environment, *, truth_value: bool = True) -> Iterator[Bound]:
     """Find the bounds on single quantities that keep a condition true (or false).
 
     Args:
         term: a condition of the scalar core.
         values: exact values by scalar variable; parts that read a missing variable are skipped.
-        wanted: the truth value that the bounds keep.
+        truth_value: the truth value that the bounds keep.
 
     Yields:
         Each bound.
     """
     match term:
         case t.Not(operand=operand):
-            yield from rule_bounds(operand, values, wanted=not wanted)
+            yield from rule_bounds(operand, values, truth_value=not truth_value)
         case t.And(operands=operands) | t.Or(operands=operands):
-            if isinstance(term, t.And) is wanted:
+            if isinstance(term, t.And) is truth_value:
                 for operand in operands:
-                    yield from rule_bounds(operand, values, wanted=wanted)
+                    yield from rule_bounds(operand, values, truth_value=truth_value)
             else:
-                yield from _sole_remaining_operand(operands, values, wanted=wanted)
+                yield from _sole_remaining_operand(operands, values, truth_value=truth_value)
         case t.Compare(op="<" | "<=", left=left, right=right):
-            low, high = (left, right) if wanted else (right, left)
+            low, high = (left, right) if truth_value else (right, left)
             yield from _bound(low, high, values, is_upper=True)
             yield from _bound(high, low, values, is_upper=False)
 
 
 def _sole_remaining_operand(
-    operands: tuple[t.Term, ...], values: Environment, *, wanted: bool
+    operands: tuple[t.Term, ...], values: Environment, *, truth_value: bool
 ) -> Iterator[Bound]:
     """Yield the bounds of an operand on which the condition depends, because all other operands fail."""
     for place, operand in enumerate(operands):
         others = operands[:place] + operands[place + 1 :]
-        if all(_known(other, values) and is_true(other, values) is not wanted for other in others):
-            yield from rule_bounds(operand, values, wanted=wanted)
+        if all(_known(other, values) and is_true(other, values) is not truth_value for other in others):
+            yield from rule_bounds(operand, values, truth_value=truth_value)
 
 
 def _bound(quantity: t.Term, limit: t.Term, values: Environment, *, is_upper: bool) -> Iterator[Bound]:

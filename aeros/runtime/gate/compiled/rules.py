@@ -139,18 +139,18 @@ class MonitorRules:
         """
         if self._site.histories or not measured <= self.forms.keys():
             return None
-        making = self._quick.get((kind, measured))
-        if making is None:
+        make_check = self._quick.get((kind, measured))
+        if make_check is None:
             if len(self._quick) == _MAX_CACHED:
                 self._quick.clear()
             rules = self._site.rules_for_kind(kind)
             declared = (*self._site.state.values(), *self._site.kinds[kind].parameters.values())
             forms = {name: self.forms[name] for name in sorted(measured)}
-            making = _TickCheckWriter().build_fast_check(
+            make_check = _TickCheckWriter().build_fast_check(
                 [rule.terms[kind] for rule in rules], declared, forms
             )
-            self._quick[kind, measured] = making
-        return making()
+            self._quick[kind, measured] = make_check
+        return make_check()
 
     def _compile_kind(self, site: Site, kind: ActionKind) -> CompiledRuleSet:
         declared = (*site.observed_variables.values(), *kind.parameters.values())
