@@ -57,7 +57,7 @@ class HistoryTracker:
             now: plant time, s.
 
         Returns:
-            New readings with each known history; neither they nor `measured` change later.
+            The readings with each known history; `measured` itself is not modified.
         """
         if not self.names:
             return measured if type(measured) is Snapshot else dict(measured)
