@@ -1,4 +1,4 @@
-"""Bounded texts for objects and exceptions of unknown classes, which no code of theirs can break."""
+"""Short descriptions of objects and exceptions whose own methods may fail."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ from typing import Any
 
 
 def type_name(value: Any) -> str:
-    """Return the name of `value`'s type, at most 100 characters, read without asking its metaclass."""
+    """Return the name of `value`'s type, without calling its metaclass.
+
+    Args:
+        value: any object.
+
+    Returns:
+        The class name, cut after 100 characters.
+    """
     name: str = type.__dict__["__name__"].__get__(type(value))
     return str.__getitem__(name, slice(0, 100))
 

@@ -1,4 +1,4 @@
-"""What the exit code of every command means."""
+"""Exit codes of the `aeros` commands."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from aeros.spec.obligations.verdicts import Conclusion
 
 
 class UsageError(Exception):
-    """A command was asked for something that does not exist; it ends with `Exit.USAGE` and this message."""
+    """A request for something that does not exist; the command prints it and ends with `Exit.USAGE`."""
 
 
 class Exit(IntEnum):
-    """Documented in docs/exit-codes.md and in every `--help`."""
+    """Exit codes of every command, documented in docs/exit-codes.md and in every `--help`."""
 
-    SUCCESS = 0  # or done, where a command proves nothing
+    SUCCESS = 0  # proved, or done if the command proves nothing
     REJECTED = 1
     USAGE = 2
     UNDECIDED = 3
@@ -23,7 +23,15 @@ class Exit(IntEnum):
 
 
 def exit_for(conclusion: Conclusion) -> Exit:
-    """The exit code of a report."""
+    """Return the exit code for the conclusion of a report.
+
+    Args:
+        conclusion: the conclusion of a verification.
+
+    Returns:
+        SUCCESS if everything is proved, REJECTED if something is refuted or malformed, UNDECIDED if only the
+        solver's budget ran out.
+    """
     return {
         Conclusion.PROVED: Exit.SUCCESS,
         Conclusion.REJECTED: Exit.REJECTED,

@@ -1,4 +1,4 @@
-"""Files that survive a power cut, written through to the disk and replaced whole; and locks on files."""
+"""File writes that survive a power cut, and locks on files."""
 
 from __future__ import annotations
 
@@ -8,18 +8,34 @@ from pathlib import Path
 
 
 def replace_durably(path: Path, content: bytes) -> None:
-    """Put `content` at `path`: after a power cut the file holds the old content or the new.
+    """Replace the file at `path`; after a power cut it holds either the old content or the new.
 
-    One process at a time may replace a file.  Raises `OSError`.
+    Only one process at a time may replace a file: the new content is first written to `path` with the suffix
+    `.new`.
+
+    Args:
+        path: the file to replace or create.
+        content: its new bytes.
+
+    Raises:
+        OSError: the file or its folder cannot be written.
     """
-    beside = path.with_name(path.name + ".new")
-    write_durably(beside, content)
-    beside.replace(path)
+    replacement = path.with_name(path.name + ".new")
+    write_durably(replacement, content)
+    replacement.replace(path)
     sync_folder(path.parent)
 
 
 def write_durably(path: Path, content: bytes) -> None:
-    """Write the bytes of a file through to the disk; its name is durable once its folder is synced."""
+    """Write a file and flush its bytes to the disk; its name is durable only after `sync_folder`.
+
+    Args:
+        path: the file to write; an existing one is overwritten in place.
+        content: its bytes.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
     with path.open("wb") as file:
         file.write(content)
         file.flush()
@@ -27,7 +43,14 @@ def write_durably(path: Path, content: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Make durable which names `folder` holds."""
+    """Flush a folder's list of file names to the disk.
+
+    Args:
+        folder: an existing folder.
+
+    Raises:
+        OSError: it cannot be opened or flushed.
+    """
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         os.fsync(descriptor)
@@ -36,9 +59,13 @@ def sync_folder(folder: Path) -> None:
 
 
 def try_lock(descriptor: int) -> bool:
-    """Take the exclusive lock of an open file, or return False where somebody else holds it.
+    """Take the exclusive lock of an open file; return False if another process holds it.
 
-    Raises `OSError` where the file cannot be locked at all.
+    Args:
+        descriptor: the file descriptor of the open file.
+
+    Raises:
+        OSError: the file cannot be locked at all.
     """
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,10 +1,10 @@
-"""Forward kinematics of a chain of revolute joints, for one posture, in plain numbers.
+"""Forward kinematics of a chain of revolute joints, for one joint position, without NumPy.
 
-The one scalar definition: the gate bounds motions with it, and simulators place their robot with it.  It
-stands below both, as neither may import the other.  `aeros.sim.robot.kinematics.forward` computes many
-postures at once, with NumPy.
+This is the only scalar implementation: the gate bounds motions with it, and simulators place their robot with
+it. It lies below both layers because neither may import the other. `aeros.sim.robot.kinematics.forward`
+computes many joint positions at once, with NumPy.
 
-Frames: B, the robot's base; a link's frame is that of the joint that moves it, and turns about its z.
+Frames: B is the robot's base. A link has the frame of the joint that moves it; that joint turns about its z.
 Source: J. J. Craig, Introduction to Robotics, modified Denavit-Hartenberg parameters.
 """
 
@@ -20,7 +20,7 @@ Row = tuple[float, float, float]
 
 
 class JointFrame(NamedTuple):
-    """A link's frame in B: its origin, m, and its three axes; the joint turns it about `z`."""
+    """A link's frame in B: its origin (m) and its three unit axes; the joint turns it about `z`."""
 
     origin: Triple
     x: Triple
@@ -28,34 +28,56 @@ class JointFrame(NamedTuple):
     z: Triple
 
     def to_base(self, p: Triple) -> Triple:
-        """Return the position in B, m, of the point that is at `p` in the frame, m."""
+        """Transform a point from this frame to B.
+
+        Args:
+            p: position in this frame, m.
+
+        Returns:
+            The position in B, m.
+        """
         (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
         a, b, c = p
         return (ox + a * xx + b * yx + c * zx, oy + a * xy + b * yy + c * zy, oz + a * xz + b * yz + c * zz)
 
 
 ORIGIN: Final = JointFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-"""The frame of the base itself."""
+"""Frame of the base itself."""
 
 
 Mounting = tuple[float, float, float, float, float]
-"""How a joint is mounted on the link before it: the part of its transform that its angle does not change.
+"""Mounting of a joint on the link before it: the part of its transform that its angle does not change.
 
 The joint's origin in the frame before it (x, y, z in m), and the cosine and sine of the twist alpha.
 """
 
 
 def mounting_of(row: Row) -> Mounting:
-    """Return the constants of a joint's transform Rx(alpha)·Tx(a)·Rz(angle)·Tz(d)."""
+    """Compute the constants of a joint's transform Rx(alpha)·Tx(a)·Rz(angle)·Tz(d).
+
+    Args:
+        row: the joint's modified Denavit-Hartenberg parameters: a (m), alpha (rad), d (m).
+
+    Returns:
+        The part of the transform that does not depend on the joint's angle.
+    """
     a, alpha, d = row
     cos_twist, sin_twist = cos(alpha), sin(alpha)
     return (a, -sin_twist * d, cos_twist * d, cos_twist, sin_twist)
 
 
 def child_frame(frame: JointFrame, mounting: Mounting, angle: float) -> JointFrame:
-    """Return the frame in B of the joint that comes after `frame`, at its angle, rad.
+    """Compute the frame of the next joint of the chain.
 
-    Recorded simulations depend on the order in which this adds.
+    Recorded simulations depend on the order of the additions in this function.
+
+    Args:
+        frame: frame in B of the joint before it, or `ORIGIN`.
+        mounting: constants of the joint, from `mounting_of`.
+        angle: position of the joint, rad.
+
+    Returns:
+        The joint's frame in B.
     """
     (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = frame
     a, b, e, ct, st = mounting
@@ -82,10 +104,17 @@ def child_frame(frame: JointFrame, mounting: Mounting, angle: float) -> JointFra
 
 
 def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[JointFrame]:
-    """Return the frames in B at joint positions `q` (rad): the base's first, then each joint's.
+    """Compute the frames of all links at one joint position.
+
+    Args:
+        mountings: constants of each joint, from the base outwards.
+        q: position of each joint, rad, in the same order.
+
+    Returns:
+        The frames in B: the base's first, then each joint's.
 
     Raises:
-        ValueError: there are not as many positions as joints.
+        ValueError: `q` and `mountings` have different lengths.
     """
     frames = [ORIGIN]
     for mounting, angle in zip(mountings, q, strict=True):

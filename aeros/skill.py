@@ -1,14 +1,14 @@
-"""What skill code may know: the action it asks for and the observation it gets back.
+"""The interface of skill code: actions that it asks for, and observations that it receives.
 
-A skill is a generator, `a_t = σ_i(s_t)` of the paper: it yields one `Action` at a time and is
-sent the observation measured after it.  It holds no handle to anything else, so halting,
-time-outs, isolation and replay need no help from it.
+A skill is a generator, `a_t = σ_i(s_t)` of the paper: it yields one `Action` at a time and receives the
+observation measured after it. It has no handle to anything else, so the runtime can halt, time out, isolate
+and replay it without its help.
 
     def lift(observed: Observation, inputs: Inputs) -> SkillBody:
         x, y, z = observed["wrapper_position"]
         observed = yield act("move_tool", target=(x, y, z + 0.10), yaw=0.0, speed=0.2)
 
-At its end it returns the outputs that it declares, by name, if it has any to give.
+A skill that declares outputs returns them at its end, by name.
 Parameters are SI numbers, booleans, enum members as strings, or 3-vectors as tuples.
 """
 
@@ -18,20 +18,20 @@ from collections.abc import Generator, Mapping
 from typing import Any, NamedTuple
 
 Observation = Mapping[str, Any]
-"""Measured values by vocabulary name, SI units.  A name that is absent is unknown, never false.
+"""Measured values by vocabulary name, in SI units. A missing value is unknown, never false.
 
 Example:
     >>> observation: aeros.Observation = {"human_distance": 3.2, "holding": False}
 """
 
 Inputs = Mapping[str, Any]
-"""The skill's declared inputs, SI units, defaults filled in."""
+"""Values of the skill's declared inputs, in SI units, with defaults filled in."""
 
 
 class Action(NamedTuple):
-    """One action a skill asks for: a kind of the site's vocabulary and its parameters.
+    """One action that a skill asks for: an action kind of the site and its parameters.
 
-    Asking is all it does: the gate decides, and the plant executes what was decided.
+    An `Action` is only a request: the gate decides it, and the plant executes what the gate allowed.
 
     kind: an action kind of the site's vocabulary.
     parameters: by name; numbers in SI units, booleans, enum members as strings, 3-vectors as tuples.
@@ -49,11 +49,11 @@ SkillBody = Generator[Action, Observation, Any]
 
 
 def act(kind: str, **parameters: Any) -> Action:
-    """Make an `Action`; the gate checks it, and nothing is checked here.
+    """Make an `Action`. Nothing is checked here; the gate checks the action when it decides it.
 
     Args:
-        kind: An action kind of the site's vocabulary.
-        parameters: Numbers in SI units, booleans, enum members as strings, 3-vectors as tuples.
+        kind: an action kind of the site's vocabulary.
+        parameters: numbers in SI units, booleans, enum members as strings, 3-vectors as tuples.
 
     Returns:
         The action.

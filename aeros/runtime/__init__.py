@@ -1,1 +1,1 @@
-"""What mediates every action: gate, configuration, executor, monitor, audit."""
+"""The runtime, which decides and records every action: gate, configuration, executor, monitor and audit."""

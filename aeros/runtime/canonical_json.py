@@ -1,9 +1,8 @@
-"""Any value as canonical JSON, total: what cannot be encoded is named, never raised over.
+"""Canonical JSON of arbitrary values: never raises; values that JSON lacks are replaced by a marker.
 
-Records must hold what a skill asked for however strange it is, and a denied request may hold NaN,
-a class of its own or a list that contains itself.  Only exact built-in types are read, so no code
-of the value's runs while it is encoded.  A double keeps its shortest decimal, which reads back to
-the same double.
+Records must hold what a skill asked for, however odd it is: a denied request may hold NaN, an instance of an
+unknown class, or a list that contains itself. Only exact built-in types are read, so no code of the value
+runs while it is encoded. A double is written as its shortest decimal, which reads back as the same double.
 """
 
 from __future__ import annotations
@@ -18,25 +17,26 @@ from typing import Any, Final, NamedTuple
 from aeros.descriptions import type_name
 
 MAX_SIZE: Final = 1_000_000
-"""Characters and values in one encoding; more is not encoded.  A record is about 2,000."""
+"""Budget of one encoding, in characters and values; the rest is not encoded. A record takes about 2,000."""
 
 _MAX_DEPTH: Final = 32
-"""Nesting beyond which nothing is encoded; also what ends a list that contains itself."""
+"""Greatest depth of nesting that is encoded; this also ends a list that contains itself."""
 
 _MAX_INTEGER_BITS: Final = 256
 """Length of the longest integer that is encoded."""
 
 _DETAIL: Final = 2
-"""How deep the details of a record are in it."""
+"""Depth at which the details of a record lie in it."""
 
 ESCAPE_MARKS: Final = ("float", "unencodable", "dict")
-"""Keys that, alone in a dict, say that it stands for something else."""
+"""Keys that, as the only key of a dict, mark an escaped value."""
 
 
 class Encoded(NamedTuple):
-    """The canonical text of a value: what is put into a record after it was encoded for its digest.
+    """Canonical text of a value, kept so that a record can reuse what was encoded for a digest.
 
-    size: what it takes of `MAX_SIZE`.
+    text: the canonical JSON, ASCII.
+    size: the share of `MAX_SIZE` that encoding the value used up.
     """
 
     text: str
@@ -44,38 +44,61 @@ class Encoded(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """`digest_of` the value."""
+        """SHA-256 of the text in hexadecimal, equal to `digest_of` the value."""
         return hashlib.sha256(self.text.encode("ascii")).hexdigest()
 
 
 def to_canonical_json(value: Any, known: Collection[str] = ()) -> bytes:
-    """`value` as JSON: ASCII, sorted keys, no spaces, no NaN; equal values give equal bytes.
+    """Encode a value as canonical JSON: ASCII, sorted keys, no spaces, no NaN; equal values give equal bytes.
 
-    NaN and infinities become `{"float": "nan"}` (`"inf"`, `"-inf"`), and everything else that JSON
-    lacks `{"unencodable": TYPE}`; a dict that looks like one of these is wrapped, `{"dict": DICT}`.
-    Once `MAX_SIZE` is used up, all that follows is unencodable: what must not be lost comes before
-    what a stranger supplied.
-    known: names of details of a record; an `Encoded` there, and nowhere else, stands for its value.
-        A stranger must have no say about what is there.
+    NaN and infinities become `{"float": "nan"}` (`"inf"`, `"-inf"`), and everything else that JSON lacks
+    `{"unencodable": TYPE}`. A dict that looks like one of these is wrapped: `{"dict": DICT}`.
+    Once `MAX_SIZE` is used up, everything that follows is unencodable; so data that must not be lost has to
+    come before data from untrusted code.
+
+    Args:
+        value: any object.
+        known: names of a record's details in which an `Encoded` stands for its value; elsewhere an `Encoded`
+            is unencodable. Untrusted code must not control what is stored under these names.
+
+    Returns:
+        The canonical JSON in ASCII.
     """
     return Encoder(known).encode(value, 0).encode("ascii")
 
 
 def encode_with_size(value: Any) -> Encoded:
-    """The canonical text of `value`, and its size."""
+    """Encode a value as `to_canonical_json` does, and report the share of `MAX_SIZE` it used.
+
+    Args:
+        value: any object.
+
+    Returns:
+        The canonical text and its size.
+    """
     encoder = Encoder()
     return Encoded(encoder.encode(value, 0), encoder.used_size)
 
 
 @dataclass(frozen=True, slots=True)
 class UnencodableValue:
-    """Stands for a value that JSON lacks, of the type or for the reason named."""
+    """Placeholder for a value that JSON lacks.
+
+    reason: the name of the value's type, or why it was not encoded, such as `too large`.
+    """
 
     reason: str
 
 
 def decode_value(plain: Any) -> Any:
-    """The value whose encoding was read back as `plain`; tuples as lists, what was lost as `UnencodableValue`."""
+    """Rebuild a value from its parsed canonical JSON.
+
+    Args:
+        plain: what `json.loads` returned for the canonical text.
+
+    Returns:
+        The value, with tuples as lists and values that were not encoded as `UnencodableValue`.
+    """
     if type(plain) is list:
         return [decode_value(item) for item in plain]
     if type(plain) is not dict:
@@ -91,12 +114,19 @@ def decode_value(plain: Any) -> Any:
 
 
 def digest_of(value: Any) -> str:
-    """The SHA-256 of `value`'s canonical encoding, in hexadecimal."""
+    """Compute the SHA-256 of a value's canonical encoding.
+
+    Args:
+        value: any object.
+
+    Returns:
+        The digest in hexadecimal.
+    """
     return hashlib.sha256(to_canonical_json(value)).hexdigest()
 
 
 class Encoder:
-    """Writes the canonical texts of values that share one `MAX_SIZE`."""
+    """Encoder of several values that share one `MAX_SIZE`."""
 
     def __init__(self, known: Collection[str] = ()) -> None:
         self._left = MAX_SIZE
@@ -104,14 +134,22 @@ class Encoder:
 
     @property
     def used_size(self) -> int:
-        """How much of `MAX_SIZE` is used up."""
+        """Share of `MAX_SIZE` that is used up so far."""
         return MAX_SIZE - self._left
 
     def encode(self, value: Any, depth: int) -> str:
-        """Of a value at this depth of what is encoded."""
+        """Encode one value.
+
+        Args:
+            value: any object.
+            depth: its depth of nesting in the whole that is encoded; 0 for the outermost value.
+
+        Returns:
+            The canonical text.
+        """
         kind = type(value)
         if kind is float and self._left > 0 and depth <= _MAX_DEPTH:
-            # Most of what is in a record.
+            # The fast path for most values of a record.
             self._left -= 1
             return repr(value) if isfinite(value) else f'{{"float":"{value!r}"}}'
         self._left -= 1 + (len(value) if kind in (str, list, tuple, dict) else 0)
@@ -138,12 +176,12 @@ class Encoder:
             self._left -= len(key)
         if self._left < 0:
             return _unencodable("too large")
-        # In the order given, in which `MAX_SIZE` is used up; then sorted.
+        # Items use up `MAX_SIZE` in the order given, and are sorted afterwards.
         texts = {}
         for key, item in value.items():
             kind = type(item)
             if kind is str and len(item) < self._left and depth < _MAX_DEPTH:
-                # As `text` has it, in place: most of what is in a dict.
+                # What `encode` would do, inlined: most items of a dict are short strings.
                 self._left -= 1 + len(item)
                 texts[key] = encode_basestring_ascii(item)
             elif kind is Encoded and depth + 1 == _DETAIL and key in self._known:

@@ -1,7 +1,7 @@
-"""The runtime's ports: everything agent and plant may know of each other.
+"""Ports of the runtime: the only interfaces that agent and simulators share with it.
 
-Agent and sim import this module and nothing else of the runtime, so the agent can propose and
-cannot act, and a plant can act and cannot decide.
+Agent and simulators import this module and nothing else of the runtime. So the agent can propose but not act,
+and a plant can act but not decide.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from aeros.spec.verification.certificate import Certificate
 
 
 class Reading(NamedTuple):
-    """One measured value and when it was measured.
+    """One measured value and the time of its measurement.
 
     value: SI; bool, float, enum member as str, 3-tuple of float, or tuple of float for a family
         (in the order of the vocabulary's index set).
@@ -32,33 +32,43 @@ class Reading(NamedTuple):
 
 
 Readings = Mapping[str, Reading]
-"""Readings by vocabulary name.  A name that is absent is unknown."""
+"""Readings by vocabulary name. A missing name means that the value is unknown."""
 
 
 class ColumnNames:
-    """Names of what is measured together, in their order, and the place of each."""
+    """Names of the variables that are measured together, in alphabetical order.
+
+    names: the variables' names.
+    places: the position of each name in `names`.
+    """
 
     __slots__ = ("names", "places")
 
     def __init__(self, names: Iterable[str]) -> None:
         self.names = tuple(sorted(names))
         if not all(type(name) is str for name in self.names):
-            raise MisuseError("a name of what is measured is no text")
+            raise MisuseError("the name of a measured variable is not a str")
         self.places = {name: place for place, name in enumerate(self.names)}
 
 
 class Snapshot(Mapping[str, Reading]):
-    """Readings that were all taken at one time, their values in a column.  Nothing of it ever changes.
+    """Readings that were all measured at one time, with their values in one tuple. Immutable.
 
-    Where a column is the one of the moment before, or most values in it are the same objects, whoever has
-    looked at that one needs to look at what differs only.
+    order: the names of the variables.
+    column: the value of each variable, in that order.
+    time: seconds on the plant's clock.
+
+    Consecutive snapshots may share the tuple, or most of the objects in it. A reader that has processed the
+    previous snapshot then needs to look only at what differs.
     """
 
     __slots__ = ("column", "order", "time")
 
     def __init__(self, order: ColumnNames, column: tuple[Any, ...], time: float) -> None:
         if type(order) is not ColumnNames or type(column) is not tuple or len(column) != len(order.names):
-            raise MisuseError(f"a column of {len(order.names)} values is not what was given")
+            raise MisuseError(
+                f"a snapshot needs a tuple of {len(order.names)} values in the order of its `ColumnNames`"
+            )
         self.order = order
         self.column = column
         self.time = time
@@ -74,17 +84,19 @@ class Snapshot(Mapping[str, Reading]):
 
 
 Monitor = Callable[[float, Mapping[str, Any]], str | None]
-"""Checks what is measured at one control tick, given its time (plant seconds) and the values by
-vocabulary name (SI), or a `Reading` of what was measured before: None, or the id of the violated rule,
-upon which the plant makes a protective stop within that tick."""
+"""Callback that checks the measurements of one control tick.
+
+Called with the plant time (s) and the values by vocabulary name (SI); a value that was measured earlier is a
+`Reading`. Returns None, or the id of the violated rule; the plant then makes a protective stop in that tick.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class MotionCompletion:
-    """How one action ended on the plant.
+    """End of one action on the plant.
 
     completed: the plant did all of it.
-    reason: None when completed; else `monitor:RULE`, or the plant's own words (for example
+    reason: None if completed; otherwise `monitor:RULE`, or the plant's own words (for example
         `unreachable: …`).
     """
 
@@ -96,10 +108,11 @@ Vec3 = tuple[float, float, float]
 
 
 class Ball(NamedTuple):
-    """A ball that moves with a robot's link; all balls of a link together enclose it.
+    """A ball that moves with a robot's link; together the balls of a link enclose it.
 
-    joint: how many joints move it: 0 for the base, k for what is carried by the first k joints.
-    centre: in the frame of that joint, m; of the base where it is 0.
+    link: the name of the link.
+    joint: number of joints that move the ball: 0 for the base, k if the first k joints carry it.
+    centre: in the frame of joint `joint`, or of the base if `joint` is 0; m.
     radius: m.
     """
 
@@ -111,10 +124,11 @@ class Ball(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RobotBody:
-    """A robot's chain of revolute joints and the balls that enclose its links.
+    """A robot's chain of revolute joints, and the balls that enclose its links.
 
-    rows: a, alpha and d of each joint, m and rad: modified (Craig) Denavit–Hartenberg parameters.
-    tool: the tool point in the frame of the last joint, m.
+    dh_rows: a (m), alpha (rad) and d (m) of each joint: modified (Craig) Denavit–Hartenberg parameters.
+    tool_offset: the tool point in the frame of the last joint, m.
+    balls: of all links.
     """
 
     dh_rows: tuple[tuple[float, float, float], ...]
@@ -123,19 +137,19 @@ class RobotBody:
 
 
 JointVector = tuple[float, ...]
-"""A value for each joint, rad for positions."""
+"""One number for each joint; rad if they are positions."""
 
 JointPath = tuple[tuple[JointVector, JointVector, JointVector, JointVector], ...]
-"""Pieces of equal length in s from 0 to 1, each a cubic by its four Bézier control points."""
+"""Pieces of equal length in s from 0 to 1, each a cubic given by its four Bézier control points (rad)."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServoBounds:
-    """How far and how fast a motion under feedback may leave its paths; the plant holds itself to it.
+    """Bounds within which the plant keeps a motion under feedback control.
 
-    slack: distance of each joint from the nearest path, rad.
-    speed, acceleration, jerk: of each joint, SI.
-    tool_speed, tool_acceleration, tool_jerk: of the set point that is followed, SI.
+    joint_tolerance: greatest distance of each joint from the nearest path, rad.
+    speed, acceleration, jerk: of each joint; rad/s, rad/s², rad/s³.
+    tool_speed, tool_acceleration, tool_jerk: of the set point that the tool follows; m/s, m/s², m/s³.
     """
 
     joint_tolerance: JointVector
@@ -149,11 +163,14 @@ class ServoBounds:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """A whole motion, before it starts: q(s(t/duration)), with s(u) = 10u³ − 15u⁴ + 6u⁵.
+    """A whole motion, before it starts: q(s(t/duration)) with s(u) = 10u³ − 15u⁴ + 6u⁵.
 
-    paths: one; under feedback (`servo`) several, near which the motion stays, in an order it chooses.
-    base, way: where the body's base frame is at the start, in W, and how far it travels, m.
+    joint_paths: one path; under feedback (`servo`) several, which the motion stays near, in an order that the
+        plant chooses.
+    base: position of the body's base frame in W at the start, m.
+    base_path: displacement of the base over the motion, in W, m.
     duration: s; under feedback an estimate.
+    servo: bounds of a motion under feedback; None if the motion follows its path exactly.
     """
 
     body: RobotBody
@@ -166,25 +183,28 @@ class Trajectory:
 
 @dataclass(frozen=True, slots=True)
 class NoMotion:
-    """The plant's statement that an action moves no joint and no base, and why."""
+    """The plant's statement that an action moves neither joints nor base.
+
+    reason: why it moves nothing.
+    """
 
     reason: str
 
 
 PlannedMotion = Trajectory | NoMotion | MotionCompletion
-"""What the plant would do for an action; a `MotionCompletion` says why it cannot do it."""
+"""The plant's plan for an action; a `MotionCompletion` says why the plant cannot do it."""
 
 
 MotionHandle = NewType("MotionHandle", int)
-"""One action under way on a plant, by the number that the plant gave it."""
+"""Number of one action under way on a plant, assigned by the plant."""
 
 
 class Plant(Protocol):
-    """What executes allowed actions: a simulator, an in-memory fake, a robot.
+    """Executor of allowed actions: a simulator, an in-memory fake or a robot.
 
-    A plant never decides.  It refuses what it cannot do (`MotionCompletion` with a reason, before any
-    motion), never raises for it, and stops when `monitor` names a rule.  Several actions may be under
-    way; that they do not share an actuator is for others to see to.
+    A plant never decides. It refuses actions that it cannot do (`MotionCompletion` with a reason, before any
+    motion) and does not raise for them, and it stops when `monitor` names a rule. Several actions may be
+    under way at a time; the caller makes sure that they share no actuator.
 
     Example:
         >>> from aeros.sim.kinematic.plant import make_plant
@@ -197,54 +217,98 @@ class Plant(Protocol):
     """
 
     def now(self) -> float:
-        """Seconds on the plant's clock; never goes back."""
+        """Read the plant's clock, which never goes back.
+
+        Returns:
+            Seconds.
+        """
 
     def observe(self) -> Readings:
-        """Everything that is measured now, each value with its own time.
+        """Measure every state variable now.
 
-        The monitor may call it, from inside `advance`.
+        The monitor may call it from inside `advance`.
+
+        Returns:
+            The readings (SI), each with its own time.
         """
 
     def plan(self, action: Action) -> PlannedMotion:
-        """The motion that `action` is, from where the robot is now; moves nothing."""
+        """Plan the motion for an action from the robot's current state; moves nothing.
+
+        Args:
+            action: the action, parameters in SI.
+
+        Returns:
+            The motion, or the reason why the plant cannot do it.
+        """
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Begin `action`, beside what is under way; nothing moves before `advance`.
+        """Begin an action in addition to those under way; nothing moves before `advance`.
 
-        decided: what `plan` said of this action, decided since: that motion and no other is made.
+        Args:
+            action: an action that the gate allowed.
+            decided: the result of `plan` for this action, if it was decided; the plant then executes exactly
+                that motion.
+
+        Returns:
+            A handle of the action, or its end if the plant refuses it.
         """
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Go on with everything under way until some of it ends; which, and how.
+        """Continue everything under way until some of it ends.
 
-        monitor: called before the first control tick and after every one.  Where it names a rule,
-            everything is brought to rest, and all that was under way has ended.
-        until: plant seconds; nothing has ended where the next tick would pass them.  They come where
-            nothing is under way, too.
+        Args:
+            monitor: called before the first control tick and after every tick. If it names a rule, the plant
+                brings everything to rest, and all actions under way have ended.
+            until: plant time at which to return at the latest, s; no tick goes beyond it. It is reached if
+                nothing is under way, too.
+
+        Returns:
+            The actions that have ended, with their ends; empty if `until` came first.
         """
 
     def halt(self, motion: MotionHandle) -> None:
-        """Let `motion` come to rest within limits while others go on; `advance` says when it has.
+        """Bring one motion to rest within its limits while others continue; `advance` reports its end.
 
-        The monitor may call it, from inside `advance`.
+        The monitor may call it from inside `advance`.
+
+        Args:
+            motion: the action to halt.
         """
 
     def stop(self) -> None:
-        """Protective stop: bring every actuator to rest within its limits and hold; all motions are over."""
+        """Make a protective stop: bring every actuator to rest within its limits and hold.
+
+        All motions are over after it.
+        """
 
     def skill_began(self, skill: str) -> None:
-        """Note that `MODULE.SKILL` starts: faults of physics heed it, the symbolic plant samples by it."""
+        """Note that a skill starts: fault injection and the symbolic plant depend on it.
+
+        Args:
+            skill: `MODULE.SKILL`.
+        """
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """Note that `MODULE.SKILL` ended; `finished` says whether it ran to its own end."""
+        """Note that a skill has ended.
+
+        Args:
+            skill: `MODULE.SKILL`.
+            finished: True if the skill ran to its own end, False if it was halted.
+        """
 
     def close(self) -> None:
-        """Release what the plant holds; safe to call twice."""
+        """Release the plant's resources; safe to call twice."""
 
 
 @dataclass(frozen=True, slots=True)
 class StepRequest:
-    """One skill invocation that the agent proposes; `inputs` in SI, those with defaults may be left out."""
+    """One skill invocation that the agent proposes.
+
+    module: the name of the module.
+    skill: the name of one of its skills.
+    inputs: by name, SI; inputs that have a default may be left out.
+    """
 
     module: str
     skill: str
@@ -252,25 +316,29 @@ class StepRequest:
 
 
 class StepStatus(Enum):
-    """How a skill invocation ended, as far as the runtime can tell; outcomes are for the supervisor."""
+    """End of a skill invocation as the runtime sees it; the agent's supervisor determines the outcome."""
 
     FINISHED = "finished"  # the skill ran to its end
-    REFUSED = "refused"  # never started: unknown, inactive, or its inputs are not what it declares
+    REFUSED = "refused"  # never started: unknown, inactive, or its inputs do not match its declaration
     DENIED = "denied"  # the gate denied an action; the skill was halted
     STOPPED = "stopped"  # the plant or the monitor stopped a motion; the skill was halted
-    TIMED_OUT = "timed_out"  # the skill was halted at its time-out
+    TIMED_OUT = "timed_out"  # the skill was halted at its timeout
     RAISED = "raised"  # the skill's code failed; it was halted
-    HALTED = "halted"  # the operator stopped everything: nothing begins any more
-    HOLD_LOST = "unheld"  # what must be measured as long as the skill runs was not; it was halted
-    CANCELLED = "cancelled"  # whoever had asked for it took it back; it was halted, or never began
+    HALTED = "halted"  # the operator stopped everything; nothing begins any more
+    HOLD_LOST = "unheld"  # the skill's hold-condition was not measured to hold; it was halted
+    CANCELLED = "cancelled"  # cancelled by the caller: halted, or never begun
 
 
 @dataclass(frozen=True, slots=True)
 class StepResult:
-    """What became of a step: status, the reason in words, what the gate decided on the way, its outputs.
+    """Result of a step.
 
-    may_pass: it was denied on account of what is measured alone, so that later it may be allowed.
-    causes: the reason as data, where there is more to it than words.
+    status: the kind of end.
+    reason: the same in words.
+    allowed, attenuated, denied: number of the step's actions that the gate decided so.
+    outputs: the skill's outputs, by name.
+    is_transient: the step was denied only because of measured values, so it may be allowed later.
+    causes: the reason as data, if there is any.
     """
 
     status: StepStatus
@@ -284,29 +352,38 @@ class StepResult:
 
 
 StepHandle = NewType("StepHandle", int)
-"""A step that was started, by the number that the runtime gave it."""
+"""Number of a step that was started, assigned by the runtime."""
 
 
 class EndedStep(NamedTuple):
-    """A step that has ended, and what became of it."""
+    """A step that has ended, with its result."""
 
     step: StepHandle
     result: StepResult
 
 
 class LogHead(NamedTuple):
-    """Where the audit record ends: how many records it has, and the hash of the last."""
+    """End of the audit record.
+
+    records: how many records it has.
+    hash: hash of the last record.
+    """
 
     records: int
     hash: str
 
 
 EMPTY_LOG_HEAD: Final = LogHead(0, "")
-"""Before the first record."""
+"""End of a record without entries."""
 
 
 class AuditEvent(NamedTuple):
-    """A record of the runtime's own, and its number."""
+    """An event that the runtime itself recorded.
+
+    sequence: the number of its record.
+    event: the kind of event.
+    details: the event's data, by name.
+    """
 
     sequence: int
     event: str
@@ -314,7 +391,7 @@ class AuditEvent(NamedTuple):
 
 
 class Runtime(Protocol):
-    """What the agent sees: it can observe, propose steps, leave notes and read the record; nothing else."""
+    """The runtime as the agent sees it: it observes, proposes steps, leaves notes and reads the record."""
 
     @property
     def site(self) -> Site:
@@ -322,41 +399,93 @@ class Runtime(Protocol):
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the operator has stopped everything, so that nothing begins any more."""
+        """True if the operator has stopped everything; nothing begins any more."""
 
     def active_modules(self) -> Mapping[str, Ecm]:
-        """The certified, active modules by name."""
+        """Return the certified, active modules.
+
+        Returns:
+            The modules by name.
+        """
 
     def certificate(self, module: str) -> Certificate | None:
-        """What is proved of an active module."""
+        """Return the certificate of an active module.
+
+        Args:
+            module: the module's name.
+
+        Returns:
+            Its certificate, or None if it has none.
+        """
 
     def now(self) -> float:
-        """Seconds on the plant's clock."""
+        """Read the plant's clock.
+
+        Returns:
+            Seconds.
+        """
 
     def observe(self) -> Readings:
-        """Everything that is measured now."""
+        """Measure every state variable now.
+
+        Returns:
+            The readings (SI), each with its own time.
+        """
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """Start one skill, beside those under way; a result where it is refused at once.
+        """Start one skill in addition to those under way.
 
-        It waits its turn where others hold what it needs.  Goes on only inside `wait`.
+        The step waits while others hold what it needs. It makes progress only inside `wait`.
+
+        Args:
+            request: the skill and its inputs.
+
+        Returns:
+            A handle of the step, or its result if it is refused at once.
         """
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """Let every step go on, every action decided by the gate, until one has ended; which.
+        """Run all steps until one of them has ended; the gate decides every action.
 
-        until: plant seconds; None where they come first, as they do where nothing was started; without
-            them that raises `MisuseError`.
+        Args:
+            until: plant time at which to return at the latest, s.
+
+        Returns:
+            The step that ended; None if `until` came first, as it does if no step was started.
+
+        Raises:
+            MisuseError: no step was started and `until` is not given.
         """
 
     def cancel(self, step: StepHandle, reason: str) -> None:
-        """Halt a step, by the same clean-up as any other, unless it has ended; `wait` says when it has."""
+        """Halt a step, with the same clean-up as any other, unless it has ended; `wait` reports its end.
+
+        Args:
+            step: the step to halt.
+            reason: the reason to record, in words.
+        """
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
-        """Put an event of the agent's (a plan, an outcome, a transition) into the audit record."""
+        """Write an event of the agent (a plan, an outcome, a transition) into the audit record.
+
+        Args:
+            event: the kind of event.
+            details: the event's data, by name.
+        """
 
     def log_head(self) -> LogHead:
-        """Where the audit record ends now."""
+        """Return the current end of the audit record.
+
+        Returns:
+            Number of records and hash of the last.
+        """
 
     def events_since(self, head: LogHead) -> Sequence[AuditEvent] | None:
-        """What the runtime itself has recorded since, without notes; None where it never ended so."""
+        """Return the events that the runtime itself has recorded since `head`, without notes.
+
+        Args:
+            head: an earlier end of the record.
+
+        Returns:
+            The events in order, or None if the record never ended at `head`.
+        """

@@ -1,4 +1,4 @@
-"""Site and module files → a proved configuration, as `run` and `decide` need it."""
+"""Proved configurations from site and module files, for the commands that run or decide."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aeros.spec.verification.verify import Detail, verify
 
 
 class ProveConfiguration(Protocol):
-    """What `prove_configuration` is, for who may be given another."""
+    """Type of `prove_configuration`, for callers that accept a substitute."""
 
     def __call__(
         self,
@@ -31,7 +31,7 @@ class ProveConfiguration(Protocol):
         blocks: Sequence[OperatorOverride] = (),
         active: Callable[[str], bool] = ...,
     ) -> tuple[Configuration, Report]:
-        """See `prove_configuration`."""
+        """Implement `prove_configuration`."""
 
 
 def prove_configuration(
@@ -42,16 +42,25 @@ def prove_configuration(
     blocks: Sequence[OperatorOverride] = (),
     active: Callable[[str], bool] = lambda _: True,
 ) -> tuple[Configuration, Report]:
-    """The configuration of the modules at `paths`, all of them proved: here and now, or in an earlier run.
+    """Prove modules under a site, and return the configuration that the gate enforces.
 
-    What an earlier run proved counts if it was the very same files, policy and program
-    (docs/decisions/0008-answers-are-kept.md); what depends on several modules is asked each time.
+    A proof from an earlier run counts if files, policy and program have not changed since
+    (docs/decisions/0008-answers-are-kept.md). Obligations about several modules are checked every time.
 
-    certified: require that each module's `ecm.lock` is the certificate that results.
-    blocks: operator overrides beside those of the site file.
-    active: whether the module of that name is to be active.
-    Raises `UserError` with every reason why the configuration is refused, `UndecidedError` where the
-    only reasons are that the solver ran out of its budget.
+    Args:
+        paths: folders of the modules to prove.
+        site: the site file.
+        certified: require that each module's `ecm.lock` equals the certificate that results.
+        blocks: operator overrides in addition to those of the site file.
+        active: predicate on the module name; only modules for which it is true become active.
+
+    Returns:
+        The configuration of the active modules, and the report of the verification.
+
+    Raises:
+        UserError: a module is refuted, malformed, changed while it was being proved, or its `ecm.lock` is not
+            the certificate; the error lists every problem.
+        UndecidedError: nothing is refuted, but the solver ran out of its budget.
     """
     store = default_store()
     with nullcontext() if store is None else closing(store):
@@ -70,22 +79,32 @@ def configuration_of(
     blocks: Sequence[OperatorOverride] = (),
     active: Callable[[str], bool] = lambda _: True,
 ) -> Configuration:
-    """The models of what `report` says is proved, as `prove_configuration` makes them a configuration.
+    """Build the configuration of the modules that a report says are proved.
 
-    Raises `UserError` where a file is not any more what was proved.
+    Args:
+        report: a report whose conclusion is PROVED.
+        site: the site file.
+        blocks: operator overrides in addition to those of the site file.
+        active: predicate on the module name; only modules for which it is true become active.
+
+    Returns:
+        The configuration of the active modules.
+
+    Raises:
+        UserError: a file is no longer the one that was proved.
     """
     policy = _policy(site, blocks)
-    proved = [one for one in report.modules if active(one.name)]
-    return make_configuration(policy, {one.name: _certified(one, policy) for one in proved})
+    proved = [module for module in report.modules if active(module.name)]
+    return make_configuration(policy, {module.name: _certified(module, policy) for module in proved})
 
 
 def _require_locks(report: Report) -> None:
-    """Raise `UserError` unless every module's `ecm.lock` is the certificate that results."""
+    """Raise `UserError` unless every module's `ecm.lock` equals the certificate that results."""
     problems = [
         problem
-        for one in report.modules
-        if one.lock is not None and not one.lock.matches_folder(one.path)
-        if (problem := check_lock(one.path, one.lock.certificate)) is not None
+        for module in report.modules
+        if module.lock is not None and not module.lock.matches_folder(module.path)
+        if (problem := check_lock(module.path, module.lock.certificate)) is not None
     ]
     if problems:
         raise UserError(problems)
@@ -99,7 +118,7 @@ def _policy(path: Path, blocks: Sequence[OperatorOverride]) -> Site:
 
 
 def _certified(report: SubjectReport, policy: Site) -> tuple[Ecm, Certificate]:
-    """The model of a module that is proved, and its certificate; it is of the very files that were proved."""
+    """Load a proved module and check that its files are still the ones that were proved."""
     found = load_ecm(report.path, policy, Diagnostics())
     certificate = report.certificate
     if found is None or certificate is None:

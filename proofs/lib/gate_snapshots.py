@@ -81,7 +81,7 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
 
         moments = code.module(SNAPSHOTS, is_not=is_not, type=type_)
         taker = moments.SnapshotCache({})
-        taker._taking = {name: partial(taking, name) for name in _STATE}
+        taker._unpackers = {name: partial(taking, name) for name in _STATE}
         order = SimpleNamespace(
             names=(*_STATE, _UNDECLARED_NAME) if ask(f"has.{_UNDECLARED_NAME}") else _STATE
         )
@@ -92,9 +92,9 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
             # Names in another order stand for any others.
             names = order if ask("same-order") else SimpleNamespace(names=order.names[::-1])
             of_old = column if ask("same-column") else column_of(names.names)
-            had = taker._taken = moments._CachedColumn(names, of_old, dict(before))
+            had = taker._cached = moments._CachedColumn(names, of_old, dict(before))
         found = taker.scalars(SimpleNamespace(order=order, column=column))
-        now = taker._taken
+        now = taker._cached
         is_this = now is not None and now.order is order and now.column is column and now.scalars is found
         is_untouched = now is had and (had is None or had.scalars == before)
         return smt_apply("outcome", _answer(found), smt_literal(is_this), smt_literal(is_untouched))

@@ -1,4 +1,4 @@
-"""The action reduced as the violated rules declare.  Only a proposal: the gate decides it again."""
+"""Attenuation: the reduced parameters that violated rules prescribe. The gate decides the result again."""
 
 from __future__ import annotations
 
@@ -16,18 +16,26 @@ from aeros.spec.model.model import Rule
 def attenuate_parameters(
     rules: Iterable[Rule], kind: str, parameters: Mapping[str, Any], values: Scalars
 ) -> dict[str, Any]:
-    """The `parameters` reduced as each of `rules` declares for `kind`, one rule after the other.
+    """Reduce parameters as each of `rules` prescribes, one rule after the other.
 
-    values: every well-formed value, by scalar variable; holds all that the rules read.
-    No parameter is ever larger in magnitude than it was asked for: where a rule's term would make it
-    so, which the proof of the site excludes where that rule alone is violated, the term is not used.
+    No parameter becomes larger in magnitude than requested. If a rule's term would enlarge it, the term is
+    not used; the proof of the site excludes this case where that rule alone is violated.
+
+    Args:
+        rules: the violated rules, each with an attenuation for `kind`.
+        kind: the action kind.
+        parameters: the requested parameters by name, SI.
+        values: every well-formed value of the request, by scalar variable; contains all that the rules read.
+
+    Returns:
+        All parameters by name, with the reduced values rounded towards zero.
     """
     reduced = dict(parameters)
     exact = {name: Fraction(value) if type(value) is float else value for name, value in values.items()}
     for rule in rules:
         terms = rule.attenuations[kind]
-        wanted = {name: cast("Fraction", evaluate(lower(term), exact)) for name, term in terms.items()}
-        for name, value in wanted.items():
+        reductions = {name: cast("Fraction", evaluate(lower(term), exact)) for name, term in terms.items()}
+        for name, value in reductions.items():
             size = abs(value)
             if size < abs(exact[name]):
                 # Rounded towards zero, so that the double is no larger than what was declared.

@@ -1,4 +1,4 @@
-"""Why something was denied or stopped, as data: the condition, where it is written, what was measured."""
+"""Causes of denials and stops as data: the condition, its place in a file, and the measured values."""
 
 from __future__ import annotations
 
@@ -30,14 +30,33 @@ def denial_causes(
     requested_action: Action,
     now: float,
 ) -> tuple[Cause, ...]:
-    """The reasons of a decision that did not simply allow `requested_action`, on what it was made."""
+    """Explain each reason of a denial or attenuation as data.
+
+    Args:
+        configuration: the configuration that the gate decided under.
+        decision: the gate's decision.
+        caller: the skill that asked, as the gate was given it.
+        readings: the readings that the gate was given.
+        requested_action: the action that the skill asked for, before any attenuation.
+        now: the time that the gate was given, s.
+
+    Returns:
+        One cause for each reason of the decision, in the same order; none if it is ALLOW.
+    """
     return tuple(_Denial(configuration, caller, readings, requested_action, now).causes(decision))
 
 
 def stop_cause(site: Site, rule: str, violation: RuleViolation | None) -> Cause:
-    """Why the monitor stopped what moved: a rule, or `input:NAME` of what was not measured as it should be.
+    """Explain as data why the monitor stopped a motion.
 
-    violation: what was measured, where it is of that rule.
+    Args:
+        site: the site whose rules the monitor watched.
+        rule: the id of the violated rule, or `input:NAME` for a value that was missing or malformed.
+        violation: the measured values at the violation, if the monitor has them; those of another rule are
+            ignored.
+
+    Returns:
+        The cause, with the unmet bounds if they are known.
     """
     kind, _, name = rule.partition(":")
     if kind == "input":
@@ -55,7 +74,7 @@ def stop_cause(site: Site, rule: str, violation: RuleViolation | None) -> Cause:
 
 
 class _Denial:
-    """What a decision was made on."""
+    """The request that a decision was made on, with the values of its variables."""
 
     def __init__(
         self,
@@ -81,18 +100,18 @@ class _Denial:
                 value_checkers(self._site.observed_variables), readings, now, frozenset(), self._values
             ),
         ):
-            deque(faults, maxlen=0)  # they are among the reasons
+            deque(faults, maxlen=0)  # the reasons have them already
 
     def causes(self, decision: Decision) -> Iterator[Cause]:
         for reason in decision.reasons:
             yield self._rule_cause(reason) or self._envelope_cause(reason) or self._other_cause(reason)
 
     def _rule_cause(self, reason: Reason) -> Cause | None:
-        for one in self._site.rules if reason.code == "AE750" else ():
-            if one.id == reason.rule and self._asked.kind in one.terms:
-                parts = self._unmet_bounds(one.terms[self._asked.kind])
-                at = file_and_line(one.require_span)
-                return Cause("rule", one.id, one.text, one.source, at, parts, reason.code)
+        for rule in self._site.rules if reason.code == "AE750" else ():
+            if rule.id == reason.rule and self._asked.kind in rule.terms:
+                parts = self._unmet_bounds(rule.terms[self._asked.kind])
+                at = file_and_line(rule.require_span)
+                return Cause("rule", rule.id, rule.text, rule.source, at, parts, reason.code)
         for joint in self._site.joint_rules if reason.code == "AE751" else ():
             if joint.id == reason.rule:
                 at = file_and_line(joint.require_span)
@@ -100,16 +119,16 @@ class _Denial:
         return None
 
     def _envelope_cause(self, reason: Reason) -> Cause | None:
-        """Envelope or permission."""
-        found: ActionCondition | None = None
+        """Return the cause of a violated envelope or permission; None of other reasons."""
+        condition: ActionCondition | None = None
         if reason.code == "AE730" and self._skill is not None:
-            kind, found = "envelope", self._skill.envelope.get(self._asked.kind)
+            kind, condition = "envelope", self._skill.envelope.get(self._asked.kind)
         elif reason.code == "AE731" and self._module is not None:
-            kind, found = "permission", self._module.permitted_actions.get(self._asked.kind)
-        if found is None:
+            kind, condition = "permission", self._module.permitted_actions.get(self._asked.kind)
+        if condition is None:
             return None
-        at, parts = file_and_line(found.span), self._unmet_bounds(found.term)
-        return Cause(kind, reason.rule, found.text, location=at, shortfalls=parts, code=reason.code)
+        location, parts = file_and_line(condition.span), self._unmet_bounds(condition.term)
+        return Cause(kind, reason.rule, condition.text, location=location, shortfalls=parts, code=reason.code)
 
     def _other_cause(self, reason: Reason) -> Cause:
         if reason.code in _READING_REASON_CODES and reason.rule in self._site.observed_variables:
@@ -124,7 +143,7 @@ class _Denial:
                 shortfalls=(part,),
                 code=reason.code,
             )
-        block = next((one for one in self._site.blocks if one.id == reason.rule), None)
+        block = next((override for override in self._site.blocks if override.id == reason.rule), None)
         at = (
             file_and_line(block.span)
             if reason.code == "AE710" and block is not None and block.span is not None

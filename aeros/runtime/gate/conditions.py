@@ -1,6 +1,6 @@
-"""Deciding conditions at given values: by compiled functions, or by asking Z3 every time.
+"""Evaluation of conditions at given values, by compiled functions or by Z3.
 
-Both answer exactly as `semantics.py` does, so which one a gate uses changes its speed alone.
+Both agree exactly with `semantics.py`, so the choice affects only the speed of a gate.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from aeros.spec.model.model import Declared, ranges_of
 
 
 class ConditionValue(Enum):
-    """Whether a condition holds; UNDECIDED denies."""
+    """Value of a condition; the gate denies on UNDECIDED."""
 
     HOLDS = "holds"
     FAILS = "fails"
@@ -26,7 +26,7 @@ class ConditionValue(Enum):
 
 
 class DecidableCondition(Protocol):
-    """One condition, ready to be decided.
+    """One condition, prepared for evaluation.
 
     names: the scalar variables it depends on.
     """
@@ -34,11 +34,21 @@ class DecidableCondition(Protocol):
     names: frozenset[str]
 
     def decide(self, values: Mapping[str, Any]) -> ConditionValue:
-        """Whether it holds at `values`: float, bool or str by scalar variable, all in range."""
+        """Evaluate the condition.
+
+        Args:
+            values: float, bool or str by scalar variable, all within their declared ranges; contains `names`.
+
+        Returns:
+            HOLDS, FAILS, or UNDECIDED if the solver could not tell.
+        """
 
 
 class CompiledCondition:
-    """A condition as a generated function; never undecided."""
+    """A condition compiled to a Python function; never undecided.
+
+    holds: that function, from values by scalar variable to bool.
+    """
 
     def __init__(self, term: t.Term, declared: Iterable[Declared]) -> None:
         mentioned = _variables_used(term, declared)
@@ -46,7 +56,7 @@ class CompiledCondition:
         self.holds = _compiled(term, tuple(ranges_of(mentioned).items()))
 
     def decide(self, values: Mapping[str, Any]) -> ConditionValue:
-        """See `DecidableCondition`."""
+        """Implement `DecidableCondition.decide`."""
         return ConditionValue.HOLDS if self.holds(values) else ConditionValue.FAILS
 
 
@@ -54,20 +64,20 @@ class CompiledCondition:
 def _compiled(
     term: t.Term, ranges: tuple[tuple[str, tuple[Fraction, Fraction]], ...]
 ) -> Callable[[Mapping[str, Any]], bool]:
-    """Compiled once, however many runs there are under one site: the function keeps nothing of its calls."""
+    """Compile each condition once for all runs under one site; the function keeps no state."""
     return compile_condition(term, dict(ranges))
 
 
 class SolverCondition:
-    """A condition that Z3 decides, with the values as exact rationals.
+    """A condition that Z3 evaluates, with the values as exact rationals.
 
-    beside: another one of the same gate, with which it shares what the solver keeps.
+    shared_context: another condition of the same gate, to share its solver's context.
     """
 
     def __init__(
         self, term: t.Term, declared: Iterable[Declared], shared_context: SolverCondition | None = None
     ) -> None:
-        # z3 takes 80 ms to import, which the compiled gate need not pay.
+        # Importing z3 takes 80 ms, which the compiled gate does not need to spend.
         from aeros.spec.backends.z3_solver import IncrementalSolver
 
         self._term = term
@@ -80,7 +90,7 @@ class SolverCondition:
         )
 
     def decide(self, values: Mapping[str, Any]) -> ConditionValue:
-        """See `DecidableCondition`."""
+        """Implement `DecidableCondition.decide`."""
         given = {name: _exact(values[name]) for name in self.names}
         result = self._session.check_at_values(given, self._term).result.value
         return {"sat": ConditionValue.HOLDS, "unsat": ConditionValue.FAILS}.get(

@@ -1,4 +1,4 @@
-"""A configuration: a site and the modules that are proved and active under it.  Frozen; swapped whole."""
+"""Configurations: a site and the modules proved and active under it. Frozen, and replaced as a whole."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from aeros.spec.verification.certificate import Certificate
 
 @dataclass(frozen=True)
 class Configuration:
-    """What governs: the site's policy and the certified, active modules.
+    """The site's policy and the certified, active modules that the gate enforces.
 
-    certificates: by module; says which invariants the proof left to the gate.
+    modules: by name.
+    certificates: by module name; says which invariants the proof left to the gate.
     digest: SHA-256 over site and certificates, in hexadecimal; audit records name it.
     """
 
@@ -26,7 +27,17 @@ class Configuration:
     digest: str
 
     def proved_obligations(self, module: str) -> frozenset[ClaimId]:
-        """The obligations that are PROVED of exactly this module under exactly this site."""
+        """Return the obligations that are PROVED of exactly this module under exactly this site.
+
+        Args:
+            module: the name of an active module.
+
+        Returns:
+            Their ids; none if the certificate is missing or is of another module, manifest or site.
+
+        Raises:
+            KeyError: no such module is active.
+        """
         ecm, certificate = self.modules[module], self.certificates.get(module)
         subject = (ecm.id, ecm.manifest_digest, self.site.digest)
         if certificate is None or (certificate.module, certificate.manifest, certificate.site) != subject:
@@ -35,15 +46,22 @@ class Configuration:
 
 
 class UnknownConfigurationError(Exception):
-    """The configuration of that digest is not to be had; the message says why."""
+    """The configuration with a given digest is not available; the message says why."""
 
 
 FindConfiguration = Callable[[str], Configuration]
-"""Gives the configuration of a digest, or raises `UnknownConfigurationError`."""
+"""Function that returns the configuration with a digest, or raises `UnknownConfigurationError`."""
 
 
 def single_configuration(configuration: Configuration) -> FindConfiguration:
-    """Knows one configuration."""
+    """Make a `FindConfiguration` that knows one configuration.
+
+    Args:
+        configuration: that configuration.
+
+    Returns:
+        The function.
+    """
 
     def find(digest: str) -> Configuration:
         if digest != configuration.digest:
@@ -54,7 +72,15 @@ def single_configuration(configuration: Configuration) -> FindConfiguration:
 
 
 def make_configuration(site: Site, certified: Mapping[str, tuple[Ecm, Certificate]]) -> Configuration:
-    """The configuration of `site` with these certified modules, all active."""
+    """Build the configuration of a site and certified modules, all of them active.
+
+    Args:
+        site: the site, with its operator overrides.
+        certified: each module and its certificate, by the module's name.
+
+    Returns:
+        The configuration, with its digest.
+    """
     certificates = {name: certificate for name, (_, certificate) in sorted(certified.items())}
     canonical = json.dumps([site.digest, {name: one.text() for name, one in certificates.items()}])
     return Configuration(

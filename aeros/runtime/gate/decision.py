@@ -1,4 +1,4 @@
-"""What the gate says: ALLOW, ATTENUATE or DENY, and every reason there is."""
+"""The gate's decisions: ALLOW, ATTENUATE or DENY, with every reason."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from aeros.skill import Action
 
 
 class DecisionKind(Enum):
-    """Has no truth value on purpose: callers compare."""
+    """Kind of a decision. It has no truth value, so that callers must compare it."""
 
     ALLOW = "ALLOW"
     ATTENUATE = "ATTENUATE"
     DENY = "DENY"
 
     def __bool__(self) -> bool:
-        raise TypeError("a verdict has no truth value; compare it")
+        raise TypeError("a kind of decision has no truth value; compare it")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Reason:
 
     code: the diagnostic code of the layer.
     rule: the invariant, block or quota, or the name of the offending field.
-    text: what is wrong, for people.
+    text: the objection in words.
     """
 
     code: str
@@ -37,7 +37,12 @@ class Reason:
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """Who asks: an active module's skill, running with these inputs (SI)."""
+    """An active module's skill that asks for an action.
+
+    module: the module's name.
+    skill: the skill's id.
+    inputs: the inputs that the skill runs with, by name, SI.
+    """
 
     module: str
     skill: str
@@ -45,10 +50,10 @@ class Caller:
 
 
 class Decision(NamedTuple):
-    """The verdict, the action that may be executed (None on DENY), and every reason.
+    """A decision of the gate: its kind, the action that may be executed (None on DENY), and every reason.
 
-    For ATTENUATE the action is the reduced one, decided again and allowed; the reasons name what
-    stood in the way of the one asked for.
+    For ATTENUATE the action is the reduced one, which the gate decided again and allowed; the reasons are the
+    objections to the requested action.
 
     Example:
         >>> gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")

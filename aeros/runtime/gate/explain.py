@@ -1,7 +1,7 @@
-"""Why a decision is as it is: what was proved at install time, what was evaluated now, with which values.
+"""Explanations of decisions: obligations proved at install time, conditions evaluated now, and their values.
 
-Beside the gate and not in it: the gate decides, and here each condition is read again by the exact
-semantics, which is what the gate's answer is by definition.  Pure.
+The explainer stands next to the gate, not in it: the gate decides, and the explainer evaluates each condition
+again by the exact semantics, with which the gate agrees by definition. Pure.
 """
 
 from __future__ import annotations
@@ -42,10 +42,12 @@ LAYER_CODES: Mapping[str, tuple[str, ...]] = {
 class EvaluatedCondition:
     """One condition on the action.
 
-    name: the invariant, or `envelope` or `permitted_actions`.
-    obligation: the one of the certificate that says it holds of every action in the envelope, if any.
-    holds: None where the proof stood in for evaluating it, or where `missing` names what it reads.
-    values: what it reads, in the units of the site, where it was evaluated.
+    name: the invariant, or `envelope` or `permission`.
+    text: its source text.
+    obligation: id of the certificate's obligation that proves it for every action in the envelope, if any.
+    holds: None if the proof replaced the evaluation, or if a variable that it reads is in `missing`.
+    values: the values it reads, in the site's units, if it was evaluated.
+    missing: the variables it reads that have no well-formed value.
     """
 
     name: str
@@ -58,11 +60,11 @@ class EvaluatedCondition:
 
 @dataclass(frozen=True)
 class Explanation:
-    """A decision with its grounds.
+    """A decision with everything it rests on.
 
-    layers: by name, whether it was passed; None where that could not be found out.
-    clauses: of the action that was asked for.
-    reduced: of the action that an attenuation left, which was decided again.
+    layers: for each layer's name True if it passed; None if that could not be determined.
+    conditions: of the requested action.
+    attenuated_parameters: the conditions of the attenuated action, which the gate decided again.
     """
 
     decision: Decision
@@ -72,7 +74,7 @@ class Explanation:
 
 
 class Explainer:
-    """Explains the decisions of the gate of one configuration."""
+    """Explainer of the decisions of one configuration's gate."""
 
     def __init__(self, configuration: Configuration, mode: GateMode) -> None:
         self.gate = CompiledGate(configuration, mode)
@@ -83,7 +85,21 @@ class Explainer:
     def explain(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Explanation:
-        """The decision on a request, and why; never raises but for what `Gate.decide` raises."""
+        """Decide a request, and explain the decision.
+
+        Args:
+            caller: the active module's skill that asks, with its inputs (SI).
+            readings: value (SI) and time (s) of each measured state variable, by vocabulary name.
+            action: the requested action, parameters in SI.
+            now: time of the decision on the clock of the readings, s.
+            usage: for each quota on this kind of action, how many were executed in its window until now.
+
+        Returns:
+            The decision with its layers and conditions.
+
+        Raises:
+            GateDisagreementError: in shadow mode, the compiled gate and Z3 decide differently.
+        """
         decision = self.gate.decide(caller, readings, action, now, usage)
         if request_fault(caller, readings, action, usage) or check_time(now):
             return explain_malformed_request(decision)
@@ -103,17 +119,19 @@ class Explainer:
         if kind is None:
             return
         inputs = skill.inputs if skill else {}
-        declared = {one.name: one for one in (*site.observed_variables.values(), *inputs.values())}
+        declared = {
+            variable.name: variable for variable in (*site.observed_variables.values(), *inputs.values())
+        }
         declared |= kind.parameters
         values = self._values(caller, readings, action, now, inputs, kind.parameters)
         conditions: list[tuple[str, str, ClaimId | None, t.Term]] = []
         if skill is not None and kind.name in skill.envelope:
-            one = skill.envelope[kind.name]
-            conditions.append(("envelope", one.text, None, one.term))
+            condition = skill.envelope[kind.name]
+            conditions.append(("envelope", condition.text, None, condition.term))
         if ecm is not None and kind.name in ecm.permitted_actions:
-            one = ecm.permitted_actions[kind.name]
+            condition = ecm.permitted_actions[kind.name]
             claim_id = ClaimForm.ENVELOPE_PERMITTED(caller.skill, kind.name)
-            conditions.append(("permission", one.text, claim_id, one.term))
+            conditions.append(("permission", condition.text, claim_id, condition.term))
         for rule in site.rules_for_kind(kind.name):
             claim_id = ClaimForm.ENVELOPE_OBEYS(caller.skill, kind.name, rule.id)
             conditions.append((rule.id, rule.text, claim_id, rule.terms[kind.name]))
@@ -134,7 +152,7 @@ class Explainer:
         inputs: Mapping[str, Declared],
         parameters: Mapping[str, Declared],
     ) -> Scalars:
-        """Every well-formed value of the request, exactly; what is wrong with others the gate has said."""
+        """Collect every well-formed value of the request, as exact rationals; the gate reports the others."""
         values: Scalars = {}
         given = {f"inputs.{name}": value for name, value in caller.inputs.items()}
         for faults in (
@@ -147,7 +165,14 @@ class Explainer:
 
 
 def explain_malformed_request(decision: Decision) -> Explanation:
-    """The explanation of the denial of what is not even a request."""
+    """Explain the denial of a request whose structure is malformed.
+
+    Args:
+        decision: the denial.
+
+    Returns:
+        An explanation that names only the layer of the form.
+    """
     return Explanation(decision, {**dict.fromkeys(LAYER_CODES), "form": False})
 
 
@@ -172,7 +197,7 @@ def _evaluate_condition(
 
 
 def _assemble_value(declared: Declared, values: Mapping[str, Any]) -> Any:
-    """The value of a variable from those of its scalars; None where one of them is not there."""
+    """Assemble a variable's value from its scalars; None if one of them is missing."""
     parts = [values.get(scalar.name) for scalar in scalar_variables(declared.variable)]
     if None in parts:
         return None

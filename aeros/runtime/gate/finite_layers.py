@@ -1,4 +1,4 @@
-"""The gate's finite layers: overrides, lifecycle, access, risk and quotas.  Sets and counts, no formula."""
+"""The gate's layers that need no formula: overrides, lifecycle, access, risk and quotas."""
 
 from __future__ import annotations
 
@@ -12,7 +12,17 @@ from aeros.spec.model.model import ActionKind, Ecm, Quota, Site, Skill
 def finite_objections(
     configuration: Configuration, caller: Caller, kind: str, usage: Mapping[str, int]
 ) -> Iterator[Reason]:
-    """Every objection of these layers to actions of `kind`, whatever their parameters and the state."""
+    """List these layers' objections to actions of one kind; they depend on neither parameters nor state.
+
+    Args:
+        configuration: the configuration in force.
+        caller: the skill that asks.
+        kind: the action kind it asks for.
+        usage: number of actions that each quota counts in its window now, by quota id.
+
+    Yields:
+        Each objection.
+    """
     site = configuration.site
     declared = site.kinds.get(kind)
     if declared is None:
@@ -49,7 +59,7 @@ def _risk_objections(site: Site, skill: Skill, kind: ActionKind) -> Iterator[Rea
 
 
 def _malformed_usage_objections(site: Site, usage: Mapping[str, int]) -> Iterator[Reason]:
-    """Whatever is said of quotas is well formed, also where no quota governs the action."""
+    """Check every count in `usage`, even if no quota governs the action."""
     known = {quota.id for quota in site.quotas}
     for name, used in usage.items():
         if name not in known:

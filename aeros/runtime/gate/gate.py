@@ -1,17 +1,18 @@
-"""The gate: `decide` says whether one action may be executed now.  Pure, total, default deny.
+"""The compiled gate: decides whether one action may be executed now. Pure, total, denies by default.
 
-Layers, all of them evaluated, every violated rule reported: input form; operator overrides;
-lifecycle (the module is active, the skill is its own); access, risk and quotas; envelope of the
-skill and permission of the module; Φ.  ALLOW means that none of them objects.
+It evaluates all layers and reports every violated rule: input form; operator overrides; lifecycle (the module
+is active, the skill belongs to it); access, risk and quotas; the envelope of the skill and the permission of
+the module; Φ. It allows an action only if no layer objects.
 
-What is dropped and why that is sound: the compiled gate does not evaluate, on its way to ALLOW, the
-permission and those invariants that the certificate says are PROVED of every action inside the
-envelope.  The proof assumed the envelope and the declared ranges and nothing else, and both are
-always checked here.  Whenever anything objects, everything is evaluated, so that reasons are complete.
+Skipped work, and why that is sound: before it allows an action, the compiled gate does not evaluate the
+permission and those invariants that the certificate says are PROVED of every action inside the envelope. The
+proof assumed nothing but the envelope and the declared ranges, and the gate always checks both. If anything
+objects, the gate evaluates everything, so that the reasons are complete.
 
-Most requests are well-formed and of kinds in the envelope; these the short way decides (`straight.py`).
+Most requests are well-formed and of kinds in the envelope; the fast path (`compiled/fast_path.py`) decides
+these.
 
-An action that is to begin while others are under way is decided a second time, together with them.
+An action that begins while others are under way is decided a second time, together with them.
 """
 
 from __future__ import annotations
@@ -62,19 +63,19 @@ from aeros.spec.obligations.claim_id import ClaimForm
 
 
 class GateMode(Enum):
-    """How conditions are decided; the decisions are the same."""
+    """Method of evaluating conditions; the decisions are the same."""
 
     COMPILED = "compiled"
     Z3 = "z3"
-    SHADOW = "shadow"  # both, and a disagreement halts
+    SHADOW = "shadow"  # both; a disagreement halts the robot
 
 
 class GateDisagreementError(InternalError):
-    """The compiled gate and Z3 decided differently; nothing may move until somebody has looked."""
+    """The compiled gate and Z3 decided differently; nothing may move until a person has investigated."""
 
 
 class CompiledGate(Gate):
-    """A gate that is compiled from the policy of a site and what is proved of its modules."""
+    """A gate compiled from a site's policy and from the certificates of its modules."""
 
     def __init__(self, configuration: Configuration, mode: GateMode = GateMode.COMPILED) -> None:
         self._site = configuration.site
@@ -85,22 +86,20 @@ class CompiledGate(Gate):
 
     @cached_property
     def monitor_rules(self) -> MonitorRules:
-        """What monitors watch of the actions it has decided; compiled always, whatever its mode."""
+        """The rules that monitors evaluate for the actions this gate allowed; compiled in every mode."""
         return MonitorRules(self._site)
 
     def with_configuration(self, configuration: Configuration) -> CompiledGate:
-        """Make a gate of the same mode for another configuration."""
+        """Implement `Gate.with_configuration`: the new gate has the same mode."""
         return CompiledGate(configuration, self._mode)
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Decision:
-        """Whether `action`, asked for by `caller`, may be executed at `now`.
+        """Implement `Gate.decide`; total: every malformed request is denied.
 
-        readings: what is measured, by vocabulary name.
-        now: seconds on the clock of the readings.
-        usage: for each quota on this kind of action, how many were executed in its window until now.
-        Raises `GateDisagreementError` in shadow mode, and nothing else, whatever it is given.
+        Raises:
+            GateDisagreementError: in shadow mode, the compiled gate and Z3 decide differently.
         """
         decision = self._decider.decide(caller, readings, action, now, usage)
         if self._shadow is not None:
@@ -112,9 +111,10 @@ class CompiledGate(Gate):
     def decide_jointly(
         self, decision: Decision, readings: Readings, now: float, active_actions: Sequence[ActiveAction]
     ) -> Decision:
-        """`decision`, or a denial where what it allows may not begin beside `active_actions`, which are under way.
+        """Implement `Gate.decide_jointly`.
 
-        readings, now: as it was decided on.  Raises `GateDisagreementError` in shadow mode.
+        Raises:
+            GateDisagreementError: in shadow mode, the compiled gate and Z3 decide differently.
         """
         together = self._decider.decide_jointly(decision, readings, now, active_actions)
         if self._shadow is not None:
@@ -126,11 +126,11 @@ class CompiledGate(Gate):
 
 @dataclass(frozen=True)
 class _CompiledKindRules:
-    """What Φ says of one action kind.
+    """The rules of Φ on one action kind.
 
-    conditions: of each rule, with what is said where it does not hold.
-    truths: the same conditions for the short way.
-    required: the state variables that it reads, to decide or to attenuate.
+    conditions: of each rule, with the reason to report if it does not hold.
+    compiled_conditions: the same conditions for the fast path.
+    required_state: the state variables that the rules read, to decide or to attenuate.
     """
 
     rules: tuple[Rule, ...]
@@ -144,9 +144,9 @@ class _CompiledKindRules:
 class _CompiledSkillKind:
     """Everything else that decides one skill's actions of one kind.
 
-    limits: envelope and permission, with what is said where they do not hold.
-    sufficient: the envelope and whatever of permission and Φ it is not proved to imply.
-    required: the state variables that any condition reads: those a decision needs, and fresh.
+    envelope_and_permission: both conditions, with the reason to report if they do not hold.
+    residual_condition: the envelope, and those parts of permission and Φ that it is not proved to imply.
+    required_state: the state variables that any condition reads; a decision needs fresh readings of them.
     """
 
     envelope_and_permission: tuple[tuple[DecidableCondition, Reason], ...]
@@ -161,12 +161,12 @@ class _Decider:
         self._solved: SolverCondition | None = None
         site = configuration.site
         self._state = value_checkers(site.observed_variables)
-        self._moments = SnapshotCache(self._state)
+        self._snapshot_cache = SnapshotCache(self._state)
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, ValueChecker]] = {}
         self._entries: dict[tuple[str, str, str], _CompiledSkillKind] = {}
         self._one_by_one: dict[frozenset[str], ReadEach] = {}
-        self._straight: dict[tuple[str, str, str], FastDecide] = {}
+        self._fast_paths: dict[tuple[str, str, str], FastDecide] = {}
         self._joint = JointRules(site, compiled=compiled)
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
@@ -203,7 +203,7 @@ class _Decider:
             for rule in of_kind.rules
         }
         claims[ClaimForm.ENVELOPE_PERMITTED(skill.id, kind.name)] = permitted
-        # A permission that is not there is proved of nothing, whatever a certificate says.
+        # Without a permission nothing counts as proved, whatever a certificate says.
         relied_on = self._compiled and permitted != t.FALSE
         proved = self._configuration.proved_obligations(ecm.id) if relied_on else frozenset()
         left = [term for obligation, term in claims.items() if obligation not in proved]
@@ -230,7 +230,7 @@ class _Decider:
                 *(reason for _, reason in (*entry.envelope_and_permission, *of_kind.conditions)),
             )
             denying = self._denial_factory(kind.name, always, stated)
-            self._straight[at] = compile_fast_path(
+            self._fast_paths[at] = compile_fast_path(
                 DecisionCriteria(
                     not always,
                     envelope,
@@ -241,7 +241,7 @@ class _Decider:
                 ),
                 inputs=self._inputs[ecm.id, skill.id],
                 state=self._state,
-                snapshot_cache=self._moments,
+                snapshot_cache=self._snapshot_cache,
                 read_each=self._reading_unpacker(entry.required_state),
                 required=entry.required_state,
                 parameters=of_kind.parameters,
@@ -250,22 +250,22 @@ class _Decider:
             )
 
     def _reading_unpacker(self, required: frozenset[str]) -> ReadEach:
-        """Written once for all that require the same: it is most of what is written."""
+        """Compile the reader of a set of required readings once: it is most of the generated code."""
         if required not in self._one_by_one:
             self._one_by_one[required] = compile_read_each(self._state, required)
         return self._one_by_one[required]
 
     def _finite_reasons(self, module: str, skill: str, kind: str, *, used_up: bool) -> list[Reason]:
-        """What the finite layers object to actions of this kind, where all quotas are used up or none is."""
+        """List the finite layers' objections to this kind, with all quotas used up or none."""
         usage = {quota.id: quota.max_count if used_up else 0 for quota in self._configuration.site.quotas}
         return list(finite_objections(self._configuration, Caller(module, skill, {}), kind, usage))
 
     def _denial_factory(self, kind: str, always: Sequence[Reason], stated: Sequence[Reason]) -> DenialFor:
-        """What is said of actions of `kind`: `always`, and of each condition where it does not hold."""
+        """Make the function from truth values to a denial for `always` and each `stated` that is false."""
 
         def denying(holds: tuple[bool, ...]) -> Decision | None:
-            broken = (reason for reason, held in zip(stated, holds, strict=True) if not held)
-            reasons = (*always, *broken)
+            failed = (reason for reason, held in zip(stated, holds, strict=True) if not held)
+            reasons = (*always, *failed)
             return (
                 None if self._attenuating_rules(kind, reasons) else Decision(DecisionKind.DENY, None, reasons)
             )
@@ -285,14 +285,14 @@ class _Decider:
     # Deciding.
 
     def decide(self, caller: Any, readings: Any, action: Any, now: Any, usage: Any) -> Decision:
-        found = decide_fast(self._straight, caller, readings, action, now, usage)
-        if type(found) is Decision:
-            return found
+        answer = decide_fast(self._fast_paths, caller, readings, action, now, usage)
+        if type(answer) is Decision:
+            return answer
         if type(readings) is Snapshot:
             readings = _individual_readings(readings)
-        if type(found) is dict:
-            reasons = self._violated_conditions(caller, action, found)
-            return self._deny_or_attenuate(caller, readings, action, now, usage, found, reasons)
+        if type(answer) is dict:
+            reasons = self._violated_conditions(caller, action, answer)
+            return self._deny_or_attenuate(caller, readings, action, now, usage, answer, reasons)
         return self._decide_slow_path(caller, readings, action, now, usage)
 
     def decide_jointly(
@@ -309,14 +309,18 @@ class _Decider:
         fault = request_fault(caller, readings, action, usage) or check_time(now)
         if fault is not None:
             return Decision(DecisionKind.DENY, None, (fault,))
-        kind, asked = action.kind, action.parameters
+        kind, parameters = action.kind, action.parameters
         values: Scalars = {}
-        reasons = self._objections(caller, readings, Action(kind, asked), now, usage, values)
+        reasons = self._objections(caller, readings, Action(kind, parameters), now, usage, values)
         if not reasons:
             return Decision(
-                DecisionKind.ALLOW, Action(kind, to_plant_parameters(self._kinds[kind].parameters, asked)), ()
+                DecisionKind.ALLOW,
+                Action(kind, to_plant_parameters(self._kinds[kind].parameters, parameters)),
+                (),
             )
-        return self._deny_or_attenuate(caller, readings, Action(kind, asked), now, usage, values, reasons)
+        return self._deny_or_attenuate(
+            caller, readings, Action(kind, parameters), now, usage, values, reasons
+        )
 
     def _deny_or_attenuate(
         self,
@@ -328,12 +332,12 @@ class _Decider:
         values: Scalars,
         reasons: list[Reason],
     ) -> Decision:
-        """DENY for these reasons, or ATTENUATE where they leave a reduced action that is allowed."""
-        kind, asked = action
-        in_the_way = self._attenuating_rules(kind, reasons)
-        if in_the_way:
-            less = attenuate_parameters(in_the_way, kind, asked, values)
-            reduced = Action(kind, to_plant_parameters(self._kinds[kind].parameters, less))
+        """Return ATTENUATE if these reasons leave a reduced action that is allowed, else DENY."""
+        kind, parameters = action
+        attenuating = self._attenuating_rules(kind, reasons)
+        if attenuating:
+            reduced_parameters = attenuate_parameters(attenuating, kind, parameters, values)
+            reduced = Action(kind, to_plant_parameters(self._kinds[kind].parameters, reduced_parameters))
             if not self._objections(caller, readings, reduced, now, usage, {}):
                 return Decision(DecisionKind.ATTENUATE, reduced, tuple(reasons))
         return Decision(DecisionKind.DENY, None, tuple(reasons))
@@ -347,7 +351,7 @@ class _Decider:
         usage: Mapping[str, int],
         values: Scalars,
     ) -> list[Reason]:
-        """Every objection, in the order of the layers; `values` gets the well-formed values."""
+        """List every objection in the order of the layers; `values` receives the well-formed values."""
         kind = self._kinds.get(action.kind)
         entry = self._entries.get((caller.module, caller.skill, action.kind))
         required = entry.required_state if entry else kind.required_state if kind else frozenset()
@@ -366,7 +370,7 @@ class _Decider:
         return reasons + self._violated_conditions(caller, action, values)
 
     def _violated_conditions(self, caller: Caller, action: Action, values: Scalars) -> list[Reason]:
-        """What envelope, permission and Φ object to, as far as their values are there."""
+        """List the objections of envelope, permission and Φ, as far as their values are present."""
         kind = self._kinds.get(action.kind)
         if kind is None:
             return []
@@ -380,7 +384,7 @@ class _Decider:
         ]
 
     def _attenuating_rules(self, kind: str, reasons: Sequence[Reason]) -> list[Rule]:
-        """The violated rules, if nothing else objects and each of them can attenuate; else none."""
+        """Return the violated rules if nothing else objects and each of them can attenuate; else none."""
         violated = {reason.rule for reason in reasons if reason.code == "AE750"}
         if len(violated) != len(reasons):
             return []
@@ -395,10 +399,10 @@ def _violation_reason(rule: Rule) -> Reason:
 def _failed_reasons(
     conditions: Iterable[tuple[DecidableCondition, Reason]], values: Scalars
 ) -> Iterator[Reason]:
-    """The reason of each condition that does not hold."""
+    """Yield the reason of each condition that does not hold."""
     for condition, reason in conditions:
         if not condition.names <= values.keys():
-            continue  # a variable of it is missing or malformed, which has been reported as such
+            continue  # it reads a missing or malformed variable, which is reported elsewhere
         truth = condition.decide(values)
         if truth is ConditionValue.FAILS:
             yield reason
@@ -407,7 +411,7 @@ def _failed_reasons(
 
 
 def _state_variables_read(terms: Iterable[t.Term]) -> frozenset[str]:
-    """The state variables that any of the terms reads."""
+    """Return the state variables that any of the terms reads."""
     return frozenset(
         name
         for term in terms
@@ -417,7 +421,7 @@ def _state_variables_read(terms: Iterable[t.Term]) -> frozenset[str]:
 
 
 def _individual_readings(snapshot: Snapshot) -> dict[str, Reading] | None:
-    """The readings of a moment; None of one that was never made as such."""
+    """Return a snapshot's readings one by one; None for a snapshot that was never initialized."""
     try:
         return dict(snapshot)
     except AttributeError:

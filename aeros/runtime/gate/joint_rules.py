@@ -1,7 +1,7 @@
-"""Decides an action together with those under way: each was allowed by itself, now they are merged.
+"""Decisions about several actions under way at once, each of which was allowed by itself.
 
-No actuator is moved by two of them, and every two obey every joint rule of the site, in either order of
-the roles, at what is measured now; what is missing, malformed or stale then denies.
+No two of them may move the same actuator, and every two obey every joint rule of the site, in either order of
+the roles, at the values measured now. Values that are missing, malformed or stale lead to a denial.
 """
 
 from __future__ import annotations
@@ -27,9 +27,12 @@ from aeros.spec.obligations.joint import joint_variables
 
 @dataclass(frozen=True, eq=False)
 class ActiveAction:
-    """An action as it was decided, on what, and when (plant seconds).
+    """An action that was allowed, and the request it was decided on.
 
-    record: the sequence number of that decision in the audit log.
+    action: the action as it was decided, parameters in SI.
+    readings: the readings of that decision.
+    decided_at: the time of that decision, plant seconds.
+    record_number: the sequence number of that decision in the audit log.
     """
 
     action: Action
@@ -39,14 +42,22 @@ class ActiveAction:
 
 
 class JointRules:
-    """The joint rules of one site, ready to be decided of pairs of actions."""
+    """The joint rules of one site, prepared for decisions about pairs of actions."""
 
     def __init__(self, site: Site, *, compiled: bool) -> None:
         self._site = site
         self._rules = [_JointRule(rule, site, compiled) for rule in site.joint_rules]
 
     def objections(self, action: ActiveAction, active_actions: Iterable[ActiveAction]) -> Iterator[Reason]:
-        """Why `one`, which is decided on what is measured now, may not go on beside `active_actions`."""
+        """List the reasons why an action may not begin while others are under way.
+
+        Args:
+            action: the new action, with the readings and the time of now.
+            active_actions: the actions under way.
+
+        Yields:
+            Each objection.
+        """
         for other in active_actions:
             yield from self._shared_actuators(action, other)
             for rule, roles in self.rules_for_pair(action, other):
@@ -55,21 +66,29 @@ class JointRules:
     def rules_for_pair(
         self, action: ActiveAction, active_action: ActiveAction
     ) -> Iterator[tuple[_JointRule, tuple[ActiveAction, ActiveAction]]]:
-        """Each rule on both together, and who has its first and its second role."""
+        """List the joint rules that apply to two actions together.
+
+        Args:
+            action: one action.
+            active_action: the other.
+
+        Yields:
+            Each rule, with the actions in the order of its first and its second role.
+        """
         for rule in self._rules:
             for roles in ((action, active_action), (active_action, action)):
-                if rule.kinds == tuple(begun.action.kind for begun in roles):
+                if rule.kinds == tuple(active.action.kind for active in roles):
                     yield rule, roles
 
     def _shared_actuators(self, action: ActiveAction, active_action: ActiveAction) -> Iterator[Reason]:
-        moved, taken = (self._site.kinds[begun.action.kind].actuators for begun in (action, active_action))
-        for actuator in sorted(moved & taken):
+        moved, occupied = (self._site.kinds[one.action.kind].actuators for one in (action, active_action))
+        for actuator in sorted(moved & occupied):
             text = f"`{actuator}` is being moved by the `{active_action.action.kind}` under way"
             yield Reason("AE752", actuator, text)
 
 
 class _JointRule:
-    """One joint rule: its condition, and the forms of what that reads of the state and of each role."""
+    """One joint rule, with checkers of the state variables and of each role's parameters that it reads."""
 
     def __init__(self, rule: JointRule, site: Site, compiled: bool) -> None:
         declared = joint_variables(site, rule)
@@ -88,17 +107,17 @@ class _JointRule:
             self._asked.append({name: forms[f"{role}.{name}"] for name in names if f"{role}.{name}" in forms})
 
     def values(self, roles: tuple[ActiveAction, ActiveAction]) -> Scalars:
-        """What the rule reads of each role: parameters, which were of their forms when they were decided."""
+        """Return the parameters that the rule reads; they were checked when their action was decided."""
         values: Scalars = {}
-        for begun, forms in zip(roles, self._asked, strict=True):
+        for active, forms in zip(roles, self._asked, strict=True):
             for name, form in forms.items():
-                form.unpack(begun.action.parameters[name], values)
+                form.unpack(active.action.parameters[name], values)
         return values
 
     def objections(
         self, roles: tuple[ActiveAction, ActiveAction], action: ActiveAction, active_action: ActiveAction
     ) -> Iterator[Reason]:
-        """Why the two may not be under way together, where `one` is decided now."""
+        """List the reasons why the two may not be under way together; `action` is decided now."""
         values = self.values(roles)
         faults = list(_unpack_recorded(self._now, action, values))
         if faults:
@@ -116,7 +135,7 @@ class _JointRule:
 def _unpack_recorded(
     checkers: dict[str, ValueChecker], active_action: ActiveAction, into: Scalars
 ) -> Iterator[Reason]:
-    """Take what was measured when the action was decided; it must be there, and fresh."""
+    """Unpack the readings that `active_action` was decided on; report missing, malformed and stale ones."""
     for name, form in checkers.items():
         reading = active_action.readings.get(name)
         if reading is None:

@@ -1,7 +1,6 @@
-"""The gate as everything around it sees it: one interface, whatever decides behind it.
+"""The gate's interface, as the executor, experiments and tools use it.
 
-The executor, experiments and tools are written against `Gate`.  `gate.CompiledGate` decides by the policy of
-a site; `experiments.open_gate.OpenGate` allows everything.
+`gate.CompiledGate` decides by the policy of a site; `experiments.open_gate.OpenGate` allows everything.
 """
 
 from __future__ import annotations
@@ -22,10 +21,17 @@ class Gate(Protocol):
 
     @property
     def monitor_rules(self) -> MonitorRules:
-        """The rules that monitors decide at every control tick of the actions that the gate allowed."""
+        """The rules that monitors evaluate at every control tick for the actions that the gate allowed."""
 
     def with_configuration(self, configuration: Configuration) -> Gate:
-        """Make a gate of the same kind for another configuration."""
+        """Make a gate of the same kind for another configuration.
+
+        Args:
+            configuration: the configuration to enforce.
+
+        Returns:
+            The new gate; this one does not change.
+        """
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
@@ -34,8 +40,8 @@ class Gate(Protocol):
 
         Args:
             caller: the active module's skill that asks, with its inputs (SI).
-            readings: value (SI) and time (s) of each state variable that is measured, by vocabulary name.
-            action: the action that the skill asks for, parameters in SI.
+            readings: value (SI) and time (s) of each measured state variable, by vocabulary name.
+            action: the requested action, parameters in SI.
             now: time of the decision on the clock of the readings, s.
             usage: for each quota on this kind of action, how many were executed in its window until now.
 
@@ -49,11 +55,11 @@ class Gate(Protocol):
         """Decide an action together with those that are under way.
 
         Args:
-            decision: what `decide` returned for the action by itself.
+            decision: the result of `decide` for the action by itself.
             readings: the readings that `decide` was given.
             now: the time that `decide` was given, s.
-            others: the actions that are under way.
+            active_actions: the actions that are under way.
 
         Returns:
-            `decision`, or a denial where the action may not begin while `active_actions` are under way.
+            `decision`, or a denial if the action may not begin while `active_actions` are under way.
         """

@@ -1,4 +1,4 @@
-"""How often each quota's actions were executed within its window: bounded memory, no clock of its own."""
+"""Counts of executed actions for each quota, within its time window. Bounded memory, no clock of its own."""
 
 from __future__ import annotations
 
@@ -12,20 +12,27 @@ from aeros.spec.model.model import Quota
 
 
 class ClockError(Exception):
-    """The time given is before one given earlier, or no time at all: nothing can be counted, so deny."""
+    """The given time is earlier than a previous one, or not finite: quotas cannot be counted, so deny."""
 
 
 def clock_denial(wrong: ClockError) -> Decision:
-    """The decision where nothing can be counted."""
+    """Make the decision for a request whose time cannot be used.
+
+    Args:
+        wrong: the error that `QuotaUsageCounter` raised.
+
+    Returns:
+        A denial with one reason.
+    """
     return Decision(DecisionKind.DENY, None, (Reason("AE707", "clock", str(wrong)),))
 
 
 class QuotaUsageCounter:
-    """Executed actions by quota.  Times are plant seconds and must not go back.
+    """Executed actions by quota. Times are plant seconds and must not go back.
 
-    The window is closed: an action exactly `window_s` seconds ago still counts.  At most `max_count` times
-    are kept per quota; more cannot change what is decided.
-    Not kept: usage before this object was made, so a restart forgets it.
+    The window is closed: an action exactly `window_s` seconds ago still counts. At most `max_count` times are
+    kept for each quota, because more cannot change a decision.
+    Counts start with this object; a restart forgets earlier ones.
     """
 
     def __init__(self, quotas: Iterable[Quota]) -> None:
@@ -37,7 +44,14 @@ class QuotaUsageCounter:
         self._latest = -inf
 
     def set_quotas(self, quotas: Iterable[Quota]) -> QuotaUsageCounter:
-        """The same use, counted for `quotas` from now on; what an equal quota has counted stays counted."""
+        """Make a counter for other quotas that keeps the counts of those that are equal in both.
+
+        Args:
+            quotas: the new quotas.
+
+        Returns:
+            The new counter; this one does not change.
+        """
         other = QuotaUsageCounter(quotas)
         other._latest = self._latest
         for quota in other._quotas:
@@ -46,7 +60,17 @@ class QuotaUsageCounter:
         return other
 
     def usage_at(self, now: float) -> Mapping[str, int]:
-        """By quota id, how many actions it counts in the window that ends `now`, up to its `max_count`."""
+        """Count the executed actions in the window of each quota that ends now.
+
+        Args:
+            now: plant time, s.
+
+        Returns:
+            The count by quota id, at most the quota's `max_count`.
+
+        Raises:
+            ClockError: `now` is earlier than a previous time, or not finite.
+        """
         at = self._drop_expired(now)
         for times, window in self._windows:
             while times and not window.contains(times[0], at):
@@ -54,7 +78,15 @@ class QuotaUsageCounter:
         return {quota: len(times) for quota, times in self._times.items()}
 
     def count_execution(self, kind: str, now: float) -> None:
-        """Count an action of `kind` whose execution begins `now`."""
+        """Count an action whose execution begins now.
+
+        Args:
+            kind: its action kind.
+            now: plant time, s.
+
+        Raises:
+            ClockError: `now` is earlier than a previous time, or not finite.
+        """
         at = self._drop_expired(now)
         for quota in self._quotas:
             if kind in quota.kinds:
@@ -71,7 +103,7 @@ class QuotaUsageCounter:
 
 
 def _double(now: object) -> float:
-    """A number as the double that it is; of anything else NaN."""
+    """Convert a number to the double that equals it; return NaN for anything else."""
     try:
         at = float(now) if isinstance(now, int | float) else nan
     except OverflowError:

@@ -1,7 +1,7 @@
-"""What arrives at the gate: whether it is a request at all, and each value of its declared form.
+"""Checks of a request at the gate: its structure, and each value against its declaration.
 
-Takes nothing on trust: a mapping is a `dict` and no subclass, a name is a `str` and no subclass, so
-no code of the asker runs while the gate decides.
+Nothing is trusted: a mapping must be a `dict` and a name a `str`, no subclass of them, so no code of the
+caller runs while the gate decides.
 """
 
 from __future__ import annotations
@@ -21,7 +21,17 @@ _MISSING = object()
 
 
 def request_fault(caller: Any, readings: Any, action: Any, usage: Any) -> Reason | None:
-    """Why this is not even a request, or None."""
+    """Check the structure of a request, before any of its values are read.
+
+    Args:
+        caller: what should be a `Caller`.
+        readings: what should be a dict of readings by name.
+        action: what should be an `Action`.
+        usage: what should be a dict of counts by quota id.
+
+    Returns:
+        The first fault, or None if the request is well-formed.
+    """
     if type(caller) is not Caller or not _has_valid_names(caller, "module", "skill"):
         return Reason("AE701", "caller", "the caller is not a module's skill")
     if type(action) is not Action or len(action) != len(Action._fields) or type(action.kind) is not str:
@@ -38,14 +48,24 @@ def request_fault(caller: Any, readings: Any, action: Any, usage: Any) -> Reason
 
 
 def _has_valid_names(caller: Caller, *fields: str) -> bool:
-    """Whether these fields are set, and to texts."""
+    """Return True if these fields are set, and are exactly `str`."""
     return all(type(getattr(caller, field, None)) is str for field in fields)
 
 
 def unpack_arguments(
     checkers: Mapping[str, ValueChecker], given: Mapping[str, Any], whose: str, values: Scalars
 ) -> Iterator[Reason]:
-    """Take every parameter or input; what is missing, unknown or malformed is an objection."""
+    """Unpack every parameter or input into scalars.
+
+    Args:
+        checkers: the declared parameters or inputs, by name.
+        given: the values, by name; a missing one takes its declared default.
+        whose: ends the objections' text, such as ``of `grip` ``.
+        values: receives each well-formed scalar, by scalar variable.
+
+    Yields:
+        An objection for each value that is missing, unknown or malformed.
+    """
     for name in given:
         if name not in checkers:
             yield Reason("AE702", name, f"`{name}` is not declared {whose}")
@@ -68,7 +88,18 @@ def unpack_readings(
     required: frozenset[str],
     values: Scalars,
 ) -> Iterator[Reason]:
-    """Take every reading; the `required` ones must be there and fresh, and all that are there well-formed."""
+    """Unpack every reading into scalars.
+
+    Args:
+        checkers: the site's state variables, by name.
+        readings: the readings, by name.
+        now: time of the decision, s.
+        required: the variables that must be present and fresh; others that are present must be well-formed.
+        values: receives each well-formed scalar, by scalar variable.
+
+    Yields:
+        An objection for each reading that is missing, unknown, malformed or stale.
+    """
     for name, reading in readings.items():
         form = checkers.get(name)
         if form is None:
@@ -84,7 +115,18 @@ def unpack_readings(
 def unpack_reading(
     checker: ValueChecker, reading: Any, now: float, required: bool, values: Scalars
 ) -> Reason | None:
-    """Take one reading, or say why it does not serve; some of a faulty one's scalars may have been put."""
+    """Unpack one reading into scalars.
+
+    Args:
+        checker: the declared state variable.
+        reading: what should be a `Reading`.
+        now: time of the decision, s.
+        required: True if the reading must be fresh.
+        values: receives its scalars; of a faulty reading perhaps some, never all.
+
+    Returns:
+        The objection, or None.
+    """
     if type(reading) is not Reading or len(reading) != len(Reading._fields):
         name = checker.declared.name
         return Reason("AE701", name, f"`{name}` is not a value with a time")
@@ -94,7 +136,15 @@ def unpack_reading(
 def to_plant_parameters(
     checkers: Mapping[str, ValueChecker], parameters: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Checked parameters as the plant gets them: as declared, whole numbers as doubles, lists as tuples."""
+    """Convert checked parameters to the form that plants expect.
+
+    Args:
+        checkers: the declared parameters, by name.
+        parameters: a well-formed value of each.
+
+    Returns:
+        The parameters in the declared order, whole numbers as floats, lists as tuples.
+    """
     return {name: _to_plant_value(parameters[name]) for name in checkers}
 
 
@@ -105,7 +155,7 @@ def _to_plant_value(value: Any) -> Any:
 
 
 def _default(declared: Declared) -> Any:
-    """The declared default as a skill would give it: exact rationals become doubles inside their range."""
+    """Return the declared default as a skill would give it; rationals become doubles within the range."""
 
     def given(part: Any) -> Any:
         return nearest_double_in_range(part, declared.range) if isinstance(part, Fraction) else part

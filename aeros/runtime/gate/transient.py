@@ -1,4 +1,4 @@
-"""Whether a denial may pass: it is on account of what is measured now, so that waiting may help."""
+"""Transient denials: those that depend only on measured values, so that waiting may help."""
 
 from __future__ import annotations
 
@@ -13,13 +13,18 @@ _JOINTS_ELSEWHERE_CODE: Final = "AE761"
 """The joints are not where a motion would start: something held them, or they lacked strength."""
 
 _UNKNOWN_VALUE_CODES: Final = ("AE703", "AE706")
-"""Nothing is measured, or it is too old: the sensor may come back."""
+"""A value is not measured or too old: the sensor may recover."""
 
 
 def is_transient_denial(reasons: Iterable[Reason], kind: str, site: Site) -> bool:
-    """Whether each reason speaks of the state: a rule that reads it, a value not known, joints elsewhere.
+    """Return True if every reason depends on the state: a rule on it, an unknown value, displaced joints.
 
-    What a rule says of parameters alone, an envelope, a permission or the operator stays as it is.
+    Rules on parameters alone, envelopes, permissions and operator overrides do not change by waiting.
+
+    Args:
+        reasons: the reasons of a denial.
+        kind: the action kind that was denied.
+        site: the site whose rules the reasons name.
     """
     reading = {
         rule.id
@@ -29,4 +34,6 @@ def is_transient_denial(reasons: Iterable[Reason], kind: str, site: Site) -> boo
     of_state = {("AE750", rule) for rule in reading}
     if site.motion is not None:
         of_state.add((_JOINTS_ELSEWHERE_CODE, site.motion.start_variable))
-    return all(one.code in _UNKNOWN_VALUE_CODES or (one.code, one.rule) in of_state for one in reasons)
+    return all(
+        reason.code in _UNKNOWN_VALUE_CODES or (reason.code, reason.rule) in of_state for reason in reasons
+    )

@@ -1,7 +1,7 @@
-"""The form of a value: exact type, finite, in range, fresh.  Everything else is a reason to deny.
+"""Form of a value: exact type, finite, in range, fresh. Anything else is a reason to deny.
 
-Types are compared exactly: a `bool` is no number, and a subclass of `float` could bring its own
-operators.  A double is the rational it denotes, and ranges are compared exactly.
+Types are compared exactly: a `bool` is no number, and a subclass of `float` could have operators of its own.
+A double is the rational it denotes, and ranges are compared exactly.
 """
 
 from __future__ import annotations
@@ -21,11 +21,16 @@ from aeros.spec.model.model import Declared
 _EXACT_INTEGERS = 2**53  # every whole number up to here is a double
 
 Scalars = dict[str, Any]
-"""float, bool or str by scalar variable, as the back ends take them."""
+"""float, bool or str by scalar variable, in the form that the back ends expect."""
 
 
 class ValueChecker:
-    """Checks values of one declared variable and takes them apart into scalars."""
+    """Checker of one declared variable's values, which also splits them into scalars.
+
+    declared: the variable.
+    names: its scalar variables, in order.
+    surely_fresh: a rounded age below this double (s) is within the variable's `max_age`.
+    """
 
     def __init__(self, declared: Declared) -> None:
         self.declared = declared
@@ -38,9 +43,14 @@ class ValueChecker:
         self.surely_fresh = math.inf if limit is None else adjacent_doubles(limit)[0]
 
     def unpack(self, value: Any, into: Scalars) -> Reason | None:
-        """Put the scalars of `value` into `into`, or say why it is not a value of this variable.
+        """Check a value and split it into scalars.
 
-        Of a faulty value some scalars may have been put, never all.
+        Args:
+            value: any object.
+            into: receives the scalars; of a faulty value perhaps some, never all.
+
+        Returns:
+            The reason why it is not a value of this variable, or None.
         """
         if not self._is_compound:
             return self._unpack_scalar(self.names[0], value, into)
@@ -110,12 +120,26 @@ def _real_check(declared: Declared) -> Callable[[Any], _ScalarCheck]:
 
 
 def doubles_in_range(declared: Declared) -> tuple[float, float]:
-    """The least and the largest double in the range of a real; a double is in it iff it is between them."""
+    """Return the least and the largest double in the range of a real; a double is in range iff between them.
+
+    Args:
+        declared: a variable of a real type.
+
+    Returns:
+        Both bounds, SI; zeros if the variable has no range.
+    """
     return (0.0, 0.0) if declared.range is None else declared.double_range
 
 
 def check_time(now: Any) -> Reason | None:
-    """Why `now` is not a time, or None if it is one."""
+    """Check that a time can be used.
+
+    Args:
+        now: any object.
+
+    Returns:
+        The reason why it is not a number of seconds on a clock, or None.
+    """
     if _is_time(now):
         return None
     return Reason("AE704", "time", "the time of the request is not a number of seconds on a clock")
@@ -127,7 +151,17 @@ def _is_time(value: Any) -> bool:
 
 
 def check_freshness(checker: ValueChecker, time: Any, now: float, required: bool) -> Reason | None:
-    """Why a value measured at `time` does not serve, or None.  Age matters only where a rule reads it."""
+    """Check the time of a measurement.
+
+    Args:
+        checker: the measured variable.
+        time: time of the measurement; should be seconds.
+        now: time of the decision, s.
+        required: True if a rule reads the variable; only then its age matters.
+
+    Returns:
+        The reason why the value cannot be used (malformed, in the future, too old), or None.
+    """
     declared = checker.declared
     name, limit = declared.variable.name, declared.max_age
     if not _is_time(time):
@@ -145,5 +179,12 @@ def check_freshness(checker: ValueChecker, time: Any, now: float, required: bool
 
 
 def value_checkers(declared: Mapping[str, Declared]) -> dict[str, ValueChecker]:
-    """A form for each declared variable, by its name in expressions (inputs as `inputs.NAME`)."""
-    return {one.name: ValueChecker(one) for one in declared.values()}
+    """Make a checker for each declared variable.
+
+    Args:
+        declared: the variables.
+
+    Returns:
+        The checkers by the variables' names in expressions (inputs as `inputs.NAME`).
+    """
+    return {variable.name: ValueChecker(variable) for variable in declared.values()}

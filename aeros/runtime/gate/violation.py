@@ -1,4 +1,4 @@
-"""What was measured when a rule did not hold: each quantity, its value, and the bound that it broke."""
+"""Violations of rules: each measured quantity, its value, and the bound that it broke."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
 
 
 class RuleViolation(NamedTuple):
-    """A rule that does not hold at `values`: float, bool or str by scalar variable."""
+    """A rule that does not hold.
+
+    rule: its id.
+    term: its condition.
+    values: float, bool or str by scalar variable, at which it does not hold.
+    """
 
     rule: str
     term: t.Term
@@ -18,9 +23,9 @@ class RuleViolation(NamedTuple):
 
     @property
     def unmet_bounds(self) -> tuple[UnmetBound, ...]:
-        """Each part that is not as required."""
+        """The parts of the condition that do not hold."""
         return unmet_bounds(self.term, self.values)
 
     def __str__(self) -> str:
-        """As in `link_speed is 0.31 m/s (at most 0.25 m/s)`, for each part that is not as required."""
+        """Describe each part that does not hold, as in `link_speed is 0.31 m/s (at most 0.25 m/s)`."""
         return ", ".join(map(str, self.unmet_bounds))

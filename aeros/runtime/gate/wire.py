@@ -1,7 +1,7 @@
-"""Requests and decisions as JSON lines: the gate's language outside Python.
+"""Requests and decisions as JSON lines: the gate's interface outside Python.
 
-A request is read strictly: no duplicate key, no unknown field, nothing missing.  Whatever is wrong
-with it is a reason to deny, so a line that is no request gets a decision like any other.
+Requests are parsed strictly: no duplicate key, no unknown field, no missing field. A malformed line is denied
+like any other request, with a reason.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from aeros.runtime.ports import Reading
 from aeros.skill import Action
 
 MAX_LINE = 1 << 20
-"""Bytes of one request at most: far beyond any real one, far below what memory can hold."""
+"""Greatest length of one request in bytes: far beyond any real one, far below the size of memory."""
 
 _FIELDS = {"action": dict, "state": dict, "time": object, "usage": dict, "inputs": dict}
 _OPTIONAL = ("usage", "inputs")
 
 
 class _MalformedRequestError(Exception):
-    """The line is not a request; carries the field and what is wrong with it."""
+    """The line is not a request; carries the field and its fault."""
 
     def __init__(self, field: str, text: str, code: str = "AE701") -> None:
         super().__init__(text)
@@ -32,7 +32,17 @@ class _MalformedRequestError(Exception):
 
 
 def decide_line(gate: Gate, module: str, skill: str, line: bytes) -> Decision:
-    """The decision on one line of JSON; DENY, with the reason, where it is not a request."""
+    """Decide the request on one line of JSON.
+
+    Args:
+        gate: the gate that decides.
+        module: the module that asks.
+        skill: its skill that asks.
+        line: the request as UTF-8.
+
+    Returns:
+        The decision; DENY with the reason if the line is malformed.
+    """
     try:
         request = _request(module, skill, line)
     except _MalformedRequestError as fault:
@@ -41,7 +51,17 @@ def decide_line(gate: Gate, module: str, skill: str, line: bytes) -> Decision:
 
 
 def explain_line(explainer: Explainer, module: str, skill: str, line: bytes) -> Explanation:
-    """The decision on one line of JSON, and why."""
+    """Decide the request on one line of JSON, and explain the decision.
+
+    Args:
+        explainer: the explainer of the configuration's gate.
+        module: the module that asks.
+        skill: its skill that asks.
+        line: the request as UTF-8.
+
+    Returns:
+        The explanation; a denial with the reason if the line is malformed.
+    """
     try:
         request = _request(module, skill, line)
     except _MalformedRequestError as fault:
@@ -50,27 +70,43 @@ def explain_line(explainer: Explainer, module: str, skill: str, line: bytes) -> 
 
 
 def decision_json(decision: Decision) -> dict[str, Any]:
-    """The decision as JSON: verdict, the action that may be executed, and every reason."""
+    """Convert a decision to JSON data.
+
+    Args:
+        decision: the decision.
+
+    Returns:
+        `verdict`, the `action` that may be executed or None, and `reasons`.
+    """
     action = decision.action
     return {
         "verdict": decision.kind.value,
         "action": None if action is None else {"kind": action.kind, "parameters": dict(action.parameters)},
-        "reasons": [{"code": one.code, "rule": one.rule, "text": one.text} for one in decision.reasons],
+        "reasons": [
+            {"code": reason.code, "rule": reason.rule, "text": reason.text} for reason in decision.reasons
+        ],
     }
 
 
 def explanation_json(explanation: Explanation) -> dict[str, Any]:
-    """The decision as JSON, with the layers it passed and every condition on the action."""
-    found = {
+    """Convert an explanation to JSON data.
+
+    Args:
+        explanation: the explanation.
+
+    Returns:
+        The fields of `decision_json`, with `layers` and every condition on the action.
+    """
+    data = {
         **decision_json(explanation.decision),
         "layers": dict(explanation.layers),
-        "conditions": [_condition_json(one) for one in explanation.conditions],
+        "conditions": [_condition_json(condition) for condition in explanation.conditions],
     }
     if explanation.attenuated_parameters:
-        found["conditions_after_attenuation"] = [
-            _condition_json(one) for one in explanation.attenuated_parameters
+        data["conditions_after_attenuation"] = [
+            _condition_json(condition) for condition in explanation.attenuated_parameters
         ]
-    return found
+    return data
 
 
 def _condition_json(clause: EvaluatedCondition) -> dict[str, Any]:
@@ -86,7 +122,17 @@ def _condition_json(clause: EvaluatedCondition) -> dict[str, Any]:
 
 
 def request_json(action: Action, state: Mapping[str, Any], time: float, **rest: Any) -> dict[str, Any]:
-    """A request for `action` with every value of `state` measured at `time`."""
+    """Make a request as JSON data.
+
+    Args:
+        action: the requested action.
+        state: the value of each state variable, by name, SI.
+        time: time of the request and of every measurement, s.
+        rest: further fields, such as `usage` and `inputs`.
+
+    Returns:
+        The request, which `decide_line` accepts as a line of JSON.
+    """
     return {
         "time": time,
         "action": {"kind": action.kind, "parameters": dict(action.parameters)},
@@ -96,7 +142,7 @@ def request_json(action: Action, state: Mapping[str, Any], time: float, **rest: 
 
 
 class _Request(NamedTuple):
-    """What `Gate.decide` takes, in its order."""
+    """Arguments of `Gate.decide`, in its order."""
 
     caller: Caller
     readings: dict[str, Reading]
@@ -129,12 +175,12 @@ def _parse(line: bytes) -> dict[str, Any]:
 
 
 def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for key, value in pairs:
-        if key in found:
+        if key in fields:
             raise _MalformedRequestError(key[:100], f"`{key[:100]}` is given twice")
-        found[key] = value
-    return found
+        fields[key] = value
+    return fields
 
 
 def _action(value: dict[str, Any]) -> Action:

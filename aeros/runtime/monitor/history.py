@@ -1,14 +1,15 @@
-"""Keeps the histories that Φ reads: past-time conditions over what is measured, each in bounded memory.
+"""Histories that Φ reads: past-time conditions on measured values, each tracked in bounded memory.
 
-A moment is a look at the state: every decision and every control tick.  A reading speaks for the
-time from its own to its `max_age` later.  Where nothing speaks for a moment, or for the time between
-two, a condition is neither true nor false there, and a history is unknown for as long as that could
-make a difference; the gate denies what depends on it.  What was before the first moment is not looked at.
+The tracker is updated at every decision and every control tick; each update is a sample of the state. A
+reading is valid from its own time until its `max_age` later. If no reading is valid at a sample, or between
+two samples, the condition is unknown there, and a history is unknown for as long as that could make a
+difference; the gate denies what depends on it. Nothing before the first sample counts.
 
-The definition is `semantics.evaluate` along the trace of moments; where a history is known it is
-what that says (tests/differential/test_past_time.py).
+The definition is `semantics.evaluate` along the trace of samples; a known history equals its result
+(tests/differential/test_past_time.py).
 
-All histories of a site are one generated function, on local variables: a control tick waits for it.
+All histories of a site are one generated function on local variables, because every control tick waits for
+it.
 """
 
 from __future__ import annotations
@@ -29,16 +30,19 @@ from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.model import Declared, History, Site
 
 HistoryValues = dict[str, bool | int]
-"""The value of each history that is known, by its name."""
+"""Value of each known history, by its name."""
 
 
 class HistoryTracker:
-    """The histories of one site, from the first moment that they are told of."""
+    """The histories of one site, beginning with the first sample.
+
+    names: the names of the histories.
+    """
 
     advance: Callable[[Readings, float], HistoryValues]
-    """Look at the state as it is at a time, plant seconds; each history that is known then.
+    """Update the histories with the readings at a time (plant seconds), and return those that are known then.
 
-    After a time that is none, or earlier than one before, nothing is known until it has passed.
+    If the time is malformed or earlier than a previous one, nothing is known until it has passed.
     """
 
     def __init__(self, site: Site) -> None:
@@ -46,7 +50,15 @@ class HistoryTracker:
         self.advance = _HistoryWriter(site).build_function() if site.histories else lambda readings, now: {}
 
     def update(self, measured: Readings, now: float) -> Readings:
-        """What is measured, and each history that is known after a look at it; both stay as they are."""
+        """Update the histories, and add their values to the readings.
+
+        Args:
+            measured: the current readings; a history in them is ignored.
+            now: plant time, s.
+
+        Returns:
+            The readings with each known history; `measured` itself is not modified.
+        """
         if not self.names:
             return measured if type(measured) is Snapshot else dict(measured)
         readings = dict(measured)
@@ -57,11 +69,11 @@ class HistoryTracker:
 
 
 class _HistoryWriter(FunctionWriter):
-    """Writes `advance`, on its own variables and on those of a function around it, which outlast a call.
+    """Writer of `advance`, on its own variables and on those of an enclosing function, which outlast a call.
 
-    Of each state variable, by number: `t` the time of its reading, None where that does not speak now;
-    `p` the same at the moment before; `g` whether there was a gap between.
-    Of each history, by number: `h` its value, and `a` and `b` its operands', None where nobody knows.
+    For each state variable, by number: `t` is the time of its reading, None if that is not valid now; `p` the
+    same at the previous sample; `g` is True if there was a gap in between.
+    For each history, by number: `h` is its value, and `a` and `b` those of its operands, None if unknown.
     """
 
     exit_statement = "break"
@@ -73,18 +85,20 @@ class _HistoryWriter(FunctionWriter):
         self._observed = site.observed_variables
         self._histories = site.histories
         self._reads = {name: frozenset((name,)) for name in site.state}
-        for one in site.histories:
-            read = [self._reads[name] for name in t.variables_of(one.term)]
-            self._reads[one.declared.name] = frozenset().union(*read)
-        used = frozenset().union(*(self._reads[one.declared.name] for one in site.histories))
-        self._forms = value_checkers({name: one for name, one in site.state.items() if name in used})
+        for history in site.histories:
+            read = [self._reads[name] for name in t.variables_of(history.term)]
+            self._reads[history.declared.name] = frozenset().union(*read)
+        used = frozenset().union(*(self._reads[history.declared.name] for history in site.histories))
+        self._forms = value_checkers(
+            {name: variable for name, variable in site.state.items() if name in used}
+        )
         self._number = {name: number for number, name in enumerate(self._forms)}
         self._known = {name: f"t{number} is not None" for name, number in self._number.items()}
-        for number, one in enumerate(site.histories):
-            self._known[one.declared.name] = f"h{number} is not None"
+        for number, history in enumerate(site.histories):
+            self._known[history.declared.name] = f"h{number} is not None"
 
     def build_function(self) -> Callable[[Readings, float], HistoryValues]:
-        """The function, before the first moment."""
+        """Write and compile the function, in its state before the first sample."""
         self._write_time_check()
         for name, form in self._forms.items():
             self._state(self._number[name], form)
@@ -110,7 +124,7 @@ class _HistoryWriter(FunctionWriter):
         return advance
 
     def _write_time_check(self) -> None:
-        """Now; at one that is none, or before the last, nothing speaks until there is a next."""
+        """Add a check of `now`; at a malformed or earlier time, no reading is valid until the next sample."""
         self.add_line("exactly = now if type(now) is float else whole(now)")
         self.add_line(f"if not (latest <= exactly <= {EXACT_INTEGERS}):")
         for number in self._number.values():
@@ -120,7 +134,7 @@ class _HistoryWriter(FunctionWriter):
         self.add_line("measured, age = now, 0.0")
 
     def _state(self, number: int, checker: ValueChecker) -> None:
-        """Takes the reading of a state variable, where it is there, well-formed and fresh."""
+        """Add code that reads a state variable, if its reading is present, well-formed and fresh."""
         limit = checker.declared.max_age
         self.add_line(f"t{number} = None")
         self.add_line("try:")
@@ -135,12 +149,12 @@ class _HistoryWriter(FunctionWriter):
         self.indent(start)
         self.indent(start)
         self.add_line("except IndexError: pass")
-        self._outlasting[f"p{number}"] = "inf"  # before the first moment nothing was missed
+        self._outlasting[f"p{number}"] = "inf"  # nothing is missing before the first sample
         spoke_until_now = self._is_recent(f"p{number}", limit or Fraction(0))
         self.add_line(f"g{number} = p{number} is None or not {spoke_until_now}")
 
     def _history(self, number: int, history: History, operands: Sequence[tuple[t.Term, str]]) -> None:
-        """One history: told of a gap that ends now, if there was one, then of this moment."""
+        """Add one history: an update for a gap that ends now, if any, then one for this sample."""
         constants = [_constant(term) for term, _ in operands]
         gaps = [f"g{self._number[name]}" for name in sorted(self._reads[history.declared.name])]
         if gaps:
@@ -148,26 +162,26 @@ class _HistoryWriter(FunctionWriter):
             start = len(self.lines)
             self._update_history(number, history, [repr(one) for one in constants])
             self.indent(start)
-        told = []
+        codes = []
         for local, constant, (term, code) in zip("ab", constants, operands, strict=False):
-            told.append(repr(constant) if constant is not None else f"{local}{number}")
+            codes.append(repr(constant) if constant is not None else f"{local}{number}")
             if constant is None:
                 known = " and ".join(self._known[name] for name in t.variables_of(term))
-                self.add_line(f"{told[-1]} = ({code}) if {known} else None")
+                self.add_line(f"{codes[-1]} = ({code}) if {known} else None")
         match history.term:
             case t.Previously():
                 self.add_line(f"h{number} = last{number}")
                 self._outlasting[f"last{number}"] = "False"
-                self._update_history(number, history, told)
+                self._update_history(number, history, codes)
             case t.Since(window_s=within):
-                self._update_history(number, history, told)
+                self._update_history(number, history, codes)
                 self._since(number, within)
             case t.Occurrences(window_s=within):
-                self._update_history(number, history, told)
+                self._update_history(number, history, codes)
                 self._occurrences(number, within, _max_count(history.declared))
 
     def _update_history(self, number: int, history: History, operands: Sequence[str]) -> None:
-        """What is kept of a moment with these operands."""
+        """Add the update of a history's stored state by a sample with these operands."""
         match history.term:
             case t.Previously():
                 self.add_line(f"last{number} = {operands[0]}")
@@ -183,18 +197,19 @@ class _HistoryWriter(FunctionWriter):
                 self.add_line(f"if {operands[0]} is None: uncounted{number} = exactly")
 
     def _since(self, number: int, window_s: Fraction | None) -> None:
-        """The last time of `reset` that `kept` has followed: surely, and as far as anybody knows."""
+        """Add the value of a `since`: the last time of `reset` since when `kept` held, surely and maybe."""
         surely, maybe = f"surely{number}", f"maybe{number}"
         self._outlasting |= {surely: "-inf", maybe: "-inf"}
         self.add_line(f"h{number} = {self._is_recent(surely, window_s)}")
-        # Where everything is known, the two are the same.
+        # The two are equal if everything is known.
         self.add_line(f"if {maybe} != {surely} and h{number} is not ({self._is_recent(maybe, window_s)}):")
         self.add_line(f"  h{number} = None")
 
     def _occurrences(self, number: int, window_s: Fraction, max_count: int) -> None:
-        """Times at which the operand held, and the last at which nobody knows whether or how often it did.
+        """Add the value of a count.
 
-        most: times that are kept; of more in one window nobody knows how many.
+        It stores the times at which the operand held, and the last time at which it was unknown.
+        max_count: number of times that are stored; a larger count in one window is unknown.
         """
         times, uncounted = f"times{number}", f"uncounted{number}"
         self._outlasting |= {times: "deque()", uncounted: "-inf"}
@@ -206,10 +221,10 @@ class _HistoryWriter(FunctionWriter):
         self.add_line(f"n{number} = None if h{number} is None else float(h{number})")
 
     def _is_recent(self, time: str, window_s: Fraction | None) -> str:
-        """Code for whether a time is at most so long before this moment; `-inf` is at no time."""
+        """Return an expression: is a time at most `window_s` before this sample? `-inf` never is."""
         if window_s is None:
             return f"{time} != -inf"
-        # As `TimeWindow.spans` decides, in place.
+        # `TimeWindow.contains`, inlined.
         window, spans = TimeWindow(window_s), f"spans{len(self.names)}"
         self.names[spans] = window.contains_exactly
         quick = f"(apart := exactly - {time}) < {window.surely!r}"
@@ -225,7 +240,7 @@ def _operands(history: History) -> tuple[t.Term, ...]:
 
 
 def _constant(term: t.Term) -> bool | None:
-    """Whether a condition holds that reads nothing; None of others."""
+    """Return the truth of a condition that reads no variable; None for others."""
     return None if t.variables_of(term) else is_true(lower(term), {})
 
 

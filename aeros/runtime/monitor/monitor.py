@@ -1,13 +1,12 @@
-"""Φ while motions run: the rules that let them start are decided again at every control tick.
+"""Runtime monitor: the rules of Φ that allowed an action are evaluated again at every control tick.
 
-An action's parameters are those that were decided; the state is what is measured now.  A state
-variable that the plant does not measure every tick keeps the value it had when the action was
-decided.  One that was measured at one tick must be measured at the next, and a `Reading` of it must not
-be older than its `max_age`.  A value that is missing, malformed, not finite or out of range stops the
-motion.  So does a history that is not known: it goes
-on from tick to tick, over values that are then measured or not yet too old.
+The parameters are those of the decision; the state is what is measured now. A state variable that the plant
+does not measure at a tick keeps the value that the action was decided on. A variable that was measured at one
+tick must be measured at the next, and a `Reading` of it must not be older than its `max_age`. A value that is
+missing, malformed, not finite or out of range stops the motion. So does an unknown history; histories are
+updated at every tick, with the values measured then or still valid.
 
-Of every two actions under way the joint rules are decided likewise (`beside`).
+The joint rules are evaluated likewise for every two actions under way.
 """
 
 from __future__ import annotations
@@ -23,101 +22,119 @@ from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
 from aeros.runtime.ports import Reading
 
 _NEVER_CACHED: Final = object()
-"""In place of a list, which may hold other values the next time that it is looked at."""
+"""Placeholder for a list, whose contents may change between ticks."""
 
 _MAX_NAME_SETS: Final = 8
-"""As many sets of names are measured at ticks as there are kinds of motion, at most."""
+"""Number of different sets of variables measured at ticks: at most one for each kind of motion."""
 
 
 class _CheckedValue(NamedTuple):
-    """A value that has the form of its variable, and its scalars."""
+    """A well-formed value of a variable, with its scalars."""
 
     value: Any
     scalars: Scalars
 
 
 class _MonitoredActions:
-    """What is watched of one action, or of two together.
+    """One action, or two together, with the rules that are watched of them.
 
-    asked: scalars of their parameters.
+    actions: those whose rules they are.
+    rules: the rules to evaluate.
+    requested_values: scalars of the actions' parameters.
+    values: the parameters' scalars and the state that the first action was decided on, where nothing newer is
+        measured; None before they are needed.
     """
 
-    __slots__ = ("asked", "rules", "values", "whose")
+    __slots__ = ("actions", "requested_values", "rules", "values")
 
     def __init__(
         self, actions: tuple[ActiveAction, ...], rules: CompiledRuleSet, requested_values: Scalars
     ) -> None:
-        self.whose = actions
+        self.actions = actions
         self.rules = rules
-        self.asked = requested_values
+        self.requested_values = requested_values
         self.values: Scalars | None = None
         """What is asked, and the state that the first was decided on, as far as it is not measured since."""
 
 
 class RuntimeMonitor:
-    """The monitor of everything under way under one site: a `ports.Monitor`."""
+    """The monitor of all actions under way under one site; a `ports.Monitor`.
 
-    def __init__(self, watched: MonitorRules, histories: HistoryTracker) -> None:
-        self._compiled = watched
+    rules: the compiled rules of the site.
+    histories: the site's histories, updated at every tick.
+    violation: the last rule that did not hold, with its values.
+    """
+
+    def __init__(self, rules: MonitorRules, histories: HistoryTracker) -> None:
+        self._compiled = rules
         self._histories = histories
-        # Of each variable the last value that had its form; it is not looked at again while it is measured.
-        self._formed: dict[str, _CheckedValue] = {}
+        # The last well-formed value of each variable; the same object is not checked again.
+        self._checked_values: dict[str, _CheckedValue] = {}
         self._measured: frozenset[str] = frozenset()
-        self._watched: list[ActiveAction] = []
-        self._met: set[frozenset[str]] = set()  # names of what was measured when something new was watched
-        self._quicks: dict[
+        self._active_actions: list[ActiveAction] = []
+        self._measured_name_sets: set[frozenset[str]] = set()  # sets of variables measured at earlier ticks
+        self._fast_checks: dict[
             tuple[str, frozenset[str]], FastTickCheck | None
-        ] = {}  # by action kind, for these names
+        ] = {}  # by action kind and set of measured variables
         self._holds: Callable[[Mapping[str, Any]], bool] | None = None
-        self._is_new = False  # something is watched since the last tick that was not, or the reverse
+        self._actions_changed = False  # an action was added or removed since the last tick
         self._watches: list[_MonitoredActions] = []
         self._readings: dict[str, Reading] = {}
         self.violation: RuleViolation | None = None
-        """The last rule that did not hold, and at which values."""
+        """The last rule that did not hold, with its values."""
 
     def add(self, active_action: ActiveAction) -> None:
-        """From now on watch this action too, which has just been decided.
+        """Start to watch an action that the gate has just allowed.
 
-        What decides its ticks quickly is compiled here, for whatever was measured at ticks before: it takes
-        longer than a tick.
+        The fast check of its ticks is compiled here, for each set of variables that earlier ticks measured,
+        because compiling takes longer than a tick.
+
+        Args:
+            active_action: the action, as it was decided.
         """
         kind = active_action.action.kind
-        for names in self._met:
-            if (kind, names) not in self._quicks:
-                self._quicks[kind, names] = self._compiled.fast_check(kind, names)
-        asked: Scalars = {}
-        for name, taking in self._compiled.parameters[kind].items():
-            asked.update(taking(active_action.action.parameters[name]) or {})
-        self._watches.append(_MonitoredActions((active_action,), self._compiled.rules_for_kind(kind), asked))
-        for other in self._watched:
+        for names in self._measured_name_sets:
+            if (kind, names) not in self._fast_checks:
+                self._fast_checks[kind, names] = self._compiled.fast_check(kind, names)
+        requested_values: Scalars = {}
+        for name, unpack in self._compiled.parameters[kind].items():
+            requested_values.update(unpack(active_action.action.parameters[name]) or {})
+        self._watches.append(
+            _MonitoredActions((active_action,), self._compiled.rules_for_kind(kind), requested_values)
+        )
+        for other in self._active_actions:
             for rules, parameters in self._compiled.rules_for_pair(active_action, other):
                 self._watches.append(_MonitoredActions((active_action, other), rules, parameters))
         if self._histories.names:
-            if not self._watched:
+            if not self._active_actions:
                 self._readings = {}
             self._readings.update(
                 {
-                    name: one
-                    for name, one in active_action.readings.items()
+                    name: reading
+                    for name, reading in active_action.readings.items()
                     if name not in self._histories.names
                 }
             )
-        self._watched.append(active_action)
-        self._is_new = True
+        self._active_actions.append(active_action)
+        self._actions_changed = True
 
     def remove(self, active_action: ActiveAction) -> None:
-        """It is not under way any more."""
-        self._watched.remove(active_action)
-        self._watches = [one for one in self._watches if active_action not in one.whose]
-        self._is_new = True
-        if not self._watched:
+        """Stop watching an action that is no longer under way.
+
+        Args:
+            active_action: the action given to `add`.
+        """
+        self._active_actions.remove(active_action)
+        self._watches = [watch for watch in self._watches if active_action not in watch.actions]
+        self._actions_changed = True
+        if not self._active_actions:
             self._measured = frozenset()
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """The id of the first rule that does not hold, or `input:NAME`; else None."""
-        if self._is_new:
-            quick, self._is_new = self._fast_check_for(measured), False
-            self._holds = None if quick is None else quick.holds
+        """Check a control tick: return the first rule that does not hold, or `input:NAME`; else None."""
+        if self._actions_changed:
+            fast_check, self._actions_changed = self._fast_check_for(measured), False
+            self._holds = None if fast_check is None else fast_check.holds
         if self._holds is not None and self._holds(measured):
             return None
         known = self._update_histories(now, measured)
@@ -132,66 +149,68 @@ class RuntimeMonitor:
                 if name in self._histories.names:
                     self._unpack_history(name, known, values)
                 elif name in measured:
-                    values.update(self._formed[name].scalars)
-            broken = rules.first_violation(values)
-            if broken is not None:
-                self.violation = broken if isinstance(broken, RuleViolation) else None
-                return broken.rule if isinstance(broken, RuleViolation) else broken
+                    values.update(self._checked_values[name].scalars)
+            violation = rules.first_violation(values)
+            if violation is not None:
+                self.violation = violation if isinstance(violation, RuleViolation) else None
+                return violation.rule if isinstance(violation, RuleViolation) else violation
         return None
 
     def _fast_check_for(self, measured: Mapping[str, Any]) -> FastTickCheck | None:
-        """Decides ticks at which as much is measured as now, where one action is under way and no other.
+        """Return the fast check for ticks with these measurements, if exactly one action is under way.
 
-        None, too, where as much was never measured before this action was watched.
+        None, too, if no tick measured this set of variables before the action was added.
         """
         names = frozenset(measured)
-        if names not in self._met:
-            if len(self._met) == _MAX_NAME_SETS:
-                self._met.clear()
-                self._quicks.clear()
-            self._met.add(names)
+        if names not in self._measured_name_sets:
+            if len(self._measured_name_sets) == _MAX_NAME_SETS:
+                self._measured_name_sets.clear()
+                self._fast_checks.clear()
+            self._measured_name_sets.add(names)
         if len(self._watches) != 1 or not self._measured <= names:
             return None
         (watch,) = self._watches
-        quick = self._quicks.get((watch.whose[0].action.kind, names))
-        if quick is None:
+        fast_check = self._fast_checks.get((watch.actions[0].action.kind, names))
+        if fast_check is None:
             return None
         try:
-            quick.decide(watch.asked if names.issuperset(watch.rules.reads) else self._values(watch))
+            fast_check.decide(
+                watch.requested_values if names.issuperset(watch.rules.reads) else self._values(watch)
+            )
         except KeyError:
-            return None  # something that rules read is neither there nor measured
+            return None  # a variable that rules read is neither measured nor in the readings of the decision
         self._measured = names
-        return quick
+        return fast_check
 
     def _values(self, watch: _MonitoredActions) -> Scalars:
-        """What is watched with, at first with the state that the first of the actions was decided on."""
+        """Return the scalars to evaluate with; initially the state that the first action was decided on."""
         if watch.values is None:
-            watch.values = dict(watch.asked)
+            watch.values = dict(watch.requested_values)
             for name in watch.rules.reads:
-                reading = watch.whose[0].readings.get(name)
+                reading = watch.actions[0].readings.get(name)
                 if reading is not None:
-                    # Not kept as the last value of its form: what is measured by now is that.
+                    # Not remembered in `_checked_values`, which holds what is measured now.
                     watch.values.update(self._unpack(name, reading.value) or {})
         return watch.values
 
     def _measurement_fault(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """`input:NAME` of what is measured no more, or not as it should be; takes the scalars of the rest."""
+        """Return `input:NAME` of a value that is missing or malformed; store the scalars of the others."""
         if len(measured) != len(self._measured) or not self._measured <= measured.keys():
-            gone = self._measured - measured.keys()
-            if gone:
-                return f"input:{min(gone)}"
+            missing = self._measured - measured.keys()
+            if missing:
+                return f"input:{min(missing)}"
             self._measured = frozenset(measured)
         for name, value in measured.items():
-            formed = self._formed.get(name)
-            if formed is not None and formed.value is value:
+            checked = self._checked_values.get(name)
+            if checked is not None and checked.value is value:
                 continue
-            form = self._compiled.forms.get(name)
-            if form is None:
+            checker = self._compiled.forms.get(name)
+            if checker is None:
                 return f"input:{name}"
             if type(value) is Reading:
                 if (
                     len(value) != len(Reading._fields)
-                    or check_freshness(form, value.time, now, True) is not None
+                    or check_freshness(checker, value.time, now, True) is not None
                 ):
                     return f"input:{name}"
                 value = value.value
@@ -200,18 +219,20 @@ class RuntimeMonitor:
         return None
 
     def _scalars(self, name: str, value: Any) -> Scalars | None:
-        """Those of a state variable's value, or None where that has not its form; kept from now on."""
+        """Unpack and remember a state variable's value; return None if it is malformed."""
         scalars = self._unpack(name, value)
         if scalars is not None:
-            self._formed[name] = _CheckedValue(_NEVER_CACHED if type(value) is list else value, scalars)
+            self._checked_values[name] = _CheckedValue(
+                _NEVER_CACHED if type(value) is list else value, scalars
+            )
         return scalars
 
     def _unpack(self, name: str, value: Any) -> Scalars | None:
-        """The same, and nothing is kept."""
-        formed = self._formed.get(name)
-        if formed is not None and formed.value is value:
-            return formed.scalars
-        return self._compiled.taking[name](value)
+        """Unpack a state variable's value without remembering it; return None if it is malformed."""
+        checked = self._checked_values.get(name)
+        if checked is not None and checked.value is value:
+            return checked.scalars
+        return self._compiled.unpackers[name](value)
 
     def _unpack_history(self, name: str, known: HistoryValues, values: Scalars) -> None:
         scalars = self._scalars(name, known[name]) if name in known else None
@@ -221,7 +242,7 @@ class RuntimeMonitor:
             values.update(scalars)
 
     def _update_histories(self, now: float, measured: Mapping[str, Any]) -> HistoryValues:
-        """The histories that are known at this tick, which is one moment, however many are watched."""
+        """Update the histories once for this tick, and return those that are known."""
         if not self._histories.names:
             return {}
         self._readings.update(

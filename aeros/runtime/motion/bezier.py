@@ -1,4 +1,4 @@
-"""Cubic pieces of a joint path by their Bézier control points: they lie in the hull of those, halves too."""
+"""Cubic Bézier pieces of a joint path, enclosed by the convex hull of their control points."""
 
 from __future__ import annotations
 
@@ -10,14 +10,25 @@ Piece = tuple[JointVector, JointVector, JointVector, JointVector]
 
 
 class JointBox(NamedTuple):
-    """For each joint the middle of the values it takes, and how far from there it gets."""
+    """A box of joint positions.
+
+    middle: the middle of each joint's values, rad.
+    width: their greatest distance from there, rad.
+    """
 
     middle: JointVector
     width: JointVector
 
 
 def joint_box(pieces: list[Piece]) -> JointBox:
-    """A box of joint positions that the pieces stay in: that of their control points."""
+    """Compute a box of joint positions that encloses the pieces: the box of their control points.
+
+    Args:
+        pieces: at least one piece.
+
+    Returns:
+        The box.
+    """
     columns = [column for piece in pieces for column in piece]
     low = [min(values) for values in zip(*columns, strict=True)]
     high = [max(values) for values in zip(*columns, strict=True)]
@@ -28,7 +39,7 @@ def joint_box(pieces: list[Piece]) -> JointBox:
 
 
 class PathChord(NamedTuple):
-    """The joints are at middle + λ·half + ε, λ in [−1, 1] and |ε| within `width` for each."""
+    """Chord of a path: the joints are at middle + λ·half + ε, λ in [−1, 1], |ε| ≤ width for each joint."""
 
     middle: JointVector
     half: JointVector
@@ -36,24 +47,38 @@ class PathChord(NamedTuple):
 
 
 def path_chord(pieces: list[Piece]) -> PathChord:
-    """The straight way from the start of the pieces to their end, and how far from it they get.
+    """Compute the straight line from the start of the pieces to their end, and the pieces' distance from it.
 
-    Each control point is taken for the point of the chord at its number: what is between control points is
-    between those points, and as far away as the farthest at most.
+    Each control point is compared with the point of the chord at its own number. A point of the path is a
+    convex combination of control points, so it is at most as far from the same combination of chord points as
+    the farthest control point is from its own.
+
+    Args:
+        pieces: neighbouring pieces of a path.
+
+    Returns:
+        The chord, rad.
     """
     columns = [column for piece in pieces for column in piece]
     step = 2.0 / (3 * len(pieces))
     shares = [(3 * number + corner) * step - 1.0 for number in range(len(pieces)) for corner in range(4)]
-    found = []
+    rows = []
     for values in zip(*columns, strict=True):
         middle, half = (values[0] + values[-1]) / 2.0, (values[-1] - values[0]) / 2.0
         away = [q - middle - share * half for q, share in zip(values, shares, strict=True)]
-        found.append((middle, half, max(map(abs, away))))
-    return PathChord(*zip(*found, strict=True))
+        rows.append((middle, half, max(map(abs, away))))
+    return PathChord(*zip(*rows, strict=True))
 
 
 def split_in_half(piece: Piece) -> tuple[Piece, Piece]:
-    """The piece in two, by de Casteljau's construction."""
+    """Split a piece in two, by de Casteljau's construction.
+
+    Args:
+        piece: the piece.
+
+    Returns:
+        Its first and its second half.
+    """
     a, b, c, d = piece
     ab, bc, cd = _middle(a, b), _middle(b, c), _middle(c, d)
     abc, bcd = _middle(ab, bc), _middle(bc, cd)
@@ -62,14 +87,22 @@ def split_in_half(piece: Piece) -> tuple[Piece, Piece]:
 
 
 def remaining_path(path: JointPath, s: float) -> list[Piece]:
-    """What is left of the path from s on."""
-    at = s * len(path)
-    index = min(int(at), len(path) - 1)
-    return [_split_after(path[index], at - index), *path[index + 1 :]]
+    """Cut off the beginning of a path.
+
+    Args:
+        path: the whole path.
+        s: path parameter from which on it is kept, 0 to 1.
+
+    Returns:
+        The rest of the path.
+    """
+    position = s * len(path)
+    index = min(int(position), len(path) - 1)
+    return [_split_after(path[index], position - index), *path[index + 1 :]]
 
 
 def _split_after(piece: Piece, u: float) -> Piece:
-    """The piece from its parameter u on, by the same construction."""
+    """Return the piece from its parameter u on, by de Casteljau's construction."""
     a, b, c, d = piece
     ab, bc, cd = _lerp(a, b, u), _lerp(b, c, u), _lerp(c, d, u)
     abc, bcd = _lerp(ab, bc, u), _lerp(bc, cd, u)
@@ -85,7 +118,12 @@ def _middle(a: JointVector, b: JointVector) -> JointVector:
 
 
 class Derivatives(NamedTuple):
-    """Of a piece by its own parameter, from 0 to 1: in the middle, and what their magnitudes never exceed."""
+    """Derivatives of a piece by its own parameter x in [0, 1], for each joint.
+
+    first, second: q' and q'' in the middle, at x = 1/2.
+    max_first, max_second: upper bounds of |q'| and |q''| on the whole piece.
+    third: |q'''|, which is constant.
+    """
 
     first: JointVector
     second: JointVector
@@ -95,7 +133,16 @@ class Derivatives(NamedTuple):
 
 
 def derivatives(piece: Piece) -> Derivatives:
-    """dq/dx = 3·(differences of control points) is quadratic, d²q/dx² linear, d³q/dx³ constant."""
+    """Compute the derivatives of a piece by its own parameter.
+
+    dq/dx = 3·(differences of control points) is quadratic, d²q/dx² linear, d³q/dx³ constant.
+
+    Args:
+        piece: the piece.
+
+    Returns:
+        Their values in the middle, and bounds of their magnitudes.
+    """
     rows = []
     for a, b, c, d in zip(*piece, strict=True):
         u, v, w = b - a, c - b, d - c

@@ -1,15 +1,15 @@
-"""Upper bounds of speed, acceleration and jerk over a whole trajectory: of joints, of tool, of rotation.
+"""Upper bounds of speed, acceleration and jerk over a whole trajectory: of joints, tool and tool rotation.
 
-Timing.  s(u) = 10u³ − 15u⁴ + 6u⁵, u = t/T.  ds/du = 30u²(1−u)² is greatest at u = 1/2: 15/8.
-d²s/du² = 60u(1−u)(1−2u) at u = (1 ± 1/√3)/2: 10/√3.  d³s/du³ = 60 − 360u + 360u² at the ends: 60.
-So over a straight way d: 1.875·d/T, 5.7736·d/T², 60·d/T³ (T. Flash, N. Hogan, J. Neurosci. 5, 1985,
-is where the profile comes from; the peaks follow by setting the next derivative to zero).
+Timing. s(u) = 10u³ − 15u⁴ + 6u⁵, u = t/T. ds/du = 30u²(1−u)² is greatest at u = 1/2: 15/8.
+d²s/du² = 60u(1−u)(1−2u) at u = (1 ± 1/√3)/2: 10/√3. d³s/du³ = 60 − 360u + 360u² at the ends: 60.
+So over a straight path of length d: 1.875·d/T, 5.7736·d/T², 60·d/T³ (T. Flash, N. Hogan, J. Neurosci. 5,
+1985, is the source of the profile; the peaks follow by setting the next derivative to zero).
 
-Along a path x(s):  ẋ = x'ṡ,  ẍ = x''ṡ² + x's̈,  x⃛ = x'''ṡ³ + 3x''ṡs̈ + x's⃛; each factor is replaced
-by its greatest magnitude.  A path's jerk is finite only where its second derivative has no jump, which
+Along a path x(s): ẋ = x'ṡ, ẍ = x''ṡ² + x's̈, x⃛ = x'''ṡ³ + 3x''ṡs̈ + x's⃛; each factor is replaced
+by its greatest magnitude. A path's jerk is finite only if its second derivative has no jump, which
 `is_c2_continuous` checks.
 
-Tool.  On a piece of path with parameter x in [0, 1], p' and p'' are exact in the middle m and
+Tool. On a piece of path with parameter x in [0, 1], p' and p'' are exact in the middle m and
 |p'''| ≤ L on all of it, so |p'(x)| ≤ max |p'(m) ± p''(m)/2| + L/8 and |p''(x)| ≤ |p''(m)| + L/2 (Taylor).
 With A, B, C the greatest |q'|, |q''|, |q'''| and ρ as in `kinematics`,
 L = Σρ_i·C_i + 3·ΣΣρ_max(i,j)·B_i·A_j + ΣΣΣρ_max(i,j,k)·A_i·A_j·A_k.
@@ -30,17 +30,17 @@ TIMING_PEAKS: Final = (1.875, 10.0 / sqrt(3.0) * (1.0 + 1e-12), 60.0)
 """Greatest |ds/du|, |d²s/du²| and |d³s/du³|."""
 
 _ROUNDING: Final = 1.0 + 1e-9
-"""More than what rounding takes from any bound here."""
+"""Factor that exceeds the effect of rounding on any bound here."""
 
 _CONTINUITY_TOLERANCE: Final = 1e-9
-"""Difference of neighbouring pieces' derivatives that is rounding, rad."""
+"""Difference of neighbouring pieces' derivatives that rounding explains, rad."""
 
 _MAX_SUBDIVISIONS: Final = 5
-"""How often a piece is halved at most."""
+"""Greatest number of times that a piece is halved."""
 
 
 class MotionRates(NamedTuple):
-    """Speed, acceleration and jerk."""
+    """Bounds of speed, acceleration and jerk: m/s, m/s², m/s³, or rad/s, rad/s², rad/s³."""
 
     speed: float
     acceleration: float
@@ -48,7 +48,17 @@ class MotionRates(NamedTuple):
 
 
 def rates_in_time(first: float, second: float, third: float, duration: float) -> MotionRates:
-    """Bounds in time from bounds of the derivatives by s."""
+    """Convert bounds of the derivatives by s to bounds of the derivatives by time.
+
+    Args:
+        first: bound of |x'|, in m or rad.
+        second: bound of |x''|.
+        third: bound of |x'''|.
+        duration: duration of the motion, s.
+
+    Returns:
+        The bounds in time.
+    """
     v, a, j = TIMING_PEAKS[0] / duration, TIMING_PEAKS[1] / duration**2, TIMING_PEAKS[2] / duration**3
     return MotionRates(
         first * v * _ROUNDING,
@@ -58,7 +68,11 @@ def rates_in_time(first: float, second: float, third: float, duration: float) ->
 
 
 def is_c2_continuous(path: JointPath) -> bool:
-    """Whether the pieces meet with the same position, first and second derivative."""
+    """Return True if neighbouring pieces meet with equal position, first and second derivative.
+
+    Args:
+        path: a joint path.
+    """
     for left, right in pairwise(path):
         for _, b, c, d, e, f, g, _ in zip(*left, *right, strict=True):
             slope, bend = (d - c) - (f - e), (b - 2.0 * c + d) - (e - 2.0 * f + g)
@@ -72,7 +86,15 @@ def is_c2_continuous(path: JointPath) -> bool:
 
 
 def joint_rates(path: JointPath, duration: float) -> list[MotionRates]:
-    """Of each joint."""
+    """Bound the rates of each joint along a path.
+
+    Args:
+        path: a joint path.
+        duration: duration of the motion, s.
+
+    Returns:
+        The bounds of each joint in rad/s, rad/s², rad/s³.
+    """
     n = float(len(path))
     known = [derivatives(piece) for piece in path]
     columns = zip(
@@ -85,23 +107,45 @@ def joint_rates(path: JointPath, duration: float) -> list[MotionRates]:
 
 
 def base_rates(way: Vec3, duration: float) -> MotionRates:
-    """Of a base along its way."""
+    """Bound the rates of a base that travels straight.
+
+    Args:
+        way: its displacement, m.
+        duration: duration of the motion, s.
+
+    Returns:
+        The bounds in m/s, m/s², m/s³.
+    """
     return rates_in_time(norm(way), 0.0, 0.0, duration)
 
 
 def add_rates(relative: MotionRates, carried: MotionRates) -> MotionRates:
-    """Of what moves at these relative to what moves at those and does not turn."""
+    """Bound the rates of a point that moves relative to a carrier that does not turn.
+
+    Args:
+        relative: the point's rates relative to the carrier.
+        carried: the carrier's rates.
+
+    Returns:
+        The sums.
+    """
     return MotionRates(*(a + b for a, b in zip(relative, carried, strict=True)))
 
 
 def tool_rates(
     body: RobotBody, path: JointPath, duration: float, speed_limit: float
 ) -> tuple[MotionRates, MotionRates]:
-    """Of the tool point relative to the base, and of its rotation.
+    """Bound the rates of the tool point relative to the base, and those of its rotation.
 
-    speed_limit: the tool's; pieces are halved until they are below it, or `_MAX_SUBDIVISIONS` times, or not
-        at all
-        where nothing could be.
+    Args:
+        body: the robot.
+        path: its joint path.
+        duration: duration of the motion, s.
+        speed_limit: the tool's, m/s; pieces are halved until their bound is below it, at most
+            `_MAX_SUBDIVISIONS` times. If it is not positive, pieces are not halved: no bound could be below.
+
+    Returns:
+        The bounds of the tool point (m/s, m/s², m/s³) and of its rotation (rad/s, rad/s², rad/s³).
     """
     n = float(len(path))
     most = [0.0] * 6
@@ -113,27 +157,27 @@ def tool_rates(
 
 
 def _piece(body: RobotBody, piece: Piece, allowed: float, depth: int) -> list[float]:
-    """Greatest |p'|, |p''|, |p'''| and the same of the rotation, by the parameter of the piece."""
-    found = _bounds(body, piece)
-    if found[0] <= allowed or depth == _MAX_SUBDIVISIONS:
-        return found
+    """Bound |p'|, |p''|, |p'''| and the same of the rotation, by the parameter of the piece."""
+    bounds = _bounds(body, piece)
+    if bounds[0] <= allowed or depth == _MAX_SUBDIVISIONS:
+        return bounds
     # By the parameter of a half, which runs twice as fast.
     parts = [_piece(body, half, allowed / 2.0, depth + 1) for half in split_in_half(piece)]
     scale = (2.0, 4.0, 8.0) * 2
     halved = [max(pair) * factor for *pair, factor in zip(*parts, scale, strict=True)]
-    return [min(pair) for pair in zip(found, halved, strict=True)]
+    return [min(pair) for pair in zip(bounds, halved, strict=True)]
 
 
 def _bounds(body: RobotBody, piece: Piece) -> list[float]:
     known = derivatives(piece)
     a, b, c, d = piece
-    at = tuple([(p + 3.0 * (q + r) + s) / 8.0 for p, q, r, s in zip(a, b, c, d, strict=True)])
-    posture = ForwardKinematics(body, at)
+    q_middle = tuple([(p + 3.0 * (q + r) + s) / 8.0 for p, q, r, s in zip(a, b, c, d, strict=True)])
+    posture = ForwardKinematics(body, q_middle)
     tool = posture.frames[-1].to_base(body.tool_offset)
     box = joint_box([piece])
     # Everything in the box is within its width and its middle's distance of the posture in the middle.
-    width = [w + abs(m - q) for w, m, q in zip(box.width, box.middle, at, strict=True)]
-    _, reaches = posture.displacement_bound(len(at), tool, width)
+    width = [w + abs(m - q) for w, m, q in zip(box.width, box.middle, q_middle, strict=True)]
+    _, reaches = posture.displacement_bound(len(q_middle), tool, width)
     third = _third_derivative_bound(reaches, known)
     first_at, second_at, turn_at = _point_derivatives(posture, tool, known.first, known.second)
     ends = max(norm(_add_scaled(first_at, second_at, 0.5)), norm(_add_scaled(first_at, second_at, -0.5)))
@@ -150,7 +194,7 @@ def _bounds(body: RobotBody, piece: Piece) -> list[float]:
 
 
 def _third_derivative_bound(reaches: list[float], known: Derivatives) -> float:
-    """L: sums over all pairs and triples of joints, grouped by the outermost of them."""
+    """Compute L: the sums over all pairs and triples of joints, grouped by their outermost joint."""
     total = sa = sb = 0.0
     for reach, a, b, c in zip(reaches, known.max_first, known.max_second, known.third, strict=True):
         pairs, triples = sa * sb, sa**3
@@ -163,7 +207,7 @@ def _third_derivative_bound(reaches: list[float], known: Derivatives) -> float:
 def _point_derivatives(
     posture: ForwardKinematics, tool: Vec3, first: JointVector, second: JointVector
 ) -> tuple[Vec3, Vec3, Vec3]:
-    """p', p'' and the rotation's rate where the joints' derivatives are these.
+    """Compute p', p'' and the rate of rotation from the joints' derivatives.
 
     p'' = Σ_i J_i·q''_i + (2·Σ_{j<i} z_j·q'_j + z_i·q'_i) × J_i·q'_i, J_i = z_i × (p − o_i).
     """

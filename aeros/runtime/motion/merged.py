@@ -1,12 +1,12 @@
-"""Several motions of one robot as one: who moves the joints, who the base, and what is left of each.
+"""Concurrent motions of one robot, merged into one motion of its joints and its base.
 
-A motion has made the share s(u) of its way, u the share of its duration that has passed; it never goes
-back, so it stays on the rest of its way, and stands at the end of that once it is over.  Two motions do
-not keep in step: one may be halted, and a stop brings each to rest in a time of its own.  So nothing is
-taken of where one is while the other is somewhere: whatever each does, both are on the rest of their ways.
+A motion has completed the fraction s(u) of its path, u the fraction of its duration that has passed. It never
+goes back, so it stays on the rest of its path, and stands at the end once it is over. Two motions are not
+synchronized: one may be halted, and a stop brings each to rest in its own time. So no relation between their
+positions is assumed: whatever each does, both are on the rest of their paths.
 
-Rates.  The tool's velocity in W is the base's plus that relative to it; the base does not turn, so the
-same holds of acceleration and jerk, and the sum of both bounds is a bound.
+Rates. The tool's velocity in W is the base's plus that relative to the base; the base does not turn, so the
+same holds for acceleration and jerk, and the sum of both bounds is a bound.
 """
 
 from __future__ import annotations
@@ -22,13 +22,15 @@ from aeros.runtime.ports import JointVector, Trajectory, Vec3
 from aeros.skill import Action
 
 _PROGRESS_MARGIN = 1e-9
-"""Share of its way that a motion is taken back by: more than what rounding takes."""
+"""Fraction of its path subtracted from a motion's progress: more than rounding can add."""
 
 
 class ConcurrentMotion(NamedTuple):
-    """A motion under way beside one that is to begin.
+    """A motion under way while another one is to begin.
 
-    since: how long ago it began, s.
+    action: the action, parameters in SI.
+    plan: its motion.
+    started_at: the time since it began, s.
     is_halting: it comes to rest before its end.
     """
 
@@ -41,52 +43,84 @@ class ConcurrentMotion(NamedTuple):
 def concurrent_motions(
     active_motions: Iterable[tuple[ActiveAction, Any, bool]], now: float
 ) -> list[ConcurrentMotion]:
-    """Those that move the robot's body; of each action what began, its motion, and whether it is halting."""
+    """Select the actions under way that move the robot's body.
+
+    Args:
+        active_motions: each action under way, its planned motion, and True if it is halting.
+        now: plant time, s.
+
+    Returns:
+        Their motions.
+    """
     return [
-        ConcurrentMotion(begun.action, plan, now - begun.decided_at, is_halting)
-        for begun, plan, is_halting in active_motions
+        ConcurrentMotion(active.action, plan, now - active.decided_at, is_halting)
+        for active, plan, is_halting in active_motions
         if isinstance(plan, Trajectory)
     ]
 
 
 class RemainingMotion(NamedTuple):
-    """A motion from its share s of its way on."""
+    """The rest of a motion.
+
+    motion: the whole motion.
+    s: the fraction of its path that is behind it, from 0 to 1.
+    """
 
     motion: Trajectory
     s: float = 0.0
 
 
 class MergedMotion(NamedTuple):
-    """What moves the joints and what moves the base from now on; one motion alone is both."""
+    """The motion of the joints and the motion of the base from now on; a single motion is both."""
 
     joints: RemainingMotion
     base: RemainingMotion
 
     @property
     def is_single_motion(self) -> bool:
-        """Whether it is one motion alone."""
+        """True if one motion moves joints and base."""
         return self.joints.motion is self.base.motion
 
     def swept_motion(self) -> SweptMotion:
-        """All of it as the sweep sees it."""
+        """Return the motion in the form that the sweep checks.
+
+        Returns:
+            The rest of the joint path and of the base's path.
+        """
         arm, s = self.joints
         paths = tuple(remaining_path(path, s) for path in arm.joint_paths)
         slack = arm.servo.joint_tolerance if arm.servo else (0.0,) * len(arm.body.dh_rows)
         return SweptMotion(arm.body, paths, slack, *_remaining_base_path(self.base), self.is_single_motion)
 
     def base_at_end(self) -> Vec3:
-        """Where the base is in W when all is over."""
+        """Return the position of the base when all motions are over.
+
+        Returns:
+            The position in W, m.
+        """
         return _add(self.base.motion.base, self.base.motion.base_path)
 
     def tool_at_end(self) -> Vec3:
-        """Where the tool is in W when all is over."""
+        """Return the position of the tool when all motions are over.
+
+        Returns:
+            The position in W, m.
+        """
         arm = self.joints.motion
         tool = ForwardKinematics(arm.body, arm.joint_paths[0][-1][3]).frames[-1].to_base(arm.body.tool_offset)
         return _add(self.base_at_end(), tool)
 
 
 def merge_motions(plan: Trajectory, concurrent_motions: Sequence[ConcurrentMotion]) -> MergedMotion | str:
-    """The motion that `plan` is beside the others, from now on, or why nothing can be said of that."""
+    """Merge a planned motion with those under way, from now on.
+
+    Args:
+        plan: the motion that is to begin.
+        concurrent_motions: the motions under way.
+
+    Returns:
+        The merged motion, or the reason why nothing can be said about it.
+    """
     for action, other, _, is_halting in concurrent_motions:
         if is_halting:
             return f"the `{action.kind}` under way comes to rest, and where it will is not decided"
@@ -106,23 +140,38 @@ def merge_motions(plan: Trajectory, concurrent_motions: Sequence[ConcurrentMotio
 
 
 def moves_joints(motion: Trajectory) -> bool:
-    """Whether any joint leaves its place."""
+    """Return True if any joint leaves its position.
+
+    Args:
+        motion: a planned motion.
+    """
     start = motion.joint_paths[0][0][0]
     return motion.servo is not None or any(q != start for piece in motion.joint_paths[0] for q in piece)
 
 
 def moves_base(motion: Trajectory) -> bool:
-    """Whether the base travels."""
+    """Return True if the base travels.
+
+    Args:
+        motion: a planned motion.
+    """
     return any(motion.base_path)
 
 
 def commanded_joint_position(concurrent_motion: ConcurrentMotion) -> JointVector:
-    """Where the joints are to be by the motion's own time."""
+    """Compute the joint position that a motion under way has reached by its own time.
+
+    Args:
+        concurrent_motion: a motion under way.
+
+    Returns:
+        The position of each joint, rad.
+    """
     return remaining_path(concurrent_motion.plan.joint_paths[0], _progress(concurrent_motion))[0][0]
 
 
 def _progress(concurrent_motion: ConcurrentMotion) -> float:
-    """Which share of its way a motion has made, at least; none where the clock says nothing."""
+    """Return the least fraction of its path that a motion has completed; 0 if its clock cannot be used."""
     u = concurrent_motion.started_at / concurrent_motion.plan.duration
     if not u > 0.0:
         return 0.0

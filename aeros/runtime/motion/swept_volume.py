@@ -1,14 +1,14 @@
-"""Whether a moving body keeps out of volumes, and inside of others, during a whole motion.
+"""Swept-volume check: a moving body stays out of some volumes, and inside others, during a whole motion.
 
-Conservative: a stretch of path is enclosed by a straight way of the joints and how far its control points
-are beside that, and each ball of the body by a box around its centre in the middle posture and how near
-to that box its centre stays (`kinematics`), larger by its radius and by the clearance.  All that is taken
-to be everywhere on the stretch of its way that the base may be on meanwhile: the same share of it where
-one motion moves both, and all of it where base and joints are moved by motions that nothing keeps in step.
-A stretch of path that is not clear is halved, down to `_MAX_SUBDIVISIONS` halvings of a piece; what is not
-clear then
-is refused, so a motion that passes a barrier more closely than the last enclosures are wide is refused,
-and none that meets one is allowed.
+Conservative. A stretch of path is enclosed by a chord (a straight line in joint space) and the greatest
+distance of its control points from it. Each ball of the body is enclosed by a box around its centre at the
+middle joint position, and by a bound on the distance of its centre from that box (`kinematics`), enlarged by
+its radius and by the clearance. All of that is assumed to be anywhere on the part of the base's path that may
+be travelled meanwhile: the same fraction if one motion moves both, and all of it if base and joints are moved
+by motions that are not synchronized.
+A stretch of path that is not clear is halved, until pieces have been halved `_MAX_SUBDIVISIONS` times. If it
+is still not clear the motion is denied. So a motion that passes a barrier more closely than the last
+enclosures are wide is denied, and no motion that meets a barrier is allowed.
 """
 
 from __future__ import annotations
@@ -21,17 +21,24 @@ from aeros.runtime.motion.kinematics import ForwardKinematics, chord_terms, norm
 from aeros.runtime.ports import Ball, JointVector, RobotBody, Vec3
 
 _MAX_SUBDIVISIONS: Final = 4
-"""How often a piece of the path is halved at most: its enclosures are then a few tenths of a mm wide."""
+"""Greatest number of halvings of a piece of path; its enclosures are then a few tenths of a mm wide."""
 
 _MIN_BASE_STEP: Final = 1e-3
-"""Length of the base's way that is not divided any more, m."""
+"""Length below which the base's path is not halved any more, m."""
 
 _ROUNDING: Final = 1e-9
-"""More than what rounding takes from any distance here, m."""
+"""More than the effect of rounding on any distance here, m."""
 
 
 class BarrierBox(NamedTuple):
-    """A volume as the check sees it: corners, in W or from the base, and who heeds it."""
+    """A barrier in the form that the check needs.
+
+    id: the barrier's.
+    lower, upper: corners of its volume, in W or in the base's frame, m.
+    keep_inside: links must stay inside, instead of outside.
+    is_in_base_frame: the volume moves with the base.
+    links: the links that it applies to; None for all.
+    """
 
     id: str
     lower: Vec3
@@ -42,10 +49,13 @@ class BarrierBox(NamedTuple):
 
 
 class SweptMotion(NamedTuple):
-    """What a robot may do from now on: its joints are within `slack` of a path, its base is on a way.
+    """The possible positions of a robot from now on: joints near a path, base on a straight path.
 
-    base, way: from where in W, and how far, m.
-    in_step: the base has made the same share of its way as the joints of their path; otherwise any.
+    paths: the pieces of each joint path that the motion may be on.
+    joint_tolerance: greatest distance of each joint from the path, rad.
+    base: position of the base at the start, in W, m.
+    base_path: its displacement, m.
+    is_synchronous: base and joints have always completed the same fraction of their paths.
     """
 
     body: RobotBody
@@ -57,7 +67,10 @@ class SweptMotion(NamedTuple):
 
 
 class BarrierBreach(NamedTuple):
-    """What could not be shown to be clear: barrier, link, and where on the path, s from 0 to 1."""
+    """A barrier and a link for which the motion could not be shown to be clear.
+
+    path_parameter: place on the path, s from 0 to 1.
+    """
 
     barrier: str
     link: str
@@ -65,7 +78,12 @@ class BarrierBreach(NamedTuple):
 
 
 class Enclosure(NamedTuple):
-    """What a ball of the body stays in, in B: whatever is within `radius` of a box with these half edges."""
+    """Enclosure of a ball of the body, in B: all points within `radius` of a box.
+
+    centre: centre of the box, m.
+    edges: half edges of the box, m.
+    radius: m.
+    """
 
     centre: Vec3
     edges: Vec3
@@ -76,33 +94,52 @@ _Pairs = list[tuple[Ball, list[BarrierBox]]]
 
 
 def find_breach(moving: SweptMotion, boxes: list[BarrierBox], clearance: float) -> BarrierBreach | None:
-    """The first breach that is found, or None if every link is clear of every barrier throughout."""
+    """Search for a barrier that a link may touch during a motion.
+
+    Args:
+        moving: the motion.
+        boxes: the barriers.
+        clearance: distance to keep from each barrier, m.
+
+    Returns:
+        The first breach found, or None if every link is clear of every barrier throughout.
+    """
     pairs: _Pairs = []
     for ball in moving.body.balls:
-        heeded = [one for one in boxes if one.links is None or ball.link in one.links]
-        if heeded:
-            pairs.append((ball, heeded))
+        relevant = [box for box in boxes if box.links is None or ball.link in box.links]
+        if relevant:
+            pairs.append((ball, relevant))
     sweep = _SweepSearch(moving, clearance + _ROUNDING)
     for path in moving.paths:
-        found = sweep.search(path, 0.0, 1.0, pairs, 0)
-        if found is not None:
-            return found
+        breach = sweep.search(path, 0.0, 1.0, pairs, 0)
+        if breach is not None:
+            return breach
     return None
 
 
 def ball_enclosures(
     body: RobotBody, pieces: list[Piece], slack: JointVector, balls: list[Ball]
 ) -> list[Enclosure]:
-    """Where the balls may be, in B, while the joints are within `slack` of the pieces."""
+    """Enclose balls of the body while the joints are near a stretch of path.
+
+    Args:
+        body: the robot.
+        pieces: the stretch of path.
+        slack: greatest distance of each joint from it, rad.
+        balls: the balls to enclose.
+
+    Returns:
+        An enclosure in B for each ball.
+    """
     middle, half, width = path_chord(pieces)
     posture = ForwardKinematics(body, middle)
     along = chord_terms(half, [w + s for w, s in zip(width, slack, strict=True)])
-    found = []
+    enclosures = []
     for ball in balls:
         centre = posture.frames[ball.joint].to_base(ball.centre)
         edges, near = posture.chord_deviation_bound(ball.joint, centre, along)
-        found.append(Enclosure(centre, edges, ball.radius + near))
-    return found
+        enclosures.append(Enclosure(centre, edges, ball.radius + near))
+    return enclosures
 
 
 class _SweepSearch:
@@ -113,7 +150,7 @@ class _SweepSearch:
     def search(
         self, pieces: list[Piece], low: float, high: float, pairs: _Pairs, depth: int
     ) -> BarrierBreach | None:
-        """A breach while s is in [low, high], which the pieces are the path of."""
+        """Return a breach while s is in [low, high], of which `pieces` are the path, or None."""
         base, way = self._base_displacement(low, high)
         left: _Pairs = []
         places = ball_enclosures(
@@ -145,22 +182,29 @@ class _SweepSearch:
         return self.search(first, low, middle, left, depth) or self.search(second, middle, high, left, depth)
 
     def _base_displacement(self, low: float, high: float) -> tuple[Vec3, Vec3]:
-        """From where in W, and how far, the base may be moved while s is in [low, high]."""
+        """Return the base's position in W at s = low, and its possible displacement until s = high."""
         base, way = self._moving.base, self._moving.base_path
         if not self._moving.is_synchronous:
             return base, way
-        (x, y, z), (wx, wy, wz), made = base, way, high - low
-        return (x + low * wx, y + low * wy, z + low * wz), (made * wx, made * wy, made * wz)
+        (x, y, z), (wx, wy, wz), fraction = base, way, high - low
+        return (x + low * wx, y + low * wy, z + low * wz), (fraction * wx, fraction * wy, fraction * wz)
 
 
 _NO_DISPLACEMENT: Final = (0.0, 0.0, 0.0)
 
 
 def is_clear(box: BarrierBox, p: Vec3, edges: Vec3, way: Vec3, room: float) -> bool:
-    """Whether what has these half edges around `p` keeps `room` from what the box forbids on its way.
+    """Return True if a box around a moving point keeps its distance from a barrier.
 
-    A box holds all of the way iff it holds its ends.  From outside, the way is enclosed by the box of its
-    ends, and halved where that comes too near, unless its middle does too.
+    A barrier holds the whole path inside iff it holds both ends. From outside, the path is enclosed by the
+    box around its ends, and halved where that comes too near, unless its middle is too near itself.
+
+    Args:
+        box: the barrier.
+        p: the point at the start, in the barrier's frame, m.
+        edges: half edges of the box around the point, m.
+        way: displacement of the point, m.
+        room: distance to keep, m.
     """
     (x, y, z), (ex, ey, ez), (wx, wy, wz) = p, edges, way
     (lx, ly, lz), (ux, uy, uz) = box.lower, box.upper

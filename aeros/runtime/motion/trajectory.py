@@ -1,18 +1,18 @@
-"""Decides a whole motion before it starts: what the plant would do for an allowed action.
+"""Decisions about whole motions before they start: the motion that the plant plans for an allowed action.
 
-The gate has decided the action, this decides what the action becomes: that it starts where the robot is
-and ends where it was asked to, that no joint and not the tool exceed the site's limits at any time of
-it, nor the tool the speed that the action names, and that no link meets a barrier.  All bounds are
-upper bounds (`peaks`, `sweep`), so a motion may be refused that would have been in order, by the width
-of the bound, and none is allowed that is not.
+The gate has decided the action; this decides its motion: that it starts at the robot's position and ends
+where the action asks, that no joint and not the tool exceed the site's limits at any time, nor the tool the
+speed that the action names, and that no link meets a barrier. All bounds are upper bounds
+(`kinematic_bounds`, `swept_volume`). So an acceptable motion may be denied if it comes closer to a limit than
+the bounds are wide, but no other is allowed.
 
-Beside motions under way the same is decided of all of them together, from now on (`merging`): also that
-those still end where they were asked to, and that the tool, carried by the base, keeps in W to the
-speed of the action that moves the arm.  The base keeps to the speed of the action that drives it.
+If other motions are under way, the same is decided of all of them together, from now on (`merged`): also that
+those still end where their actions asked, and that the tool, carried by the base, keeps in W to the speed of
+the action that moves the arm. The base keeps to the speed of the action that drives it.
 
-Decided is the commanded motion.  What the robot does differently, as it lags behind its set points, is
-what the site's clearance is for, and the monitor's to watch; what the robot holds is not enclosed.
-A plant that states that an action moves nothing is believed.
+The commanded motion is decided. The site's clearance covers the robot's deviation from it, such as lag behind
+set points, and the monitor watches it; objects that the robot holds are not enclosed.
+A plant's statement that an action moves nothing is trusted.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _RATES = ("speed", "acceleration", "jerk")
 
 
 class MotionDecider:
-    """Decides motions under one site's motion policy; `decide` is pure and total."""
+    """Decider of motions under one site's motion policy; `decide` is pure and total."""
 
     def __init__(self, policy: MotionPolicy | None) -> None:
         self._policy = policy
@@ -73,7 +73,11 @@ class MotionDecider:
         self._barriers = {barrier.id: barrier for barrier in policy.barriers}
 
     def covers_kind(self, kind: str) -> bool:
-        """Whether actions of the kind are decided as whole motions."""
+        """Return True if actions of the kind are decided as whole motions.
+
+        Args:
+            kind: an action kind.
+        """
         return self._policy is not None and kind in self._policy.kinds
 
     def decide(
@@ -83,9 +87,16 @@ class MotionDecider:
         readings: Readings,
         concurrent_motions: Sequence[ConcurrentMotion] = (),
     ) -> Decision:
-        """`decision`, or a denial where what it allows becomes a motion that is not in order.
+        """Decide the motion of an action that the gate has decided.
 
-        others: the motions under way, of kinds that are governed.
+        Args:
+            decision: the gate's decision.
+            plan: the plant's plan for the action that the decision allows.
+            readings: the readings of the decision.
+            concurrent_motions: the motions under way, of kinds that the policy covers.
+
+        Returns:
+            `decision`, or a denial if the motion violates the policy.
         """
         action, policy = decision.action, self._policy
         if (
@@ -130,10 +141,10 @@ class MotionDecider:
             *_end_mismatch(policy, action, merged, "the motion ends"),
         ]
         for other in concurrent_motions:
-            told = f"the `{other.action.kind}` under way"
+            subject = f"the `{other.action.kind}` under way"
             if moves_joints(other.plan):
-                reasons += _start_mismatch(policy, commanded_joint_position(other), readings, f"{told} is")
-            reasons += _end_mismatch(policy, other.action, merged, f"{told} would end")
+                reasons += _start_mismatch(policy, commanded_joint_position(other), readings, f"{subject} is")
+            reasons += _end_mismatch(policy, other.action, merged, f"{subject} would end")
         reasons += self._joints_too_fast(plan)
         reasons += self._tool_too_fast(
             policy, [ConcurrentMotion(action, plan, 0.0), *concurrent_motions], merged
@@ -145,7 +156,7 @@ class MotionDecider:
     # Form.
 
     def _malformed(self, policy: MotionPolicy, plan: Trajectory) -> str | None:
-        """Why nothing can be said of the motion, or None; total over whatever the plant put into it."""
+        """Return the fault of a malformed motion, or None; total for everything a plant may return."""
         try:
             return self._motion_fault(policy, plan)
         except (TypeError, ValueError, AttributeError) as fault:
@@ -199,22 +210,22 @@ class MotionDecider:
                     reasons.append(
                         Reason("AE762", f"joint-{joint + 1}", f"joint {joint + 1} may leave its limits")
                     )
-        for joint, (found, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
+        for joint, (rates, limit) in enumerate(zip(_joint_rates(plan), self._joint_rates, strict=True), 1):
             reasons += _limit_violations(
-                f"joint-{joint}", f"joint {joint}", found, limit, ("rad/s", "rad/s²", "rad/s³")
+                f"joint-{joint}", f"joint {joint}", rates, limit, ("rad/s", "rad/s²", "rad/s³")
             )
         return reasons
 
     def _tool_too_fast(
         self, policy: MotionPolicy, motions: list[ConcurrentMotion], merged: MergedMotion
     ) -> list[Reason]:
-        asked = [
-            (name, one.action.parameters[name], one.plan)
-            for one in motions
-            if (name := policy.kinds[one.action.kind].peak_speed) is not None
+        requested = [
+            (name, motion.action.parameters[name], motion.plan)
+            for motion in motions
+            if (name := policy.kinds[motion.action.kind].peak_speed) is not None
         ]
         arm, base = merged.joints.motion, merged.base.motion
-        limit = min([self._moving.speed, *(speed for _, speed, plan in asked if plan is arm)])
+        limit = min([self._moving.speed, *(speed for _, speed, plan in requested if plan is arm)])
         carried = base_rates(base.base_path, base.duration)
         relative, turning = _tool_rates(arm, limit - carried.speed)
         moving = add_rates(relative, carried)
@@ -223,63 +234,63 @@ class MotionDecider:
             reasons += _limit_violations(
                 "tool-turning", "the tool's turning", turning, self._turning, ("rad/s", "rad/s²", "rad/s³")
             )
-        for name, speed, plan in asked:
-            found = moving.speed if plan is arm else carried.speed if plan is base else 0.0
-            if found > speed:
-                what = "tool" if plan is arm else "base"
-                text = f"the {what} may reach {found:.4g} m/s where {speed:.4g} m/s was decided"
+        for name, speed, plan in requested:
+            reached = moving.speed if plan is arm else carried.speed if plan is base else 0.0
+            if reached > speed:
+                part = "tool" if plan is arm else "base"
+                text = f"the {part} may reach {reached:.4g} m/s where {speed:.4g} m/s was decided"
                 reasons.append(Reason("AE762", name, text))
         return reasons
 
     # Barriers.
 
     def _breaches(self, policy: MotionPolicy, merged: MergedMotion) -> list[Reason]:
-        found = find_breach(merged.swept_motion(), self._boxes, float(policy.clearance))
-        if found is None:
+        breach = find_breach(merged.swept_motion(), self._boxes, float(policy.clearance))
+        if breach is None:
             return []
-        barrier = self._barriers[found.barrier]
+        barrier = self._barriers[breach.barrier]
         where = "may leave" if barrier.keep_inside else "may enter"
         text = (
-            f"`{found.link}` {where} the volume `{barrier.volume}` at {100.0 * found.path_parameter:.0f} % of the way, "
-            f"or comes nearer than the clearance: {barrier.rationale}"
+            f"`{breach.link}` {where} the volume `{barrier.volume}` at {100.0 * breach.path_parameter:.0f} % "
+            f"of the way, or comes nearer than the clearance: {barrier.rationale}"
         )
         return [Reason("AE763", barrier.id, text)]
 
 
 def _start_mismatch(
-    policy: MotionPolicy, posture: JointVector, readings: Readings, told: str
+    policy: MotionPolicy, posture: JointVector, readings: Readings, subject: str
 ) -> list[Reason]:
-    """Where the joints are measured to be elsewhere than a motion has them now."""
+    """Report a joint that is not measured where the motion has it now."""
     measured = readings.get(policy.start_variable)
     if measured is None:
         return [Reason("AE761", policy.start_variable, "where the joints are is not known")]
-    away = max(abs(a - b) for a, b in zip(posture, measured.value, strict=True))
-    if away <= float(policy.start_tolerance):
+    distance = max(abs(a - b) for a, b in zip(posture, measured.value, strict=True))
+    if distance <= float(policy.start_tolerance):
         return []
-    return [Reason("AE761", policy.start_variable, f"{told} {away:.3g} rad from where a joint is")]
+    return [Reason("AE761", policy.start_variable, f"{subject} {distance:.3g} rad from where a joint is")]
 
 
-def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, told: str) -> list[Reason]:
-    """Where tool and base are not where the action asked them to be when all is over."""
-    asked, parameters, within = policy.kinds[action.kind], action.parameters, float(policy.end_tolerance)
+def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, subject: str) -> list[Reason]:
+    """Report tool, joints or base that end elsewhere than the action asked, when all motions are over."""
+    targets, parameters, tolerance = policy.kinds[action.kind], action.parameters, float(policy.end_tolerance)
     reasons = []
-    if asked.tool_target is not None:
-        away = dist(merged.tool_at_end(), parameters[asked.tool_target])
-        if not away <= within:
-            text = f"{told} {1000.0 * away:.3g} mm from where the tool was asked to be"
-            reasons.append(Reason("AE761", asked.tool_target, text))
-    if asked.joint_target is not None:
-        ends = (parameters[name] for name in asked.joint_target)
+    if targets.tool_target is not None:
+        distance = dist(merged.tool_at_end(), parameters[targets.tool_target])
+        if not distance <= tolerance:
+            text = f"{subject} {1000.0 * distance:.3g} mm from where the tool was asked to be"
+            reasons.append(Reason("AE761", targets.tool_target, text))
+    if targets.joint_target is not None:
+        ends = (parameters[name] for name in targets.joint_target)
         each = [abs(a - b) for a, b in zip(merged.joints.motion.joint_paths[0][-1][3], ends, strict=True)]
-        # Each by itself: the greatest of several may hide one that is no number.
-        if not all(away <= _JOINT_TOLERANCE for away in each):
-            text = f"{told} {max(each):.3g} rad from where a joint was asked to be"
-            reasons.append(Reason("AE761", asked.joint_target[0], text))
-    if asked.base_target is not None:
-        x, y = asked.base_target
-        away = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
-        if not away <= within:
-            text = f"{told} {1000.0 * away:.3g} mm from where the base was asked to be"
+        # Compare each, because `max` may hide a NaN.
+        if not all(distance <= _JOINT_TOLERANCE for distance in each):
+            text = f"{subject} {max(each):.3g} rad from where a joint was asked to be"
+            reasons.append(Reason("AE761", targets.joint_target[0], text))
+    if targets.base_target is not None:
+        x, y = targets.base_target
+        distance = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
+        if not distance <= tolerance:
+            text = f"{subject} {1000.0 * distance:.3g} mm from where the base was asked to be"
             reasons.append(Reason("AE761", x, text))
     return reasons
 
@@ -288,26 +299,26 @@ def _base_too_fast(policy: MotionPolicy, merged: MergedMotion) -> list[Reason]:
     if policy.base_limits is None:
         return []
     motion = merged.base.motion
-    found, (speed, acceleration) = (
+    rates, (speed, acceleration) = (
         base_rates(motion.base_path, motion.duration),
         map(float, policy.base_limits),
     )
-    # What jerk a way of next to no length begins with is of no weight.
+    # The base has no jerk limit: on a very short path jerk is large and does not matter.
     return _limit_violations(
-        "base", "the base", found, MotionRates(speed, acceleration, inf), ("m/s", "m/s²", "m/s³")
+        "base", "the base", rates, MotionRates(speed, acceleration, inf), ("m/s", "m/s²", "m/s³")
     )
 
 
 def _joint_rates(plan: Trajectory) -> list[MotionRates]:
-    """Of the joints; under feedback those that the plant keeps to."""
+    """Return the bounds of the joints; under feedback those that the plant guarantees."""
     servo = plan.servo
     if servo is None:
         return joint_rates(plan.joint_paths[0], plan.duration)
-    return [MotionRates(*one) for one in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
+    return [MotionRates(*bounds) for bounds in zip(servo.speed, servo.acceleration, servo.jerk, strict=True)]
 
 
 def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[MotionRates, MotionRates | None]:
-    """Of the tool, relative to the base, and of its turning."""
+    """Return the bounds of the tool relative to the base, and of its rotation (None if not stated)."""
     servo = plan.servo
     if servo is not None:
         return MotionRates(servo.tool_speed, servo.tool_acceleration, servo.tool_jerk), None
@@ -319,7 +330,7 @@ def _tool_rates(plan: Trajectory, speed_limit: float) -> tuple[MotionRates, Moti
 _REST_TOLERANCE: Final = MotionRates(0.0, 0.0, 0.0)
 
 _JOINT_TOLERANCE: Final = 1e-6
-"""Distance of a joint from where it was asked to be that rounding explains, rad."""
+"""Distance of a joint from its requested end that rounding explains, rad."""
 
 
 def _limit_violations(
@@ -335,20 +346,20 @@ def _limit_violations(
 
 
 def _other_numbers(plan: Trajectory) -> list[float]:
-    """Every other number in it."""
+    """Return every number of a plan except paths, base and duration."""
     body, servo = plan.body, plan.servo
     if any(
         len(p) != 3
         for p in (plan.base, plan.base_path, body.tool_offset, *(ball.centre for ball in body.balls))
     ):
         raise ValueError("a point has not three coordinates")
-    found = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
+    numbers = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
-        found += [*ball.centre, ball.radius]
+        numbers += [*ball.centre, ball.radius]
     if servo is not None:
-        found += [*_per_joint(servo, len(body.dh_rows)), servo.tool_speed, servo.tool_acceleration]
-        found.append(servo.tool_jerk)
-    return found
+        numbers += [*_per_joint(servo, len(body.dh_rows)), servo.tool_speed, servo.tool_acceleration]
+        numbers.append(servo.tool_jerk)
+    return numbers
 
 
 def _per_joint(servo: ServoBounds, joints: int) -> list[float]:

@@ -64,15 +64,15 @@ def test_any_value_is_encoded(value: Any, text: bytes) -> None:
         {"unencodable": "x"}, {"b": 2, "float": 1}, {"dict": {"unencodable": {"float": "inf"}}},
     ],
 )  # fmt: skip
-def test_what_was_encoded_can_be_read_back(value: Any) -> None:
+def test_encoded_values_can_be_read_back(value: Any) -> None:
     assert repr(decode_value(json.loads(to_canonical_json(value)))) == repr(value)
 
 
-def test_what_could_not_be_encoded_is_read_back_as_that() -> None:
+def test_unencodable_values_are_read_back_as_markers() -> None:
     assert decode_value(json.loads(to_canonical_json([1j, (nan,)])))[0] == UnencodableValue("complex")
 
 
-def test_values_that_refuse_to_be_told_are_named() -> None:
+def test_values_with_failing_methods_are_named_by_type() -> None:
     assert (
         to_canonical_json([_Hostile(1.0), _Unnamed()])
         == b'[{"unencodable":"_Hostile"},{"unencodable":"_Unnamed"}]'
@@ -85,12 +85,12 @@ def test_a_list_that_contains_itself_ends() -> None:
     assert b"too large" in to_canonical_json(endless)
 
 
-def test_nothing_endless_is_encoded() -> None:
+def test_encodings_are_bounded_in_size() -> None:
     long = "x" * (MAX_SIZE + 1)
     assert to_canonical_json(long) == to_canonical_json({long: 1}) == b'{"unencodable":"too large"}'
 
 
-def test_what_comes_first_survives_what_is_too_large() -> None:
+def test_values_before_an_oversized_one_survive() -> None:
     assert b'"verdict":"DENY"' in to_canonical_json({"verdict": "DENY", "asked": ["x" * 1000] * MAX_SIZE})
 
 
@@ -106,7 +106,7 @@ def test_equal_values_have_equal_digests_and_others_do_not() -> None:
     assert len({digest_of(value) for value in (1, 1.0, True, "1", None, [1], nan, "nan", 0.0, -0.0)}) == 10
 
 
-def test_what_was_encoded_before_is_put_into_a_record_as_it_is() -> None:
+def test_a_previous_encoding_is_reused_in_a_record() -> None:
     state = {"b": (1.0, nan), "a": [{"float": "nan"}, 1j]}
     record = {"event": "decision", "details": {"verdict": "ALLOW", "state": state, "asked": {"x": 1.0}}}
     known = {"verdict": "ALLOW", "state": encode_with_size(state), "asked": {"x": 1.0}}
@@ -114,14 +114,14 @@ def test_what_was_encoded_before_is_put_into_a_record_as_it_is() -> None:
     assert encode_with_size(state).digest == digest_of(state)
 
 
-def test_an_encoding_that_a_stranger_supplies_is_no_text() -> None:
+def test_an_encoding_in_an_unknown_place_is_not_reused() -> None:
     forged = encode_with_size("x")
     for details in ({"asked": {"state": forged}}, {"state": [forged]}, {"asked": forged}):
         assert b'{"unencodable":"Encoded"}' in to_canonical_json({"details": details}, ["state"])
     assert to_canonical_json({"state": forged}, ["state"]) == b'{"state":{"unencodable":"Encoded"}}'
 
 
-def test_an_encoding_takes_as_much_room_as_its_value() -> None:
+def test_an_encoding_uses_as_much_of_the_size_limit_as_its_value() -> None:
     half = "x" * (MAX_SIZE // 2)
     later = {"asked": half, "state": encode_with_size([half])}
     assert to_canonical_json({"details": later}, ["state"]).endswith(b'"state":{"unencodable":"too large"}}}')

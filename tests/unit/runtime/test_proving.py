@@ -1,4 +1,4 @@
-"""What `prove_configuration` makes a configuration of: exactly the files that were proved, whenever that was."""
+"""`prove_configuration` uses exactly the files that were proved, now or in an earlier run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.unit.spec.examining import note_examined
 
 @pytest.fixture
 def examined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of the folders that are proved, as they are; what is kept is this test's own."""
+    """Record the names of the folders that are proved, with a proof cache of the test's own."""
     monkeypatch.setenv("AEROS_CACHE", str(tmp_path / "cache"))
     return note_examined(monkeypatch)
 
@@ -35,7 +35,7 @@ def _append(path: Path) -> None:
     "changed",
     [lambda module, _: module / "ecm.yaml", lambda module, _: module / "skills.py", lambda _, site: site],
 )
-def test_what_changes_while_it_is_proved_is_refused(
+def test_files_that_change_while_being_proved_are_refused(
     changed: Callable[[Path, Path], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (module,) = write_modules(tmp_path / "modules", 1)
@@ -54,7 +54,7 @@ def test_what_changes_while_it_is_proved_is_refused(
     assert "changed while it was being proved" in diagnostic.headline
 
 
-def test_what_was_proved_before_gives_the_same_configuration(examined: list[str], tmp_path: Path) -> None:
+def test_earlier_proofs_give_the_same_configuration(examined: list[str], tmp_path: Path) -> None:
     modules = write_modules(tmp_path / "modules", 2)
     blocks = [OperatorOverride("no_welder", "it is being repaired", "welder", None, None)]
     cold, _ = prove_configuration(modules, reference_site_path(), certified=False, blocks=blocks)
@@ -68,7 +68,7 @@ def test_what_was_proved_before_gives_the_same_configuration(examined: list[str]
     assert bare.digest != cold.digest
 
 
-def test_a_registry_proves_only_what_it_does_not_know(examined: list[str], tmp_path: Path) -> None:
+def test_a_registry_proves_only_new_modules(examined: list[str], tmp_path: Path) -> None:
     registry = Registry(tmp_path / "state")
     first, second = write_modules(tmp_path / "modules", 2)
     registry.install(first)

@@ -1,7 +1,7 @@
-"""Writes functions that check the form of values, line by line, and compute on local variables.
+"""Code generation of functions that check values and evaluate conditions on local variables.
 
-What such a function accepts has the form that `checker.py` asks for; where a check fails it leaves, and
-whoever called it does without its answer or finds the reasons by `checker.py`.
+A generated function accepts exactly the values that `value_check.py` accepts. If a check fails it returns
+early; the caller then does without its result, or finds the reasons with `value_check.py`.
 """
 
 from __future__ import annotations
@@ -20,18 +20,19 @@ EXACT_INTEGERS = 2**53
 
 
 def _integer_as_double(value: Any) -> float:
-    """A whole number as the double that it is; of anything else NaN, which is in no range."""
+    """Convert a whole number to the equal double; return NaN, which is in no range, for anything else."""
     if type(value) is int and -EXACT_INTEGERS <= value <= EXACT_INTEGERS:
         return float(value)
     return float("nan")
 
 
 class FunctionWriter:
-    """The lines of a function; each check that fails leaves by the statement `exit_statement`.
+    """Writer of a function, line by line; each check that fails leaves it by the statement `exit_statement`.
 
+    lines: the body so far.
     local: the local variable that holds each scalar variable's value.
-    names: what the lines refer to.
-    implied: scalar variables whose range needs no check, as something that is decided after it implies it.
+    names: the globals of the function.
+    implied: scalar variables whose range needs no check, because a later condition implies it.
     """
 
     exit_statement = "return None"
@@ -58,19 +59,39 @@ class FunctionWriter:
         }
 
     def add_line(self, code: str) -> None:
-        """One more line of the body."""
+        """Add one line to the body.
+
+        Args:
+            code: the line, without its indentation.
+        """
         self.lines.append(f"  {code}")
 
     def indent(self, start: int) -> None:
-        """The lines from `start` on as the body of what stands before them."""
+        """Indent the lines from `start` on, so that they become the body of the line before them.
+
+        Args:
+            start: index of the first line to indent.
+        """
         self.lines[start:] = [f"  {line}" for line in self.lines[start:]]
 
     def write_guard(self, code: str) -> None:
-        """Leave where this does not hold."""
+        """Add a check that leaves the function if a condition is false.
+
+        Args:
+            code: the condition, as a Python expression.
+        """
         self.add_line(f"if not ({code}): {self.exit_statement}")
 
     def condition_codes(self, terms: Sequence[t.Term], declared: Iterable[Declared]) -> list[str]:
-        """Code for each condition, on local variables."""
+        """Translate conditions to Python expressions on the local variables.
+
+        Args:
+            terms: the conditions.
+            declared: the variables that they may read.
+
+        Returns:
+            One expression for each condition.
+        """
         used = frozenset().union(*map(t.variables_of, terms))
         ranges = ranges_of(one for one in declared if one.name in used)
         codes, names = inline_conditions(terms, ranges, self.local)
@@ -78,24 +99,43 @@ class FunctionWriter:
         return codes
 
     def compile_function(self, name: str, source: Sequence[str]) -> Callable[..., Any]:
-        """The function of that name that `source` defines."""
-        # Written from declarations alone: names are quoted, numbers are repr of numbers.
+        """Compile source code that defines a function.
+
+        Args:
+            name: the name of the function.
+            source: the lines of its definition.
+
+        Returns:
+            The function.
+        """
+        # The source comes from declarations alone: names are quoted, numbers are reprs of numbers.
         exec("\n".join(source), self.names)  # noqa: S102
         function: Callable[..., Any] = self.names[name]
         return function
 
     def build_unpacker(self, checker: ValueChecker) -> Callable[[Any], Scalars | None]:
-        """A function that takes a value apart as `checker` does, and gives None where that finds a fault."""
+        """Write and compile a function that unpacks values of one variable.
+
+        Args:
+            checker: the variable.
+
+        Returns:
+            A function from a value to its scalars, or to None if `checker` would find a fault.
+        """
         self.write_unpack(checker, "value")
         scalars = ", ".join(f"{name!r}: {self.local[name]}" for name in checker.names)
         self.add_line(f"return {{{scalars}}}")
         return self.compile_function("taking", ["def taking(value):", *self.lines])
 
     def write_reading(self, checker: ValueChecker) -> None:
-        """Form and time of `write_reading`, which is not from the future of `exactly`.
+        """Add checks of form and time of the local `reading`, which must not be later than `exactly`.
 
-        Most readings share one time, which is then checked once: `time` is `measured` as a double, and
-        `age` its distance from `exactly`.  Raises IndexError for a reading with nothing in it.
+        Most readings share one time, which is then checked only once: the local `measured` is that time
+        object, `time` the same as a double, and `age` its distance from `exactly`. The code raises IndexError
+        for a `Reading` without fields.
+
+        Args:
+            checker: the measured variable.
         """
         self.write_guard("type(reading) is Reading")
         self.add_line("if reading.time is not measured:")
@@ -108,7 +148,15 @@ class FunctionWriter:
         self.write_unpack(checker, "reading.value")
 
     def write_unpack(self, checker: ValueChecker, code: str) -> str:
-        """The value of `code` as local variables, one for each scalar; code for it as it is executed."""
+        """Add code that checks a value and stores its scalars in local variables.
+
+        Args:
+            checker: the variable.
+            code: an expression for the value.
+
+        Returns:
+            An expression for the checked value in the form that plants expect.
+        """
         scalars = []
         for name in checker.names:
             scalars.append(f"x{len(self.local)}")

@@ -1,10 +1,9 @@
-"""The short way to a decision: one generated function per skill and action kind, silent where in doubt.
+"""The gate's fast path: one generated function per skill and action kind, which has no answer when in doubt.
 
-What it answers, the full way of the gate decides, with the same action and reasons.  It reads each value
-once, checks its form, and evaluates the envelope and what the proof left over in the same function, on
-local variables.  Where these or a quota object, it finds every condition that does not hold, those that
-are proved too; the denial for each such finding is made once and kept.  Where anything else is in doubt
-it has no answer.
+Where it answers, it decides as the slow path does, with the same action and reasons. It reads each value
+once, checks its form, and evaluates the envelope and the residual conditions in the same function, on local
+variables. If these or a quota fail, it evaluates every condition, also the proved ones, and finds the denial
+for the combination of failed conditions in a cache. If anything else is in doubt it returns no answer.
 """
 
 from __future__ import annotations
@@ -27,25 +26,37 @@ from aeros.spec.model.model import Quota
 _MAX_CACHED_DENIALS = 1024
 
 FastDecide = Callable[[Any, Any, Any, Any, Any], Decision | Scalars | None]
-"""From inputs, readings, parameters, now and usage to the decision; or the values, if rules object that may
-leave a reduced action; None where it cannot tell."""
+"""Function from inputs, readings, parameters, now and usage to the decision.
+
+It returns the scalars instead if the failed rules may leave a reduced action, and None if it cannot tell.
+"""
 
 ReadEach = Callable[[Any, Any, float], tuple[Any, ...] | None]
-"""From readings, now, and now as a double to the scalars of those that are required, in the order of
-`_scalars_of`; None where it cannot tell, or raises as `FastDecide` may inside."""
+"""Function from readings, now, and now as a double to the scalars of the required readings.
+
+The scalars are in the order of `_scalars_of`. It returns None if it cannot tell; exceptions that `FastDecide`
+catches may leave it.
+"""
 
 DenialFor = Callable[[tuple[bool, ...]], Decision | None]
-"""From whether each condition holds (the quotas on the kind, in their order, envelope, permission, the rules
-of Φ) to the denial; None where the rules that object may leave a reduced action."""
+"""Function from the truth of each condition to the denial.
+
+The conditions are the quotas on the kind in their order, the envelope, the permission and the rules of Φ. It
+returns None if the failed rules may leave a reduced action.
+"""
 
 
 @dataclass(frozen=True)
 class DecisionCriteria:
-    """What decides one skill's actions of one kind, apart from form.
+    """The conditions that decide one skill's actions of one kind, apart from the form of values.
 
-    allows: whether anything is allowed at all.
-    left: what else has to be evaluated for ALLOW, as the proof did not show that the envelope implies it.
-    rules: what Φ says of the kind, all of it.
+    can_allow: False if the finite layers deny every such action.
+    envelope: the skill's envelope of the kind.
+    permission: the module's permission of the kind.
+    residual: the conditions, besides the envelope, that must be evaluated for ALLOW because the proof did not
+        show that the envelope implies them.
+    rule_conditions: all rules of Φ on the kind.
+    denial_for: makes the denial for the conditions that failed.
     """
 
     can_allow: bool
@@ -64,7 +75,20 @@ def decide_fast(
     now: Any,
     usage: Any,
 ) -> Decision | Scalars | None:
-    """The answer of the function of this module, skill and action kind; None without one; never raises."""
+    """Decide a request with its generated function; never raises.
+
+    Args:
+        functions: the functions by module, skill and action kind.
+        caller: should be a `Caller`.
+        readings: should be readings by name.
+        action: should be an `Action`.
+        now: should be a time, s.
+        usage: should be counts by quota id.
+
+    Returns:
+        The answer of the function for this module, skill and kind; None if there is no such function or the
+        request is malformed.
+    """
     if type(caller) is not Caller or type(action) is not Action or len(action) != 2:
         return None
     kind, parameters = action
@@ -72,7 +96,7 @@ def decide_fast(
         module, skill, inputs = caller.module, caller.skill, caller.inputs
     except AttributeError:
         return None
-    # A subclass of `str` could bring its own comparison.
+    # A subclass of `str` could have a comparison of its own.
     if type(module) is not str or type(skill) is not str or type(kind) is not str:
         return None
     function = functions.get((module, skill, kind))
@@ -80,9 +104,14 @@ def decide_fast(
 
 
 def compile_read_each(state: Mapping[str, ValueChecker], required: frozenset[str]) -> ReadEach:
-    """Takes readings that each have their own time; many skills and kinds require the same of them.
+    """Compile a reader of readings with a time each, shared by skills and kinds with equal needs.
 
-    required: the state variables that must be there, and fresh.
+    Args:
+        state: the checkers of the site's state variables, by name.
+        required: the state variables that must be present and fresh.
+
+    Returns:
+        The reader.
     """
     writer = _FastPathWriter()
     writer.write_read_each(state, required)
@@ -105,11 +134,21 @@ def compile_fast_path(
     quotas: Sequence[Quota],
     kind: str,
 ) -> FastDecide:
-    """The short way of one skill's actions of one kind.
+    """Compile the fast path for one skill's actions of one kind.
 
-    one_by_one: takes readings that are no moment, with the same state and the same required.
-    required: the state variables that must be there, and fresh.
-    quotas: those of the site, on this kind and on others.
+    Args:
+        criteria: the conditions.
+        inputs: the checkers of the skill's inputs, by name in expressions.
+        state: the checkers of the site's state variables, by name.
+        snapshot_cache: unpacks readings that are a `Snapshot`.
+        read_each: unpacks other readings, with the same `state` and `required`.
+        required: the state variables that must be present and fresh.
+        parameters: the checkers of the kind's parameters, by name.
+        quotas: all quotas of the site, on this kind or on others.
+        kind: the action kind.
+
+    Returns:
+        The function.
     """
     writer = _FastPathWriter()
     unused = writer.write_usage(quotas, kind)
@@ -132,10 +171,18 @@ def compile_fast_path(
 
 
 class _FastPathWriter(FunctionWriter):
-    """Writes the body line by line; each check that fails leaves without an answer."""
+    """Writer of the function body; each check that fails returns without an answer."""
 
     def write_usage(self, quotas: Sequence[Quota], kind: str) -> list[str]:
-        """Counts for quotas of the site, with those on the kind among them; code for whether each is left."""
+        """Add checks of the counts in `usage`.
+
+        Args:
+            quotas: all quotas of the site.
+            kind: the action kind.
+
+        Returns:
+            An expression for each quota on the kind, true if the quota is not used up.
+        """
         known = tuple(quota.id for quota in quotas)
         self._mapping("usage", None if known else 0)
         if known:
@@ -149,12 +196,20 @@ class _FastPathWriter(FunctionWriter):
         return left
 
     def write_time(self) -> None:
-        """Now, as a double."""
+        """Add a check of `now`, and convert it to a double."""
         self.add_line("exactly = now if type(now) is float else whole(now)")
         self.write_guard(f"{-EXACT_INTEGERS} <= exactly <= {EXACT_INTEGERS}")
 
     def write_arguments(self, mapping: str, checkers: Mapping[str, ValueChecker]) -> str:
-        """Exactly these inputs or parameters; code for the mapping of what is then executed."""
+        """Add checks that a mapping holds exactly these inputs or parameters.
+
+        Args:
+            mapping: the local variable of the mapping.
+            checkers: the declared inputs or parameters, by name.
+
+        Returns:
+            An expression for the checked mapping in the form that plants expect.
+        """
         self._mapping(mapping, len(checkers))
         executed = [
             f"{name!r}: {self.write_unpack(form, f'{mapping}[{name!r}]')}" for name, form in checkers.items()
@@ -168,7 +223,7 @@ class _FastPathWriter(FunctionWriter):
         snapshot_cache: SnapshotCache,
         read_each: ReadEach,
     ) -> None:
-        """The required readings and any of the others, all well-formed, and nothing else."""
+        """Add checks that all required readings are present, and every reading is well-formed and known."""
         scalars = _scalars_of(checkers, required)
         self.local |= {scalar: f"x{len(self.local) + place}" for place, scalar in enumerate(scalars)}
         self.names |= {"Moment": Snapshot, "scalars": snapshot_cache.scalars, "one_by_one": read_each}
@@ -185,7 +240,7 @@ class _FastPathWriter(FunctionWriter):
         self.indent(start)
 
     def _write_snapshot(self, checkers: Mapping[str, ValueChecker], required: frozenset[str]) -> None:
-        """The same of readings that share one time."""
+        """Add the checks of readings that share one time."""
         self.add_line("taken = scalars(readings)")
         self.write_guard("taken is not None")
         self.add_line("time = readings.time if type(readings.time) is float else whole(readings.time)")
@@ -200,7 +255,7 @@ class _FastPathWriter(FunctionWriter):
                 self.add_line(f"{self.local[scalar]} = taken[{scalar!r}]")
 
     def write_read_each(self, checkers: Mapping[str, ValueChecker], required: frozenset[str]) -> None:
-        """The same of readings that have a time each; `measured` is that of the one looked at last."""
+        """Add the checks of readings with a time each; the local `measured` is the last checked time."""
         self.add_line("measured, age = now, 0.0")
         self._mapping("readings", None)
         self.add_line(f"others = len(readings) - {len(required)}")
@@ -219,7 +274,7 @@ class _FastPathWriter(FunctionWriter):
         self.write_guard("not others")
 
     def write_allow(self, condition: str, kind: str, executed: str) -> None:
-        """ALLOW, with what is `executed`, where the condition holds."""
+        """Add a return of ALLOW with the action `executed`, if the condition holds."""
         # A named tuple's own constructor takes twice as long.
         self.names |= {
             "Action": Action,
@@ -231,7 +286,7 @@ class _FastPathWriter(FunctionWriter):
         self.add_line(f"if {condition}: return new(Decision, (ALLOW, {action}, ()))")
 
     def write_deny(self, conditions: Sequence[str], criteria: DecisionCriteria, read: Sequence[str]) -> None:
-        """The denial for what of these conditions and of the rules does not hold, or the values `read`."""
+        """Add a return of the denial for the failed conditions and rules, or of the scalars `read`."""
         self.names |= {
             "rules": criteria.rule_conditions.evaluate,
             "denying": lru_cache(_MAX_CACHED_DENIALS)(criteria.denial_for),
@@ -242,14 +297,14 @@ class _FastPathWriter(FunctionWriter):
         self.add_line(f"return {{{values}}} if denied is None else denied")
 
     def build_function(self) -> FastDecide:
-        """The function that has been written."""
+        """Compile the written lines to the decision function."""
         self.indent(0)
         head = ["def answering(inputs, readings, parameters, now, usage):", "  try:"]
         tail = ["  except (AttributeError, IndexError, KeyError):", "    return None"]
         return self.compile_function("answering", [*head, *self.lines, *tail])
 
     def build_read_each(self, scalars: Sequence[str]) -> ReadEach:
-        """The function that has been written, which gives these."""
+        """Compile the written lines to a function that returns these scalars."""
         self.add_line(f"return ({self._listed(scalars) if scalars else ''})")
         return self.compile_function("taking", ["def taking(readings, now, exactly):", *self.lines])
 

@@ -1,4 +1,4 @@
-"""What is watched of actions under one site, compiled: forms of what is measured, and rules on each kind."""
+"""Compiled rules for monitors: checkers of measured values, and the rules on each action kind of a site."""
 
 from __future__ import annotations
 
@@ -22,10 +22,12 @@ _MAX_CACHED: Final = 256
 
 
 class CompiledRuleSet:
-    """Rules that are decided together.
+    """Rules that are evaluated together.
 
-    truths: the same conditions as one function, where there is one.
-    reads: the state variables that they read.
+    rules: id, condition and term of each.
+    variables: the state variable that each scalar variable belongs to.
+    truths: the same conditions as one function, if there is one.
+    reads: the state variables that the rules read.
     """
 
     def __init__(
@@ -41,13 +43,20 @@ class CompiledRuleSet:
         self.reads = tuple(sorted({variables[name] for name in names if name in variables}))
 
     def first_violation(self, values: Scalars) -> RuleViolation | str | None:
-        """The first that does not hold, or `input:NAME` of what it lacks."""
+        """Evaluate the rules.
+
+        Args:
+            values: float, bool or str by scalar variable.
+
+        Returns:
+            The first rule that does not hold, `input:NAME` of a scalar that is missing, or None.
+        """
         if self._truths is not None and self._values is not None:
             try:
                 if all(self._truths.evaluate(*self._values(values))):
                     return None
             except KeyError:
-                pass  # below it is found which, and whether another rule comes first
+                pass  # the loop below finds which, and if another rule comes first
         for rule, condition, term in self._rules:
             if not condition.names <= values.keys():
                 return f"input:{min(condition.names - values.keys())}"
@@ -57,10 +66,11 @@ class CompiledRuleSet:
 
 
 class FastTickCheck(NamedTuple):
-    """Decides ticks at which the same is measured; what it has seen of that outlasts an action.
+    """Check of control ticks that all measure the same variables; it outlasts an action.
 
-    decide: takes parameters and state that an action was decided on; KeyError where anything is missing.
-    holds: whether all that is measured has its form and all rules hold; False where in doubt, too.
+    decide: sets the parameters and the state that the action was decided on; raises KeyError if one is
+        missing.
+    holds: True if every measured value is well-formed and all rules hold; False if not, or in doubt.
     """
 
     decide: Callable[[Scalars], None]
@@ -68,20 +78,20 @@ class FastTickCheck(NamedTuple):
 
 
 class MonitorRules:
-    """Of one site, for as many monitors as there are runs under it.
+    """The compiled rules of one site, shared by all monitors under it.
 
-    forms: of each state variable.
-    taking: for each state variable, its scalars from a value, or None of a value without its form.
-    parameters: for each action kind, the same of its parameters.
+    forms: the checker of each state variable.
+    unpackers: for each state variable a function from a value to its scalars, or to None if it is malformed.
+    parameters: for each action kind the same of its parameters.
     """
 
     def __init__(self, site: Site) -> None:
         self.forms = value_checkers(site.observed_variables)
-        self.taking = {name: FunctionWriter().build_unpacker(form) for name, form in self.forms.items()}
+        self.unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in self.forms.items()}
         self.parameters = {
             name: {
-                one: FunctionWriter().build_unpacker(form)
-                for one, form in value_checkers(kind.parameters).items()
+                parameter: FunctionWriter().build_unpacker(form)
+                for parameter, form in value_checkers(kind.parameters).items()
             }
             for name, kind in site.kinds.items()
         }
@@ -92,35 +102,55 @@ class MonitorRules:
         self._quick: dict[tuple[str, frozenset[str]], Callable[[], FastTickCheck]] = {}
 
     def rules_for_kind(self, kind: str) -> CompiledRuleSet:
-        """The rules on actions of a kind."""
+        """Return the rules on actions of one kind.
+
+        Args:
+            kind: an action kind of the site.
+
+        Returns:
+            The rules.
+        """
         return self._rules[kind]
 
     def rules_for_pair(
         self, action: ActiveAction, active_action: ActiveAction
     ) -> Iterable[tuple[CompiledRuleSet, Scalars]]:
-        """The rules on two actions together, each with the parameters that it reads."""
+        """List the joint rules on two actions that are under way together.
+
+        Args:
+            action: one action.
+            active_action: the other.
+
+        Yields:
+            Each rule, with the scalars of the parameters that it reads.
+        """
         for rule, roles in self._joint.rules_for_pair(action, active_action):
             yield CompiledRuleSet([(rule.id, rule.condition, rule.term)], self._variables), rule.values(roles)
 
     def fast_check(self, kind: str, measured: frozenset[str]) -> FastTickCheck | None:
-        """For one monitor, of ticks at which exactly these variables are measured.
+        """Make a fast check for one monitor, of ticks that measure exactly these variables.
 
-        None where histories are kept, or what is measured is no state variable.
+        Args:
+            kind: the action kind under way.
+            measured: the names of the measured variables.
+
+        Returns:
+            The check; None if the site keeps histories, or if a name is no state variable.
         """
         if self._site.histories or not measured <= self.forms.keys():
             return None
-        making = self._quick.get((kind, measured))
-        if making is None:
+        make_check = self._quick.get((kind, measured))
+        if make_check is None:
             if len(self._quick) == _MAX_CACHED:
                 self._quick.clear()
             rules = self._site.rules_for_kind(kind)
             declared = (*self._site.state.values(), *self._site.kinds[kind].parameters.values())
             forms = {name: self.forms[name] for name in sorted(measured)}
-            making = _TickCheckWriter().build_fast_check(
+            make_check = _TickCheckWriter().build_fast_check(
                 [rule.terms[kind] for rule in rules], declared, forms
             )
-            self._quick[kind, measured] = making
-        return making()
+            self._quick[kind, measured] = make_check
+        return make_check()
 
     def _compile_kind(self, site: Site, kind: ActionKind) -> CompiledRuleSet:
         declared = (*site.observed_variables.values(), *kind.parameters.values())
@@ -135,11 +165,13 @@ class _TickCheckWriter(FunctionWriter):
     def build_fast_check(
         self, terms: Sequence[t.Term], declared: Sequence[Declared], checkers: Mapping[str, ValueChecker]
     ) -> Callable[[], FastTickCheck]:
-        """A function that makes a `FastTickCheck`.
+        """Write a function that makes a `FastTickCheck`.
 
-        Of what rules compute with, and is the same object as at the tick before, form and scalars are known,
-        and rules that read nothing else hold as they did: `still` says so, of all that read the same.  What
-        is only bounded is looked at anew: to keep it would take longer.
+        The check remembers, for each variable that rules compute with, the last value and its scalars: if the
+        value is the same object as at the previous tick, it is well-formed. Rules that read nothing but
+        unchanged values still hold; a flag `still` says so for all rules that read the same variables.
+        Variables that rules only compare with bounds are checked anew every tick, because remembering them
+        would take longer.
         """
         self.exit_statement = "return False"
         self.names |= {"nothing": object(), "Quick": FastTickCheck}
@@ -171,7 +203,7 @@ class _TickCheckWriter(FunctionWriter):
         for one in dict.fromkeys(reads):
             self._decide([code for code, by in zip(codes, reads, strict=True) if by == one], still.get(one))
         self.add_line("return True")
-        taken = [self.local[name] for name in given]
+        parameters = [self.local[name] for name in given]
         flags = [*still.values()]
         outlasting = [
             *kept.values(),
@@ -180,9 +212,9 @@ class _TickCheckWriter(FunctionWriter):
         ]
         source = [
             "def deciding():",
-            *(f"  {name} = nothing" for name in [*outlasting, *taken]),
+            *(f"  {name} = nothing" for name in [*outlasting, *parameters]),
             "  def decide(values):",
-            *([f"    nonlocal {', '.join([*flags, *taken])}"] if flags or taken else []),
+            *([f"    nonlocal {', '.join([*flags, *parameters])}"] if flags or parameters else []),
             *(f"    {flag} = False" for flag in flags),
             *(f"    {self.local[name]} = values[{name!r}]" for name in given),
             "    return None",
@@ -197,7 +229,7 @@ class _TickCheckWriter(FunctionWriter):
         return self.compile_function("deciding", source)
 
     def _write_value_check(self, checker: ValueChecker, last: str, flags: Sequence[str]) -> None:
-        """Take `value` apart unless it is `last`; then rules with these `flags` are to be decided again."""
+        """Add code that unpacks `value` and clears `flags` (rules that still hold), unless it is `last`."""
         self.add_line(f"if value is not {last}:")
         start = len(self.lines)
         self.add_line(f"{last} = nothing")
@@ -208,7 +240,7 @@ class _TickCheckWriter(FunctionWriter):
         self.indent(start)
 
     def _decide(self, codes: Sequence[str], flag: str | None) -> None:
-        """Leave unless these hold, which is known already where `flag` says so."""
+        """Add code that returns False unless these conditions hold; skipped if `flag` says that they do."""
         if flag is None:
             self.write_guard(" and ".join(codes))
             return
@@ -222,9 +254,9 @@ class _TickCheckWriter(FunctionWriter):
 def _split_interval_bounds(
     terms: Iterable[t.Term], checkers: Iterable[ValueChecker]
 ) -> tuple[frozenset[str], frozenset[str]]:
-    """Reals of which `terms` say nothing but bounds, these inside their ranges; and what else they read.
+    """Find the reals that `terms` only bound, within their declared range, and all other variables they read.
 
-    Where all of `terms` hold the former are in range; and nothing is computed of them, which could go wrong.
+    If all of `terms` hold, the former are in range. Nothing is computed from them that could go wrong before.
     """
     low: dict[str, Fraction] = {}
     high: dict[str, Fraction] = {}
@@ -251,17 +283,17 @@ def _split_interval_bounds(
                 high[name] = min(bound, high.get(name, bound))
             case _:
                 others.update(t.variables_of(part))
-    found = set()
+    bounded = set()
     for form in checkers:
         least, most = form.declared.range or (None, None)
         if least is None or most is None or _is_whole(form):
             continue
-        found |= {
+        bounded |= {
             name
             for name in form.names
             if name in low and name in high and least <= low[name] and high[name] <= most
         }
-    return frozenset(found - others), frozenset(others)
+    return frozenset(bounded - others), frozenset(others)
 
 
 def _is_whole(checker: ValueChecker) -> bool:

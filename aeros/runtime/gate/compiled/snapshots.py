@@ -1,4 +1,4 @@
-"""The scalars of moments, each taken apart only as far as its values are not those of the moment before."""
+"""Incremental unpacking of snapshots: only values that changed since the previous snapshot are unpacked."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aeros.runtime.ports import ColumnNames, Snapshot
 
 
 class _CachedColumn(NamedTuple):
-    """A column of well-formed values that cannot change, and the scalars of them all."""
+    """A column of well-formed, immutable values, with the scalars of all of them."""
 
     order: ColumnNames
     column: tuple[Any, ...]
@@ -21,34 +21,39 @@ class _CachedColumn(NamedTuple):
 
 
 class SnapshotCache:
-    """Takes moments of one site apart.
+    """Cache of the last unpacked snapshot of one site.
 
-    What it keeps is replaced as a whole, so that several threads may ask.
+    The cached entry is replaced as a whole, so that several threads may use the cache.
     """
 
     def __init__(self, checkers: Mapping[str, ValueChecker]) -> None:
-        self._taking = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
-        self._taken: _CachedColumn | None = None
+        self._unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
+        self._cached: _CachedColumn | None = None
 
     def scalars(self, snapshot: Snapshot) -> Scalars | None:
-        """Those of all values, none of which is older than another; not to be changed.
+        """Unpack all values of a snapshot.
 
-        None where one is of no state variable or has not its form.
+        Args:
+            snapshot: values that were measured at one time.
+
+        Returns:
+            The scalars by scalar variable, not to be modified; None if a name is no state variable or a value
+            is malformed.
         """
-        taken, order, column = self._taken, snapshot.order, snapshot.column
-        if taken is None or taken.order is not order:
+        cached, order, column = self._cached, snapshot.order, snapshot.column
+        if cached is None or cached.order is not order:
             places, scalars = iter(range(len(column))), {}
-        elif taken.column is column:
-            return taken.scalars
+        elif cached.column is column:
+            return cached.scalars
         else:
-            places, scalars = compress(count(), map(is_not, column, taken.column)), dict(taken.scalars)
+            places, scalars = compress(count(), map(is_not, column, cached.column)), dict(cached.scalars)
         for place in places:
-            taking = self._taking.get(order.names[place])
+            unpack = self._unpackers.get(order.names[place])
             value = column[place]
-            # A list may hold other values by the time that it is looked at again.
-            found = None if taking is None or type(value) is list else taking(value)
-            if found is None:
+            # A list could be modified before the next call, so it must not be cached.
+            unpacked = None if unpack is None or type(value) is list else unpack(value)
+            if unpacked is None:
                 return None
-            scalars.update(found)
-        self._taken = _CachedColumn(order, column, scalars)
+            scalars.update(unpacked)
+        self._cached = _CachedColumn(order, column, scalars)
         return scalars

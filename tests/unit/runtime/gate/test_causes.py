@@ -1,4 +1,4 @@
-"""Of each reason of a denial: the condition, where it is written, what was measured, and the bound."""
+"""Causes of denials: the condition, its place in a file, the measured values, and the bound."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def causes(asked: Request) -> dict[str, Cause]:
     return {one.rule: one for one in found}
 
 
-def test_a_rule_is_told_with_its_text_its_source_its_line_and_what_was_measured() -> None:
+def test_a_cause_has_the_rules_text_source_line_and_measured_values() -> None:
     cause = causes(request(stop_pressed=True))["stop-button"]
     rule = next(one for one in configuration().site.rules if one.id == "stop-button")
     assert (cause.kind, cause.text, cause.source) == ("rule", rule.text, rule.source)
@@ -36,20 +36,20 @@ def test_each_shortfall_is_a_part_that_does_not_hold(changed: dict[str, Any]) ->
             assert ways.get(part.required_op) is not True, (cause, part)
 
 
-def test_the_envelope_and_the_permission_are_told_as_the_module_writes_them() -> None:
+def test_causes_quote_envelope_and_permission_from_the_module() -> None:
     found = causes(request("slowly", speed=4.0))
     cause = next(one for one in found.values() if one.kind in ("envelope", "permission"))
     assert "ecm.yaml:" in cause.location
     assert any(part.quantity == "speed" and part.value == 4.0 for part in cause.shortfalls)
 
 
-def test_what_is_not_measured_is_told_as_unknown() -> None:
+def test_a_missing_reading_is_reported_as_unknown() -> None:
     cause = causes(without(request(), "human_distance"))["human_distance"]
     assert cause.kind == "reading"
     assert [str(part) for part in cause.shortfalls] == ["`human_distance` is not measured"]
 
 
-def test_a_stop_for_what_was_not_measured_names_it_and_one_for_no_rule_says_what_there_is() -> None:
+def test_stop_causes_of_missing_readings_and_of_unknown_rules() -> None:
     site = configuration().site
     cause = stop_cause(site, "input:hand", None)
     assert (cause.kind, cause.rule) == ("reading", "hand")

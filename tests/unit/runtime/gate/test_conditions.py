@@ -27,7 +27,7 @@ def condition(
 
 
 @pytest.mark.parametrize("make", KINDS)
-def test_a_condition_names_every_scalar_of_what_it_mentions(
+def test_a_condition_names_every_scalar_of_the_variables_it_reads(
     make: type[CompiledCondition] | type[SolverCondition],
 ) -> None:
     assert condition("momentum", "carry", make).names == {"load", "gait"}
@@ -39,7 +39,7 @@ def test_a_condition_names_every_scalar_of_what_it_mentions(
 
 
 @pytest.mark.parametrize("make", KINDS)
-def test_what_is_beside_the_condition_is_not_looked_at(
+def test_values_that_a_condition_does_not_read_are_ignored(
     make: type[CompiledCondition] | type[SolverCondition],
 ) -> None:
     momentum = condition("momentum", "carry", make)
@@ -48,7 +48,7 @@ def test_what_is_beside_the_condition_is_not_looked_at(
 
 @pytest.mark.parametrize("make", KINDS)
 @pytest.mark.parametrize("gait", [0.1, nextafter(0.1, 0.0), nextafter(0.1, 1.0), -0.0, 5e-324])
-def test_a_bound_is_decided_as_the_rational_it_is(
+def test_a_bound_is_compared_as_an_exact_rational(
     gait: float, make: type[CompiledCondition] | type[SolverCondition]
 ) -> None:
     expected = ConditionValue.HOLDS if Fraction(gait) <= Fraction(1, 10) else ConditionValue.FAILS

@@ -7,7 +7,7 @@ from aeros.spec.obligations.claim_id import ClaimForm
 from tests.unit.runtime.bench import configuration
 
 
-def test_the_digest_is_that_of_site_and_certificates() -> None:
+def test_the_digest_covers_site_and_certificates() -> None:
     one = configuration()
     ecm, certificate = one.modules["handling"], one.certificates["handling"]
     again = make_configuration(one.site, {"handling": (ecm, certificate)})

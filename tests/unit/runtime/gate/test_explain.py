@@ -1,4 +1,4 @@
-"""Explanations agree with the decisions they explain, and say of every condition what became of it."""
+"""Explanations agree with the decisions they explain, and show the result of every condition."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_an_explanation_agrees_with_its_decision(asked: Request) -> None:
     assert bool(found.attenuated_parameters) is (found.decision.kind is DecisionKind.ATTENUATE)
 
 
-def test_what_was_proved_was_not_evaluated_and_the_rest_was_at_these_values() -> None:
+def test_proved_conditions_are_not_evaluated_and_the_others_show_their_values() -> None:
     found = explained(request(speed=0.25, human_distance=1.5))
     assert clause(found, "top-speed").obligation == "safety/quickly/move/top-speed"
     assert clause(found, "top-speed").holds is None
@@ -63,13 +63,13 @@ def test_what_was_proved_was_not_evaluated_and_the_rest_was_at_these_values() ->
 
 
 @pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.SHADOW])
-def test_a_gate_that_asks_the_solver_leaves_nothing_out(mode: GateMode) -> None:
+def test_solver_modes_evaluate_every_condition(mode: GateMode) -> None:
     found = explained(request(), Explainer(configuration(), mode))
     assert all(one.holds for one in found.conditions)
     assert clause(found, "top-speed").obligation == "safety/quickly/move/top-speed"
 
 
-def test_a_value_that_is_missing_or_malformed_leaves_what_reads_it_unknown() -> None:
+def test_conditions_on_missing_or_malformed_values_are_unknown() -> None:
     asked = request()
     far = asked.readings["human_distance"]
     for broken in (
@@ -84,7 +84,7 @@ def test_a_value_that_is_missing_or_malformed_leaves_what_reads_it_unknown() -> 
         assert found.layers["invariants"] is None
 
 
-def test_what_is_no_request_passes_no_layer() -> None:
+def test_a_malformed_request_passes_no_layer() -> None:
     for found in (
         explained(replace(request(), now=nan)),
         explain_line(EXPLAINER, "handling", "quickly", b"{"),
@@ -111,7 +111,7 @@ def replace_kind(asked: Request, kind: str) -> object:
     return asked.action._replace(kind=kind)
 
 
-def test_the_text_says_what_became_of_every_condition() -> None:
+def test_the_text_shows_the_result_of_every_condition() -> None:
     asked = request(human_distance=1.0, speed=0.5)
     found = explained(asked)
     text = explanation_text(found)

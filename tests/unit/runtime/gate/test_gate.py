@@ -1,4 +1,4 @@
-"""The layers of the gate behind the form: a test per code, and how verdicts follow from objections."""
+"""The layers of the gate after the form check: a test per code, and decisions from objections."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def skill_changed(name: str, **fields: Any) -> CompiledGate:
 
 @pytest.mark.parametrize("mode", GateMode)
 @pytest.mark.parametrize(("skill", "kind"), ALLOWED)
-def test_what_nothing_objects_to_is_allowed_without_reasons(skill: str, kind: str, mode: GateMode) -> None:
+def test_an_action_without_objections_is_allowed_without_reasons(
+    skill: str, kind: str, mode: GateMode
+) -> None:
     asked = request(skill, kind)
     decision = asked.decided_by(gate(mode))
     assert (decision.kind, decision.action, decision.reasons) == (DecisionKind.ALLOW, asked.action, ())
@@ -129,7 +131,7 @@ def test_an_actuator_that_any_layer_withholds_is_denied(layer: str) -> None:
     assert denied(request(), withheld) == [("AE740", "arm")]
 
 
-def test_a_grant_to_another_module_is_none() -> None:
+def test_access_granted_to_another_module_does_not_count() -> None:
     asked = replace(request(), action=Action("drive", {}))
     assert denied(asked) == [("AE740", "wheels"), ("AE730", "drive")]
 
@@ -147,13 +149,13 @@ def test_a_quota_that_is_used_up_denies(used: int) -> None:
     ]
 
 
-def test_a_quota_whose_use_is_not_known_denies() -> None:
+def test_a_quota_with_unknown_usage_denies() -> None:
     assert denied(replace(request("quickly", "carry"), usage={})) == [("AE703", "carry-rate")]
 
 
 @pytest.mark.parametrize("used", [-1, 0.0, False, None, "0", {"value": 1}])
 @pytest.mark.parametrize("asked", [request("quickly", "carry"), request()], ids=["governed", "not governed"])
-def test_a_use_that_is_no_count_denies_every_action(asked: Any, used: Any) -> None:
+def test_a_malformed_usage_count_denies_every_action(asked: Any, used: Any) -> None:
     reasons = denied(replace(asked, usage={"carry-rate": used}))
     assert ("AE704", "carry-rate") in reasons
 
@@ -187,7 +189,7 @@ def test_an_action_that_breaks_an_invariant_is_denied(kind: str, rule: str, valu
     assert denied(request("quickly", kind, **values)) == [("AE750", rule)]
 
 
-def test_rules_that_were_proved_are_reported_once_anything_objects() -> None:
+def test_proved_rules_are_evaluated_once_anything_objects() -> None:
     assert denied(request(speed=0.6, target=(0.25, 0.45, 0.25))) == [
         ("AE730", "move"),
         ("AE731", "move"),
@@ -228,7 +230,7 @@ def test_every_violated_rule_of_every_layer_is_reported_at_once() -> None:
 # Boundaries: a double is the rational it denotes.
 
 
-def test_the_double_nearest_to_a_bound_is_denied_where_it_is_above_it() -> None:
+def test_the_double_nearest_to_a_bound_is_denied_if_above_it() -> None:
     assert Fraction(0.1) > Fraction(1, 10)
     assert denied(request("quickly", "carry", gait=0.1)) == [("AE730", "carry"), ("AE750", "slow-carry")]
     below = request("quickly", "carry", gait=nextafter(0.1, 0.0))
@@ -267,7 +269,7 @@ def test_two_rules_attenuate_at_once() -> None:
     assert decision.action.parameters["speed"] == nextafter(0.1, 0.0)
 
 
-def test_nothing_is_attenuated_where_another_rule_objects_too() -> None:
+def test_nothing_is_attenuated_if_another_rule_objects_too() -> None:
     assert denied(request(human_distance=0.4, speed=0.5)) == [
         ("AE750", "separation"),
         ("AE750", "near-person"),
@@ -301,7 +303,7 @@ def with_rules(*rules: Rule) -> CompiledGate:
     return CompiledGate(replace(old, site=replace(old.site, rules=(*rules, *others))))
 
 
-def test_what_is_still_denied_after_attenuation_is_denied() -> None:
+def test_an_attenuated_action_that_is_still_denied_is_denied() -> None:
     near, knife = rules_of("near-person", "knife-speed", site=configuration().site)
     wrong = with_rules(replace(knife, attenuations=near.attenuations))
     assert denied(request(fitted="knife", speed=0.5), wrong) == [("AE750", "knife-speed")]
@@ -321,8 +323,8 @@ def test_an_attenuation_never_enlarges() -> None:
 # Modes and certificates.
 
 
-def test_a_certificate_of_something_else_proves_nothing() -> None:
-    """Φ is tightened and the certificate still says PROVED: of another site, so the gate decides."""
+def test_a_certificate_of_another_site_proves_nothing() -> None:
+    """After Φ is tightened the certificate is of another site, so the gate evaluates the rule."""
     old = configuration()
     slow, button = rules_of("slow-carry", "stop-button", site=old.site)
     rules = tuple(replace(one, terms=button.terms) if one is slow else one for one in old.site.rules)
@@ -334,7 +336,7 @@ def test_a_certificate_of_something_else_proves_nothing() -> None:
     assert ("AE750", "slow-carry") in denied(asked, trusting)
 
 
-def test_an_invariant_that_the_certificate_does_not_mention_is_decided() -> None:
+def test_an_invariant_missing_from_the_certificate_is_evaluated() -> None:
     old = configuration()
     certificate = old.certificates["handling"]
     nothing = replace(certificate, obligations={})
@@ -352,7 +354,7 @@ def falsely_proved() -> Configuration:
     return replace(old, certificates={"handling": replace(certificate, obligations=lies)})
 
 
-def test_a_certificate_that_lies_is_found_by_the_shadow_gate() -> None:
+def test_the_shadow_gate_detects_a_wrong_certificate() -> None:
     asked = request(stop_pressed=True)
     assert asked.decided_by(CompiledGate(falsely_proved())).kind is DecisionKind.ALLOW  # what a lie does
     assert asked.decided_by(CompiledGate(falsely_proved(), GateMode.Z3)).kind is DecisionKind.DENY

@@ -1,4 +1,4 @@
-"""AE701 to AE707: what is no request, lacks what is needed, or holds what is no value, is denied."""
+"""AE701 to AE707: malformed requests, missing values and invalid values are denied."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from tests.unit.runtime.bench import NOW, denied, gate, measured, request, witho
         ({"usage": None}, "usage"),
     ],
 )
-def test_what_is_no_request_is_malformed(broken: dict[str, Any], rule: str) -> None:
+def test_a_malformed_request_is_denied(broken: dict[str, Any], rule: str) -> None:
     assert denied(replace(request(), **broken)) == [("AE701", rule)]
 
 
@@ -52,7 +52,7 @@ def test_a_reading_with_nothing_in_it_is_denied() -> None:
     assert denied(replace(asked, readings=broken)) == [("AE701", "load")]
 
 
-def test_unknown_names_are_denied_wherever_they_stand() -> None:
+def test_unknown_names_are_denied_in_every_field() -> None:
     asked = request()
     caller = replace(asked.caller, inputs={"limit": 0.1})
     action = Action("move", {**asked.action.parameters, "haste": 1.0})
@@ -69,7 +69,7 @@ def test_an_unknown_kind_is_denied() -> None:
     ]
 
 
-def test_a_missing_parameter_is_denied_and_the_rules_it_does_not_enter_are_still_decided() -> None:
+def test_a_missing_parameter_is_denied_and_rules_that_do_not_read_it_are_still_evaluated() -> None:
     asked = request(stop_pressed=True)
     asked = replace(asked, action=Action("move", {"speed": 0.1}))
     assert denied(asked) == [("AE703", "target"), ("AE750", "stop-button")]
@@ -84,16 +84,16 @@ def test_a_missing_input_is_denied_and_one_with_a_default_is_not() -> None:
 
 
 @pytest.mark.parametrize("name", ["human_distance", "stop_pressed", "fitted", "hand"])
-def test_what_a_rule_reads_must_be_measured(name: str) -> None:
+def test_variables_that_a_rule_reads_must_be_measured(name: str) -> None:
     assert denied(without(request(), name)) == [("AE703", name)]
 
 
 @pytest.mark.parametrize("name", ["dirt", "load", "wind", "gust", "joint_angle", "joint_ready"])
-def test_what_no_rule_on_the_kind_reads_need_not_be_measured(name: str) -> None:
+def test_variables_that_no_rule_on_the_kind_reads_need_not_be_measured(name: str) -> None:
     assert without(request(), name).decided_by(gate()).kind is DecisionKind.ALLOW
 
 
-def test_what_only_the_envelope_reads_must_be_measured_and_fresh() -> None:
+def test_variables_that_only_the_envelope_reads_must_be_measured_and_fresh() -> None:
     asked = request("slowly", "carry")
     assert denied(without(asked, "wind")) == [("AE703", "wind")]
     old = {**asked.readings, "wind": Reading(0.0, NOW - 1.5)}
@@ -101,7 +101,7 @@ def test_what_only_the_envelope_reads_must_be_measured_and_fresh() -> None:
     assert without(request("quickly", "carry"), "wind").decided_by(gate()).kind is DecisionKind.ALLOW
 
 
-def test_what_only_an_attenuation_reads_must_be_measured_too() -> None:
+def test_variables_that_only_an_attenuation_reads_must_be_measured() -> None:
     assert denied(without(request("quickly", "sweep", wind=2.0, pace=3.0), "gust")) == [
         ("AE703", "gust"),
         ("AE750", "windy-sweep"),
@@ -138,7 +138,7 @@ def test_a_value_of_the_wrong_type_is_denied(name: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize("time", [None, nan, inf, "100", True, 10**400, 1e300, Fraction(100)])
-def test_a_time_that_no_clock_shows_is_denied(time: Any) -> None:
+def test_an_invalid_time_is_denied(time: Any) -> None:
     asked = request()
     assert denied(replace(asked, now=time)) == [("AE704", "time")]
     of_reading = {**asked.readings, "dirt": Reading(0.5, time)}
@@ -161,7 +161,7 @@ def test_a_value_outside_its_range_is_denied(name: str, value: Any) -> None:
     assert denied(request(**{name: value})) == [("AE705", name)]
 
 
-def test_a_required_value_is_denied_once_it_is_older_than_its_age_and_not_before() -> None:
+def test_a_required_value_is_denied_exactly_when_older_than_its_max_age() -> None:
     asked = request()
     oldest = NOW - 0.1  # 99.9 as a double is above the rational, so its age is below 1/10
     for time, verdict in ((oldest, DecisionKind.ALLOW), (nextafter(oldest, 0.0), DecisionKind.DENY)):
@@ -178,13 +178,13 @@ def test_a_value_that_no_rule_reads_may_be_old() -> None:
 
 
 @pytest.mark.parametrize("name", ["human_distance", "dirt"])
-def test_a_value_from_the_future_is_denied_whoever_reads_it(name: str) -> None:
+def test_a_value_from_the_future_is_denied_even_if_no_rule_reads_it(name: str) -> None:
     asked = request()
     early = Reading(asked.readings[name].value, nextafter(NOW, inf))
     assert denied(replace(asked, readings={**asked.readings, name: early})) == [("AE707", name)]
 
 
-def test_the_longest_age_there_is_is_too_old() -> None:
+def test_the_greatest_possible_age_is_too_old() -> None:
     asked = request()
     far = {**asked.readings, "hand": Reading((0.0, 0.0, 0.0), float(-(2**53)))}
     assert ("AE706", "hand") in denied(replace(asked, readings=far, now=2.0**53))

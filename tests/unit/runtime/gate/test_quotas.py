@@ -50,7 +50,7 @@ def test_counts_agree_with_counting_everything() -> None:
 
 
 @pytest.mark.parametrize("time", [4.9, nan, inf, -inf])
-def test_a_time_that_goes_back_or_is_none_is_an_error(time: float) -> None:
+def test_a_time_that_goes_back_or_is_not_finite_is_an_error(time: float) -> None:
     usage = QuotaUsageCounter([RATE])
     usage.count_execution("grip", 5.0)
     with pytest.raises(ClockError):

@@ -1,4 +1,4 @@
-"""Requests of another form are refused with the code that says how, and checked values are put."""
+"""Malformed requests are refused with the right code, and checked values are unpacked."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Name(str):
 
 
 class Sly(dict[str, Any]):
-    """A mapping that could run code of the asker's."""
+    """A mapping that could run code of the caller."""
 
 
 class SlyCaller(Caller):
-    """Likewise."""
+    """A name that could run code of the caller."""
 
 
 def forms(**more: Any) -> dict[str, ValueChecker]:
@@ -71,7 +71,7 @@ def test_a_request_of_the_right_form_has_no_fault() -> None:
         (CALLER, {}, ACTION, None, "usage"),
     ],
 )
-def test_what_is_no_request_is_refused(
+def test_a_malformed_request_is_refused(
     caller: Any, readings: Any, action: Any, usage: Any, what: str
 ) -> None:
     fault = request_fault(caller, readings, action, usage)
@@ -79,7 +79,7 @@ def test_what_is_no_request_is_refused(
     assert (fault.code, fault.rule) == ("AE701", what)
 
 
-def test_given_values_are_put_as_scalars() -> None:
+def test_given_values_are_unpacked_into_scalars() -> None:
     values: dict[str, Any] = {}
     given = {"speed": 0.5, "gently": True, "target": (0.1, 0.2, 0.3)}
     assert list(unpack_arguments(forms(), given, "of `move`", values)) == []
@@ -92,7 +92,7 @@ def test_every_value_that_is_missing_unknown_or_malformed_is_an_objection() -> N
     assert found == [("AE702", "pace"), ("AE705", "speed"), ("AE703", "gently"), ("AE704", "target")]
 
 
-def test_a_default_stands_for_what_is_missing_as_a_double_in_its_range() -> None:
+def test_a_missing_value_takes_its_default_as_a_double_in_range() -> None:
     values: dict[str, Any] = {}
     third = Fraction(1, 3)
     declared = {"speed": forms(default=third)["speed"]}
@@ -124,7 +124,7 @@ AGED = {
         ({"near": Reading(0.5, 9.75), "far": Reading(7.0, 9.75)}, [("AE705", "far")]),
     ],
 )
-def test_readings_are_taken_that_are_fresh_where_it_matters(
+def test_readings_must_be_well_formed_and_required_ones_fresh(
     readings: dict[str, Any], codes: list[tuple[str, str]]
 ) -> None:
     values: dict[str, Any] = {}

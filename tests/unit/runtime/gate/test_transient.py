@@ -1,4 +1,4 @@
-"""Which denials may pass: those that speak of what is measured, all of them."""
+"""Transient denials: those whose reasons all depend on measured values."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from tests.unit.runtime.bench import Request, codes, configuration, gate, reques
         (request("quickly", "move", human_distance="near"), False),
     ],
 )
-def test_a_denial_may_pass_if_everything_it_says_is_about_the_state(asked: Request, passing: bool) -> None:
+def test_a_denial_is_transient_if_every_reason_is_about_the_state(asked: Request, passing: bool) -> None:
     decision = asked.decided_by(gate())
     assert decision.action is None, codes(decision)
     assert is_transient_denial(decision.reasons, asked.action.kind, configuration().site) is passing
 
 
 @pytest.mark.parametrize(("about", "passing"), [("joint_position", True), ("target", False)])
-def test_joints_that_are_elsewhere_may_come_to_rest_but_a_plan_stays_wrong(about: str, passing: bool) -> None:
+def test_displaced_joints_are_transient_but_a_wrong_plan_is_not(about: str, passing: bool) -> None:
     site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     assert is_transient_denial([Reason("AE761", about, "elsewhere")], "move_tool", site) is passing

@@ -34,7 +34,7 @@ def real(low: Fraction, high: Fraction, **more: Any) -> Declared:
     return declare("x", METRES, t.VariableRole.STATE, range=(low, high), **more)
 
 
-def test_values_are_taken_apart_into_scalars() -> None:
+def test_values_are_unpacked_into_scalars() -> None:
     assert taken("load", 1) == {"load": 1.0}
     assert type(taken("load", 1)["load"]) is float
     assert taken("hand", [0, 1.5, -2]) == {"hand.x": 0.0, "hand.y": 1.5, "hand.z": -2.0}
@@ -42,7 +42,7 @@ def test_values_are_taken_apart_into_scalars() -> None:
     assert taken("fitted", "knife") == {"fitted": "knife"}
 
 
-def test_a_fault_says_which_scalar_and_in_the_unit_of_the_declaration() -> None:
+def test_a_fault_names_the_scalar_in_the_declared_unit() -> None:
     assert fault("hand", (0.0, 0.0, 3.0)) == "AE705 `hand.z` is outside -2 m to 2 m"
     assert fault("joint_angle", (0.0, nan)) == "AE704 `joint_angle[elbow]` is not finite"
     assert fault("dirt", 2.0) == "AE705 `dirt` is outside 0 % to 100 %"
@@ -72,7 +72,7 @@ def test_a_real_without_a_range_admits_only_zero() -> None:
 
 
 @pytest.mark.parametrize("whole", [2**53, -(2**53)])
-def test_whole_numbers_are_taken_up_to_where_each_is_a_double(whole: int) -> None:
+def test_whole_numbers_are_accepted_while_each_is_a_double(whole: int) -> None:
     wide = ValueChecker(real(Fraction(-(2**60)), Fraction(2**60)))
     assert wide.unpack(whole, {}) is None
     beyond = wide.unpack(whole + (1 if whole > 0 else -1), {})
@@ -81,12 +81,12 @@ def test_whole_numbers_are_taken_up_to_where_each_is_a_double(whole: int) -> Non
 
 
 @pytest.mark.parametrize("time", [0, -1, 2**53, 0.5, -(2.0**53)])
-def test_these_are_times(time: float) -> None:
+def test_valid_times_are_accepted(time: float) -> None:
     assert check_time(time) is None
 
 
 @pytest.mark.parametrize("time", [nan, inf, -inf, 2**53 + 1, 2.0**54, True, "0", None, Fraction(1), 10**400])
-def test_these_are_no_times(time: Any) -> None:
+def test_invalid_times_are_refused(time: Any) -> None:
     reason = check_time(time)
     assert reason is not None
     assert (reason.code, reason.rule) == ("AE704", "time")

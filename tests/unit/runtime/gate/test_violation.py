@@ -1,4 +1,4 @@
-"""What is said of a rule that does not hold: the quantities, their values, and the bounds they broke."""
+"""Descriptions of violated rules: the quantities, their values, and the bounds they broke."""
 
 from __future__ import annotations
 
@@ -62,9 +62,7 @@ SAFE: dict[str, Any] = {
         ),
     ],
 )  # fmt: skip
-def test_each_part_that_is_not_as_required_is_named(
-    rule: str, measured: dict[str, Any], said: str | None
-) -> None:
+def test_each_part_that_does_not_hold_is_named(rule: str, measured: dict[str, Any], said: str | None) -> None:
     assert SITE is not None
     term = next(one for one in SITE.rules if one.id == rule).terms["move_tool"]
     text = str(RuleViolation(rule, term, {**SAFE, **measured}))

@@ -1,4 +1,4 @@
-"""Requests as JSON: whatever a line holds, one decision comes back."""
+"""Requests as JSON lines: every line gets one decision."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_request_is_decided_as_it_would_be_in_python(mode: GateMode) -> None:
         assert decide_line(gate(mode), "handling", "quickly", line) == asked.decided_by(gate(mode))
 
 
-def test_usage_and_inputs_may_be_left_out() -> None:
+def test_usage_and_inputs_are_optional() -> None:
     asked = allowed()
     del asked["usage"], asked["inputs"]
     assert decide(asked).kind is DecisionKind.ALLOW
@@ -89,7 +89,7 @@ def test_a_decision_as_json_has_verdict_action_and_reasons() -> None:
     ],
     ids=lambda line: repr(line[:12]) + f" of {len(line)}",
 )
-def test_a_line_that_is_no_request_is_denied(line: bytes) -> None:
+def test_a_malformed_line_is_denied(line: bytes) -> None:
     assert denied(line) == [("AE701", "request")]
 
 
@@ -150,7 +150,7 @@ def test_a_request_is_read_strictly(change: Callable[[dict[str, Any]], Any], rea
     assert denied(text(change)) == [reason]
 
 
-def test_a_name_as_long_as_the_line_is_cut_where_it_is_reported() -> None:
+def test_a_very_long_name_is_cut_in_the_report() -> None:
     (reason,) = decide(text(lambda asked: asked.update({"n" * 500_000: 1}))).reasons
     assert reason.rule == "n" * 100
     assert len(reason.text) < 200

@@ -1,4 +1,4 @@
-"""Rules that look back, from the plant's readings to the gate, the monitor and the record.
+"""Rules on the past, from the plant's readings to the gate, the monitor and the record.
 
 Values of histories are held to the definition in tests/differential/test_past_time.py.
 """
@@ -70,7 +70,7 @@ def bench(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[Bench]:
         yield Bench(site, make_ecm(CODE), log)
 
 
-def test_what_was_is_remembered_for_as_long_as_the_rule_says(bench: Bench) -> None:
+def test_a_past_condition_is_remembered_as_long_as_the_rule_says(bench: Bench) -> None:
     assert bench.lift_at(0.0, 20.0).status is StepStatus.FINISHED
     denied = bench.lift_at(STEP, 1.5)
     assert denied.reason.startswith("AE750 memory")
@@ -80,7 +80,7 @@ def test_what_was_is_remembered_for_as_long_as_the_rule_says(bench: Bench) -> No
     assert bench.lift_at((ticks + 2) * STEP, 20.0).status is StepStatus.FINISHED
 
 
-def test_what_nobody_watched_is_unknown_and_denied_until_it_is_over(bench: Bench) -> None:
+def test_an_unobserved_time_is_unknown_and_denied_until_it_has_left_the_window(bench: Bench) -> None:
     assert bench.lift_at(0.0, 20.0).status is StepStatus.FINISHED
     denied = bench.lift_at(3.0, 20.0)  # anybody may have come and gone
     assert denied.reason == f"AE703 {NAME}: `{NAME}` is not measured"
@@ -89,7 +89,7 @@ def test_what_nobody_watched_is_unknown_and_denied_until_it_is_over(bench: Bench
     assert bench.lift_at(3.0 + 81 * STEP, 20.0).status is StepStatus.FINISHED
 
 
-def test_a_motion_is_stopped_by_what_comes_to_pass_while_it_runs(bench: Bench) -> None:
+def test_a_motion_is_stopped_by_a_history_that_changes_while_it_runs(bench: Bench) -> None:
     bench.plant.during = [{}, {"human_distance": 1.5}]
     ended = bench.lift()
     assert (ended.status, ended.reason) == (
@@ -100,12 +100,12 @@ def test_a_motion_is_stopped_by_what_comes_to_pass_while_it_runs(bench: Bench) -
     assert bench.lift_at(STEP, 20.0).reason.startswith("AE750 memory")  # seen by a tick alone
 
 
-def test_a_plant_cannot_tell_the_gate_what_was(bench: Bench) -> None:
+def test_a_plant_cannot_supply_the_value_of_a_history(bench: Bench) -> None:
     bench.plant.values[NAME] = False
     assert bench.lift_at(0.0, 1.5).reason.startswith("AE750 memory")
 
 
-def test_the_record_holds_what_was_decided_on(bench: Bench, tmp_path: Path) -> None:
+def test_the_record_holds_the_histories_of_the_decision(bench: Bench, tmp_path: Path) -> None:
     bench.lift_at(0.0, 1.5)
     lines = (tmp_path / "audit.jsonl").read_text(encoding="utf-8").splitlines()
     (decision,) = [one for one in map(json.loads, lines) if one["event"] == "decision"]

@@ -1,4 +1,4 @@
-"""The monitor: what let a motion start must go on holding, with the parameters that were decided."""
+"""The monitor: rules that allowed a motion must continue to hold, with the decided parameters."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, m
 
 
 def monitors() -> RuntimeMonitor:
-    """Of nothing yet, under the site of the bench."""
+    """Return a monitor of no action yet, under the site of the bench."""
     site = configuration().site
     return RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
 
 
 def watching(action: Action, readings: Readings) -> Monitor:
-    """The monitor of one action alone, which has watched another one like it before."""
+    """Return a monitor of one action, which has watched an equal one before."""
     monitor, begun = monitors(), ActiveAction(action, readings, NOW, 0)
     monitor.add(begun)
     monitor(NOW, STATE)
@@ -41,7 +41,7 @@ def watching(action: Action, readings: Readings) -> Monitor:
 
 
 def watch(asked: Request) -> Monitor:
-    """The monitor of the action that the gate decides on, as the executor asks for it."""
+    """Return a monitor of the action that the gate allows, as the executor uses it."""
     decision = asked.decided_by(gate())
     assert decision.kind is not DecisionKind.DENY
     assert decision.action is not None
@@ -49,7 +49,7 @@ def watch(asked: Request) -> Monitor:
 
 
 @pytest.mark.parametrize("kind", ["move", "carry", "sweep"])
-def test_nothing_trips_while_nothing_changes(kind: str) -> None:
+def test_the_monitor_is_silent_while_nothing_changes(kind: str) -> None:
     monitor = watch(request("quickly", kind))
     assert monitor(NOW, {}) is None
     assert monitor(NOW, STATE) is None
@@ -69,7 +69,7 @@ def test_nothing_trips_while_nothing_changes(kind: str) -> None:
         ("sweep", "stop_pressed", True, "stop-button"),
     ],
 )
-def test_each_rule_on_the_state_trips(kind: str, name: str, value: Any, rule: str) -> None:
+def test_each_rule_on_the_state_stops_the_motion(kind: str, name: str, value: Any, rule: str) -> None:
     monitor = watch(request("quickly", kind))
     assert monitor(NOW, STATE) is None
     assert monitor(NOW, {**STATE, name: value}) == rule
@@ -101,42 +101,42 @@ def test_an_attenuated_motion_is_watched_with_its_reduced_parameters() -> None:
     assert watch(request(speed=0.5, human_distance=1.0))(NOW, {"fitted": "knife"}) == "knife-speed"
 
 
-def test_a_load_that_grows_trips_the_product() -> None:
+def test_a_growing_load_violates_a_rule_on_a_product() -> None:
     monitor = watch(request("quickly", "carry", gait=0.0625))
     assert monitor(NOW, {"load": nextafter(1.6, 0.0)}) is None
     assert monitor(NOW, {"load": 1.6}) == "momentum"
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf, None, "3.0", True, 20.5, -5e-324, 10**400, (3.0,)])
-def test_a_malformed_or_impossible_value_trips(value: Any) -> None:
+def test_a_malformed_or_impossible_value_stops_the_motion(value: Any) -> None:
     monitor = watch(request())
     assert monitor(NOW, {**STATE, "human_distance": value}) == "input:human_distance"
 
 
 @pytest.mark.parametrize("name", ["mood", "speed", "target"])
-def test_a_name_that_is_no_state_variable_trips(name: str) -> None:
+def test_an_unknown_variable_stops_the_motion(name: str) -> None:
     assert watch(request())(NOW, {**STATE, name: 0.0}) == f"input:{name}"
 
 
 @pytest.mark.parametrize("name", sorted(STATE))
-def test_a_value_that_is_no_longer_measured_trips(name: str) -> None:
+def test_a_value_that_is_no_longer_measured_stops_the_motion(name: str) -> None:
     monitor = watch(request())
     assert monitor(NOW, {}) is None
     assert monitor(NOW, STATE) is None
     assert monitor(NOW, {one: value for one, value in STATE.items() if one != name}) == f"input:{name}"
 
 
-def test_a_value_that_no_tick_measures_keeps_its_value_from_the_decision() -> None:
+def test_a_variable_that_no_tick_measures_keeps_its_value_from_the_decision() -> None:
     monitor = watch(request(speed=0.2, human_distance=1.0))
     assert monitor(NOW, {"stop_pressed": False, "fitted": "brush"}) is None
     assert monitor(NOW, {"stop_pressed": False, "fitted": "knife"}) == "knife-speed"
 
 
-def test_a_value_that_no_rule_needed_when_it_started_may_be_missing() -> None:
+def test_a_variable_that_no_rule_reads_may_be_missing() -> None:
     assert watch(without(request(), "dirt"))(NOW, {}) is None
 
 
-def test_a_rule_whose_state_is_unknown_trips() -> None:
+def test_a_rule_on_an_unknown_state_stops_the_motion() -> None:
     asked = request()
     decision = asked.decided_by(gate())
     assert decision.action is not None
@@ -145,7 +145,7 @@ def test_a_rule_whose_state_is_unknown_trips() -> None:
     assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
 
-def test_one_motion_leaves_nothing_behind_for_the_next() -> None:
+def test_removed_motions_do_not_affect_the_next_one() -> None:
     monitor = monitors()
     first, second = (ActiveAction(request().action, request().readings, NOW, record) for record in (1, 2))
     monitor.add(first)
@@ -183,16 +183,14 @@ def test_an_hour_of_ticks_takes_no_more_memory_than_a_few() -> None:
         (3.0, nan, "input:human_distance"),
     ],
 )
-def test_what_was_measured_before_counts_until_it_is_too_old(
-    value: float, age: float, rule: str | None
-) -> None:
+def test_an_earlier_reading_counts_until_it_is_too_old(value: float, age: float, rule: str | None) -> None:
     monitor = watch(request("quickly", "move"))
     assert monitor(NOW, {"human_distance": 3.0}) is None
     assert monitor(NOW, {"human_distance": Reading(value, NOW - age)}) == rule
 
 
 class _Noting(MonitorRules):
-    """Notes what is compiled."""
+    """Rules that note which functions are compiled."""
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)
@@ -227,7 +225,7 @@ def test_nothing_is_compiled_in_a_tick() -> None:
 
 
 class _Slowly(MonitorRules):
-    """Has no quick answer."""
+    """Rules without a fast check."""
 
     def fast_check(self, kind: str, measured: frozenset[str]) -> None:
         """See `MonitorRules`."""
@@ -236,7 +234,7 @@ class _Slowly(MonitorRules):
 @pytest.mark.parametrize(
     ("distance", "rule"), [(1.0, None), (nextafter(1.0, 0.0), "bounded"), (True, "input:human_distance")]
 )
-def test_a_rule_that_only_bounds_what_it_reads_trips(distance: Any, rule: str | None) -> None:
+def test_a_rule_of_bounds_alone_stops_the_motion(distance: Any, rule: str | None) -> None:
     site = load_site(Path(__file__).parents[1] / "data" / "bounded.yaml", Diagnostics())
     assert site is not None
     monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
@@ -256,7 +254,7 @@ _STRANGE = (nan, inf, None, "3.0", True, (1.0,), [0.25, 0.0, 0.25], 10**400, -0.
 
 
 @pytest.mark.parametrize("kind", ["move", "carry", "sweep"])
-def test_the_quick_answer_at_a_tick_is_the_slow_one(kind: str) -> None:
+def test_the_fast_check_of_a_tick_agrees_with_the_slow_one(kind: str) -> None:
     chance = Random(7)  # noqa: S311 - a test, the same every time
     site, asked = configuration().site, request("quickly", kind)
     decision = asked.decided_by(gate())

@@ -1,4 +1,4 @@
-"""A bound of a rule is where it stops to hold, whatever else the rule reads."""
+"""A bound of a rule is the value beyond which the rule fails, given the other values."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def found(rule: str, kind: str, **values: Any) -> list[tuple[str, str, float]]:
     return [(unparse(b.quantity), "at most" if b.is_upper else "at least", float(b.value)) for b in bounds]
 
 
-def test_a_constant_bounds_what_is_measured() -> None:
+def test_a_constant_bounds_a_state_variable() -> None:
     assert found("separation", "grip", human_distance=3.0) == [("human_distance", "at least", 0.5)]
     assert found("collision-force", "slide", contact_force=3.0) == [("contact_force", "at most", 65.0)]
 
 
-def test_what_is_asked_for_moves_the_bound() -> None:
+def test_a_parameter_changes_the_bound() -> None:
     slow, fast = (
         found("arm-separation", "move_tool", human_distance=3.0, speed=speed)[0] for speed in (0.1, 1.1)
     )
@@ -49,7 +49,7 @@ def test_what_is_asked_for_moves_the_bound() -> None:
     assert fast[2] - slow[2] == pytest.approx(0.275)
 
 
-def test_a_bound_under_a_condition_is_one_while_the_condition_holds() -> None:
+def test_a_conditional_bound_applies_while_its_condition_holds() -> None:
     rule = "link-speeds-near-person"
     near = found(rule, "move_tool", human_distance=1.0, link_speed=0.1)
     assert near == [("link_speed", "at most", 0.25)]
@@ -65,7 +65,7 @@ def test_each_joint_has_its_own_bounds() -> None:
     assert found_ones[-1] == ("abs(joint_velocity[j7])", "at most", 2.61)
 
 
-def test_of_what_is_unknown_nothing_is_said() -> None:
+def test_unknown_variables_give_no_bounds() -> None:
     assert found("separation", "grip") == []
     assert found("arm-separation", "move_tool", human_distance=3.0) == []
     assert found("link-speeds-near-person", "move_tool", link_speed=0.5) == []
@@ -81,7 +81,7 @@ def _moved(bound: Bound) -> Fraction:
     return bound.value + (Fraction(1, 1000) if bound.is_upper else Fraction(-1, 1000))
 
 
-def test_past_a_bound_the_rule_does_not_hold() -> None:
+def test_the_rule_fails_beyond_a_bound() -> None:
     chance = random.Random(4)  # noqa: S311 - repeats
     tried = 0
     for rule in SITE.rules:

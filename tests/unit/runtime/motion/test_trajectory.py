@@ -1,4 +1,4 @@
-"""Deciding a whole motion: each way in which one is not in order, and that nothing else objects."""
+"""Decisions about whole motions: each possible violation, and that nothing else objects."""
 
 from __future__ import annotations
 
@@ -77,18 +77,18 @@ def decided(
     return [(reason.code, reason.rule) for reason in found.reasons]
 
 
-def test_a_motion_in_order_stays_allowed() -> None:
+def test_an_acceptable_motion_stays_allowed() -> None:
     assert decided(motion()) == []
 
 
-def test_a_denied_action_and_kinds_that_are_not_governed_are_left_as_they_are() -> None:
+def test_denied_actions_and_kinds_without_motion_policy_are_unchanged() -> None:
     denied = Decision(DecisionKind.DENY, None, ())
     assert MotionDecider(POLICY).decide(denied, motion(), {}) is denied
     assert decided(None, "wait") == []
     assert MotionDecider(None).covers_kind("move") is False
 
 
-def test_a_plant_that_moves_nothing_or_cannot_do_it_is_believed() -> None:
+def test_a_plant_that_moves_nothing_or_refuses_is_trusted() -> None:
     assert decided(NoMotion("no body")) == []
     assert decided(MotionCompletion(False, "unreachable")) == []
 
@@ -128,11 +128,11 @@ def test_a_plant_that_moves_nothing_or_cannot_do_it_is_believed() -> None:
         motion(way=(1.0, 0.0, 0.0), servo=ServoBounds((0.1,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
     ],
 )
-def test_a_motion_of_which_nothing_can_be_said_is_denied(plan: Any) -> None:
+def test_a_malformed_motion_is_denied(plan: Any) -> None:
     assert decided(plan) == [("AE760", "move")]
 
 
-def test_a_motion_starts_where_the_joints_are_and_ends_where_it_is_asked_to() -> None:
+def test_a_motion_must_start_at_the_joints_and_end_at_the_target() -> None:
     assert decided(motion(), joint=0.02) == [("AE761", "joint_angle")]
     assert decided(motion(0.49)) == [("AE761", "target")]
     drive = motion(0.0, 4.0, way=(0.5, 0.0, 0.0))
@@ -140,13 +140,13 @@ def test_a_motion_starts_where_the_joints_are_and_ends_where_it_is_asked_to() ->
     assert decided(drive, "drive", x=0.502) == [("AE761", "x")]
 
 
-def test_joints_end_where_they_are_asked_to() -> None:
+def test_joints_must_end_at_their_targets() -> None:
     assert decided(motion(), "turn", angle=0.5) == []
     assert decided(motion(), "turn", angle=0.50001) == [("AE761", "angle")]
     assert decided(motion(), "turn", angle=nan) == [("AE761", "angle")]
 
 
-def test_joints_that_are_not_measured_are_a_reason() -> None:
+def test_unmeasured_joints_are_denied() -> None:
     allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.25), ())
     found = MotionDecider(POLICY).decide(allowed, motion(), {})
     assert [(reason.code, reason.rule) for reason in found.reasons] == [("AE761", "joint_angle")]
@@ -215,14 +215,14 @@ def test_each_limit_is_kept(changed: dict[str, Any], rules: list[str]) -> None:
     assert decided(motion(), policy=replace(POLICY, **changed)) == [("AE762", rule) for rule in rules]
 
 
-def test_the_tool_keeps_to_the_speed_that_was_decided() -> None:
+def test_the_tool_must_keep_to_the_decided_speed() -> None:
     # The peak is 0.234375 m/s.
     assert decided(motion(), speed=0.2345) == []
     assert decided(motion(), speed=0.2343) == [("AE762", "speed")]
     assert decided(motion(0.0, 4.0, way=(0.5, 0.0, 0.0)), "drive", x=0.5, speed=0.234) == [("AE762", "speed")]
 
 
-def test_no_link_meets_a_barrier() -> None:
+def test_no_link_may_meet_a_barrier() -> None:
     assert decided(motion(1.5, 8.0), "slide") == [("AE763", "off-the-pillar")]
     away = replace(POLICY, barriers=(replace(POLICY.barriers[0], is_in_base_frame=True),))
     beside = motion(1.5, 8.0, base=(0.0, -1.0, 0.0))
@@ -244,7 +244,9 @@ def servo(**changed: Any) -> ServoBounds:
         ({"tool_speed": 0.26}, ("AE762", "speed")),
     ],
 )
-def test_what_feedback_may_do_is_decided_too(changed: dict[str, Any], rule: tuple[str, str]) -> None:
+def test_motions_under_feedback_are_decided_by_their_bounds(
+    changed: dict[str, Any], rule: tuple[str, str]
+) -> None:
     paths = motion().joint_paths * 2
     assert decided(motion(paths=paths, servo=servo()), "slide") == []
     assert rule in decided(motion(paths=paths, servo=servo(**changed)), "slide")
@@ -283,14 +285,14 @@ def driving(since: float = 0.0, plan: Trajectory = DRIVING, is_halting: bool = F
     return ConcurrentMotion(DRIVE, plan, since, is_halting)
 
 
-def test_the_arm_moves_beside_the_base_where_both_end_as_asked() -> None:
+def test_arm_and_base_may_move_together_if_both_end_at_their_targets() -> None:
     assert beside(REACH, motion(), driving()) == []
     # Planned for where the base is now, it ends 0.4 m beyond.
     here = act("move", target=(0.438791280945, 0.239712769302, 0.5), speed=0.5)
     assert beside(here, motion(), driving()) == [("AE761", "target")]
 
 
-def test_a_drive_may_not_carry_off_what_the_arm_was_asked_to_reach() -> None:
+def test_a_drive_may_not_move_the_tool_away_from_its_target() -> None:
     reaching = ConcurrentMotion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0)
     assert beside(DRIVE, DRIVING, reaching) == []
     assert beside(DRIVE, replace(DRIVING, base_path=(0.41, 0.0, 0.0)), reaching) == [
@@ -299,7 +301,7 @@ def test_a_drive_may_not_carry_off_what_the_arm_was_asked_to_reach() -> None:
     ]
 
 
-def test_the_tool_keeps_to_its_speed_with_what_the_base_carries_it_at() -> None:
+def test_the_tool_speed_includes_the_speed_of_the_base() -> None:
     # 0.234375 m/s of the arm's own, 0.1875 m/s of the base's.
     for speed, found in ((0.423, []), (0.421, [("AE762", "speed")])):
         reach = act("move", **{**REACH.parameters, "speed": speed})
@@ -336,7 +338,7 @@ def test_limits_of_the_tool_are_kept_in_the_world(number: int) -> None:
         assert decided(motion(), policy=policy) == []
 
 
-def test_what_is_safe_alone_may_not_be_together() -> None:
+def test_motions_that_are_safe_alone_may_be_denied_together() -> None:
     # Stretched out along x the arm is clear of the wall; turned, where the base was; not turned there.
     assert decided(motion(), policy=WALLED) == []
     assert decided(motion(0.0, 4.0, way=(0.4, 0.0, 0.0)), "drive", policy=WALLED, x=0.4) == []
@@ -346,7 +348,7 @@ def test_what_is_safe_alone_may_not_be_together() -> None:
     ]
 
 
-def test_what_is_over_of_a_motion_under_way_is_not_decided_again() -> None:
+def test_the_completed_part_of_a_motion_under_way_is_not_decided_again() -> None:
     # It has passed the pillar, which only its first half is near.
     away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
     drive = act("drive", x=0.5, y=0.0, speed=0.3)
@@ -357,14 +359,14 @@ def test_what_is_over_of_a_motion_under_way_is_not_decided_again() -> None:
 
 
 @pytest.mark.parametrize("since", [nan, -inf, -1.0])
-def test_where_the_clock_says_nothing_all_of_it_is_still_to_come(since: float) -> None:
+def test_a_motion_with_an_invalid_clock_counts_as_not_begun(since: float) -> None:
     away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
     companion = ConcurrentMotion(act("drive", x=0.5, y=0.0, speed=0.3), away, since)
     reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
     assert beside(reach, motion(), companion) == [("AE763", "off-the-pillar")]
 
 
-def test_a_motion_under_way_is_where_its_time_has_it() -> None:
+def test_a_motion_under_way_is_compared_at_its_current_position() -> None:
     # Half of its time: half of its way, 0.25 rad.
     reaching = ConcurrentMotion(REACH, motion(base=(0.4, 0.0, 0.0)), 1.0)
     drive = replace(DRIVING, joint_paths=motion(0.0).joint_paths)
@@ -389,12 +391,14 @@ def test_a_motion_under_way_is_where_its_time_has_it() -> None:
         (DRIVING, ConcurrentMotion(act("slide", speed=0.25), motion(servo=servo()), 0.0)),
     ],
 )
-def test_what_cannot_be_decided_together_is_denied(plan: Trajectory, other: ConcurrentMotion) -> None:
+def test_motions_that_cannot_be_decided_together_are_denied(
+    plan: Trajectory, other: ConcurrentMotion
+) -> None:
     action = DRIVE if plan is DRIVING else REACH
     assert beside(action, plan, other) == [("AE764", action.kind)]
 
 
-def test_a_motion_that_moves_nothing_is_beside_any() -> None:
+def test_a_motion_that_moves_nothing_may_run_with_any() -> None:
     still = replace(DRIVING, base_path=NOWHERE)
     here = act("drive", x=0.0, y=0.0, speed=0.2)
     assert (

@@ -1,4 +1,4 @@
-"""Written functions accept exactly the values that `ValueChecker.unpack` accepts, and give the same scalars."""
+"""Generated functions accept the same values as `ValueChecker.unpack`, and return the same scalars."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ VALUES = _SCALARS | st.lists(_SCALARS, max_size=4) | st.lists(_SCALARS, max_size
 
 
 def in_words(form: ValueChecker, value: Any) -> dict[str, Any] | None:
-    """What `ValueChecker` itself makes of a value, None where it objects."""
+    """Return the scalars that `ValueChecker` itself unpacks, None if it objects."""
     scalars: dict[str, Any] = {}
     return scalars if form.unpack(value, scalars) is None else None
 
 
 @pytest.mark.parametrize("name", DECLARED)
 @given(value=VALUES)
-def test_a_written_function_takes_what_its_form_takes(name: str, value: Any) -> None:
+def test_a_generated_function_accepts_the_same_values_as_its_checker(name: str, value: Any) -> None:
     form = ValueChecker(DECLARED[name])
     assert repr(FunctionWriter().build_unpacker(form)(value)) == repr(in_words(form, value))
 
@@ -72,7 +72,7 @@ def test_values_at_the_edges(name: str, accepted: list[Any], refused: list[Any])
     assert [value for value in accepted if taking(value) != in_words(form, value)] == []
 
 
-def test_a_range_that_is_implied_is_not_checked_and_the_type_is() -> None:
+def test_an_implied_range_is_not_checked_but_the_type_is() -> None:
     writer = FunctionWriter()
     writer.implied = frozenset({"x"})
     taking = writer.build_unpacker(ValueChecker(DECLARED["number"]))
@@ -80,7 +80,7 @@ def test_a_range_that_is_implied_is_not_checked_and_the_type_is() -> None:
     assert taking(100) == {"x": 100.0}
 
 
-def test_a_failed_check_leaves_by_the_statement_that_is_asked_for() -> None:
+def test_a_failed_check_leaves_by_the_given_exit_statement() -> None:
     writer = FunctionWriter()
     writer.exit_statement = "return 'left'"
     writer.write_guard("value > 1")
@@ -92,7 +92,7 @@ def test_a_failed_check_leaves_by_the_statement_that_is_asked_for() -> None:
     assert (function(1), function(2)) == ("left", "stayed")
 
 
-def test_written_code_reaches_no_builtins() -> None:
+def test_generated_code_reaches_no_builtins() -> None:
     writer = FunctionWriter()
     with pytest.raises(NameError, match="open"):
         writer.compile_function("check", ["def check():", "  return open"])()

@@ -1,4 +1,4 @@
-"""Readings in columns: whoever looks at them sees what is seen of the same readings one by one."""
+"""Snapshots give the same results everywhere as the same readings one by one."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _moment(values: dict[str, Any], order: ColumnNames = _ORDER, time: Any = NOW
     return Snapshot(order, tuple(values[name] for name in order.names), time)
 
 
-def test_the_gate_decides_moments_as_readings_one_by_one() -> None:
+def test_the_gate_decides_snapshots_like_individual_readings() -> None:
     chance = Random(11)  # noqa: S311 - a test, the same every time
     afresh = CompiledGate(configuration())
     fewer = ColumnNames(set(STATE) - {"wind"})
@@ -60,11 +60,11 @@ def test_the_gate_decides_moments_as_readings_one_by_one() -> None:
     assert 200 < allowed < 3800
 
 
-def test_what_was_never_made_as_a_moment_is_denied() -> None:
+def test_an_uninitialized_snapshot_is_denied() -> None:
     assert denied(replace(request(), readings=object.__new__(Snapshot))) == [("AE701", "state")]
 
 
-def test_a_moment_is_its_readings() -> None:
+def test_a_snapshot_equals_its_readings() -> None:
     values = dict(STATE)
     moment = _moment(values)
     assert moment == measured(values)
@@ -79,12 +79,12 @@ def test_a_column_has_a_value_for_each_name(column: Any) -> None:
         Snapshot(_ORDER, column, NOW)
 
 
-def test_names_are_texts() -> None:
+def test_column_names_must_be_str() -> None:
     with pytest.raises(MisuseError):
         ColumnNames([1, 2])  # type: ignore[list-item]
 
 
-def test_moments_are_told_as_readings_one_by_one() -> None:
+def test_snapshots_are_encoded_like_individual_readings() -> None:
     chance = Random(12)  # noqa: S311 - a test, the same every time
     teller = IncrementalReadingsEncoder()
     values = dict(STATE)
@@ -97,7 +97,7 @@ def test_moments_are_told_as_readings_one_by_one() -> None:
         assert teller.encode(moment) == encode_readings(dict(moment))
 
 
-def test_a_skill_sees_of_moments_what_it_sees_of_readings_one_by_one() -> None:
+def test_a_skill_sees_the_same_of_snapshots_and_individual_readings() -> None:
     chance = Random(13)  # noqa: S311 - a test, the same every time
     (ecm,), site = configuration().modules.values(), configuration().site
     sensed, other = ObservationFilter(ecm, site), ObservationFilter(ecm, site)
