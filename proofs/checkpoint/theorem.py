@@ -341,6 +341,12 @@ def _claim(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_START_ATTEMPT: Final = (
+    "        self._progress.start_attempt("
+    "at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n"
+)
+_START_STEP: Final = "        started = self._attempts.start(role, step.module, step.skill, inputs)\n"
+
 THEOREM = Theorem(
     "a resumed agent repeats no step that was acknowledged, nor one that happened before it crashed",
     {"base": _base, "step": _step, "crash": _crash, "claim": _claim},
@@ -349,12 +355,8 @@ THEOREM = Theorem(
             "begins-before-it-keeps-that",
             "claim",
             PLAN_EXECUTOR,
-            (
-                "        self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n"
-                "        begun = self._attempts.start(role, step.module, step.skill, inputs)\n"
-            ),
-            "        begun = self._attempts.start(role, step.module, step.skill, inputs)\n"
-            "        self._progress.start(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n",
+            _START_ATTEMPT + _START_STEP,
+            _START_STEP + _START_ATTEMPT,
         ),
         Mutant(
             "forgets-how-a-try-ended",

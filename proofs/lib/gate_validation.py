@@ -165,7 +165,9 @@ def _given(code: ModuleSource) -> TheoremObligation:
                 # A default that is declared is of its form: AE111 and its like refuse any other.
                 return None if value == 0.5 or ask(f"formed.{value.name}") else Reason("AE704", name, "")
 
-            return SimpleNamespace(take=take, declared=SimpleNamespace(default=default, range=UNIT_RANGE))
+            return SimpleNamespace(
+                take=take, declared=SimpleNamespace(default_value=default, range=UNIT_RANGE)
+            )
 
         given = {name: lambda name=name: GivenValue(name, ask) for name in ("speed", "size")}
         forms = {"speed": form("speed", None), "size": form("size", Fraction(1, 2))}
