@@ -74,7 +74,7 @@ class _CancelScope:
     children: list[_CancelScope] = field(default_factory=list)
 
     def cancel(self, reason: str) -> Iterator[StepHandle]:
-        """Forbid further starts in this scope and yield the steps that are running."""
+        """Forbid further starts in this scope and yield its running steps."""
         self.cancel_reason = self.cancel_reason or reason
         yield from sorted(self.running)
         for scope in self.children:

@@ -63,7 +63,7 @@ class _GraphBuilder:
         return parts
 
     def _step(self, state: State, choice: GroundSkill) -> tuple[PlanStep, list[State]]:
-        """Return the step with the most recovery that the strategy covers, and the states of its successes."""
+        """Return the step with the most recovery that the strategy covers, and its success states."""
         cure = self._recovery_for(state, choice)
         for retry, helper in [*([(self._retries, cure)] if cure else []), (self._retries, None), (0, None)]:
             successes, visited, is_of_use = self._attempt_states(state, choice, retry, helper)
@@ -81,7 +81,7 @@ class _GraphBuilder:
             return False
 
     def _recovery_for(self, state: State, choice: GroundSkill) -> GroundSkill | None:
-        """Return the strategy's reaction to failure of the choice, if it is one skill that fits `on_failure`."""
+        """Return the strategy's reaction to failure, if it is one skill that fits `on_failure`."""
         wanted: dict[GroundSkill, None] = {}
         for then, outcome, _ in self._domain.after(choice, state):
             chosen = self._strategy.chosen.get(then)
