@@ -88,7 +88,7 @@ def _agent(code: ModuleSource) -> ProcessGraph:
         try:
             with identity.acquire_identity(_FolderStub(), "name"):
                 _run_agent(do)
-        except identity.RefusedError:
+        except identity.AgentError:
             return "refused"
         except RuntimeError:
             return "broken"
