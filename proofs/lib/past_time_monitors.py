@@ -116,9 +116,9 @@ class _GeneratedMonitor:
     """
 
     def __init__(self, code: ModuleSource, term: t.Term, max_count: int) -> None:
-        collected = code.module(PAST_TIME, MAX_OCCURRENCE_COUNT=max_count).Histories()
-        self.flat: t.Term = collected.flat(term, _ANY_TIME)
-        self.histories = collected.kept
+        collected = code.module(PAST_TIME, MAX_OCCURRENCE_COUNT=max_count).HistoryCollector()
+        self.flat: t.Term = collected.replace_past_terms(term, _ANY_TIME)
+        self.histories = collected.collected
         self._writer = _writer_of(code.module(HISTORY))(_site(self.histories))
         self.advance = self._writer.build_function()
         self._first = {name: self[name] for name in self.advance.__code__.co_freevars}
@@ -145,19 +145,19 @@ class _GeneratedMonitor:
 
 def _site(histories: Sequence[History]) -> Any:
     declared = {one.declared.name: one.declared for one in histories}
-    return SimpleNamespace(state=_STATE, histories=histories, observed={**_STATE, **declared})
+    return SimpleNamespace(state=_STATE, histories=histories, observed_variables={**_STATE, **declared})
 
 
 def _writer_of(history: Any) -> Any:
-    class Writer(history._Writer):  # type: ignore[misc]
+    class Writer(history._HistoryWriter):  # type: ignore[misc]
         """The writer of the step, with readings and windows put aside."""
 
-        def reading(self, form: Any) -> None:
+        def write_reading(self, form: Any) -> None:
             (name,) = form.names
             self.local[name] = f"x{len(self.local)}"
-            self.require(f"serves({name!r})")
-            self.line(f"time = time_of({name!r})")
-            self.line(f"{self.local[name]} = value_of({name!r})")
+            self.write_guard(f"serves({name!r})")
+            self.add_line(f"time = time_of({name!r})")
+            self.add_line(f"{self.local[name]} = value_of({name!r})")
 
         def _is_recent(self, time: str, within: Fraction | None) -> str:
             number = "None" if within is None else repr(float(within))
@@ -321,7 +321,7 @@ def execute_is_recent(code: ModuleSource, length: Fraction) -> DecisionDiagram:
     history = code.module(HISTORY, using=(time_windows.window_module(code),))
 
     def run(ask: DecideBranch) -> str:
-        writer = history._Writer(_site(()))
+        writer = history._HistoryWriter(_site(()))
         expression = writer._is_recent("time", length)
         time: Any = -inf if ask("(= which never)") else time_windows.SymbolicDouble("earlier", ask)
         if ask("(= which first)"):
@@ -353,7 +353,7 @@ def execute_traces(code: ModuleSource, text: str, moments: int) -> DecisionDiagr
         for number in range(moments):
             now = _SymbolicTime(f"time.{number}", ask)
             values = {name: ask(f"{name}.{number}") for name in read}
-            looked_at.append(semantics.Moment(now, values))
+            looked_at.append(semantics.TimedState(now, values))
             monitor.with_stubs(
                 serves=lambda _: True,
                 time_of=lambda _, now=now: now,

@@ -106,14 +106,14 @@ class _PathStub:
 
 
 class _LockStubs:
-    """The locks of `Live`, by their parity."""
+    """The locks of `ControlPage`, by their parity."""
 
     def __getitem__(self, parity: str) -> _PathStub:
         return _PathStub(f"motion-{parity}.lock")
 
 
 def _control_page(code: ModuleSource, who: str, do: PerformStep) -> Any:
-    """The `Live` of this process, made of the shipped module."""
+    """The `ControlPage` of this process, made of the shipped module."""
 
     def flock(lock: _PathStub, how: int) -> None:
         parity = lock.name.removeprefix("motion-").removesuffix(".lock")
@@ -132,7 +132,7 @@ def _control_page(code: ModuleSource, who: str, do: PerformStep) -> Any:
         int=SimpleNamespace(from_bytes=lambda page, _: page),
         _open_file=lambda path: path,
     )
-    live = module.Live.__new__(module.Live)
+    live = module.ControlPage.__new__(module.ControlPage)
     live._folder, live._page, live._locks, live._file = _PathStub(), _PageStub(who, do), _LockStubs(), -1
     return live, module
 
@@ -162,7 +162,7 @@ class _DatabaseStub:
 
 
 def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
-    """The `Registry` of this process and its `Live`, made of the shipped modules."""
+    """The `Registry` of this process and its `ControlPage`, made of the shipped modules."""
     readings = iter(range(1, 9))
     live, live_module = _control_page(code, who, do)
     records = code.module(REGISTRY_STORE)
@@ -190,7 +190,7 @@ def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
     )
     registry = module.Registry.__new__(module.Registry)
     registry.folder, registry._key = _PathStub(), _PathStub()
-    registry._records = records.Records.__new__(records.Records)
+    registry._records = records.RegistryStore.__new__(records.RegistryStore)
     registry._records._open = opened
     return registry, live
 
@@ -217,21 +217,21 @@ def _change_process(code: ModuleSource) -> ProcessGraph:
 
 
 def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
-    """`Registry.agreed`: whoever executes asks what is in force, and tells of a change that is not kept."""
+    """`Registry.committed_snapshot`: whoever executes asks what is in force, and tells of a change that is not kept."""
 
     def run(do: PerformStep) -> str:
         registry, live = _registry(code, who, do)
-        return "wait" if registry.agreed(live) is None else "follow"
+        return "wait" if registry.committed_snapshot(live) is None else "follow"
 
     return execute_process(run)
 
 
 def _executor_process(code: ModuleSource) -> ProcessGraph:
-    """`Live.acting`: under its lock an action of the generation that is followed begins and ends."""
+    """`ControlPage.hold_generation`: under its lock an action of the generation that is followed begins and ends."""
 
     def run(do: PerformStep) -> str:
         live, _ = _control_page(code, "act", do)
-        with live.acting(_Generation("act.followed", do)) as in_force:
+        with live.hold_generation(_Generation("act.followed", do)) as in_force:
             if in_force:
                 do("move")
         return "rest"
@@ -434,9 +434,9 @@ def _base(code: ModuleSource) -> TheoremObligation:
 
 _PROCESS_DESCRIPTIONS: Final = {
     "change": "a change: `Registry._change_lock`, `_commit`",
-    "look": "an executor that asks what is in force: `Registry.agreed`",
+    "look": "an executor that asks what is in force: `Registry.committed_snapshot`",
     "other": "any other executor that asks",
-    "act": "an executor that begins or ends an action: `Live.acting`",
+    "act": "an executor that begins or ends an action: `ControlPage.hold_generation`",
     "end": "any process that ends, is killed or begins anew, or an executor that follows what it was told",
 }
 

@@ -78,7 +78,8 @@ def _peak_bound(order: int, code: ModuleSource) -> TheoremObligation:
         s = _derivative(s)
     bound = smt_literal(Fraction(code.module(KINEMATIC_BOUNDS).TIMING_PEAKS[order - 1]))
     return TheoremObligation(
-        f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than `TIMING_PEAKS`.",
+        f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than"
+        " `TIMING_PEAKS`.",
         (SIZE, "(declare-const u Real)", f"(define-fun derivative () Real {s.term()})"),
         f"(<= (size derivative) {bound})",
         assumptions={"in-the-motion": "(<= 0.0 u 1.0)"},
