@@ -27,6 +27,7 @@ from proofs.lib.process_model import (
     transition,
 )
 
+FILES: Final = "aeros.files"
 CONTROL_PAGE: Final = "aeros.runtime.registry.control_page"
 REGISTRY_STORE: Final = "aeros.runtime.registry.store"
 REGISTRY: Final = "aeros.runtime.registry.registry"
@@ -124,9 +125,11 @@ def _control_page(code: ModuleSource, who: str, do: PerformStep) -> Any:
 
     # Whoever waits looks once, and has no patience left: to look again changes nothing.
     times = count(step=1e6)
+    stubbed_fcntl = _fcntl(flock)
     module = code.module(
         CONTROL_PAGE,
-        fcntl=_fcntl(flock),
+        using=(code.module(FILES, fcntl=stubbed_fcntl),),
+        fcntl=stubbed_fcntl,
         os=SimpleNamespace(close=lambda _: None),
         time=SimpleNamespace(monotonic=lambda: next(times), sleep=lambda _: None),
         int=SimpleNamespace(from_bytes=lambda page, _: page),
