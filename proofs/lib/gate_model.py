@@ -414,7 +414,7 @@ def execute_criteria(code: ModuleSource, variant: GateVariant = ANY_CONFIGURATIO
                 yield Reason("AE742", "q", "")
 
         decider = _decider(gate, ask, variant, (_QUOTA,), finite_objections=finite_objections)
-        criteria = decider._straight.get(("m", "k", "a"))
+        criteria = decider._fast_paths.get(("m", "k", "a"))
         if criteria is None:
             return "no-short-way"
         return smt_apply(
