@@ -308,7 +308,7 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
         )
         key = SimpleNamespace(
             id=SymbolicValue("key-id", ask),
-            verify=lambda signature, said: ask(f"(has-signed {signature.term} {said.term})"),
+            verify=lambda signature, message: ask(f"(has-signed {signature.term} {message.term})"),
         )
         watch = module.CheckpointVerifier(
             key, _checkpoint_terms(module, "anchor", ask) if ask("anchored") else None
@@ -334,10 +334,10 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
 
 
 def _signature(code: ModuleSource) -> TheoremObligation:
-    said = smt_apply("message", *(f"found.{name}" for name in _STATEMENT_FIELDS[:-1]))
+    message = smt_apply("message", *(f"found.{name}" for name in _STATEMENT_FIELDS[:-1]))
     return TheoremObligation(
-        "A checkpoint that `CheckpointVerifier` lets pass stands where the writer's chain had the hash that it\n"
-        "has before it: `hash-at` is that of the writer's log, which has the id `log-id`.",
+        "A checkpoint that `CheckpointVerifier` lets pass stands where the writer's chain had the hash\n"
+        "that it has before it: `hash-at` is that of the writer's log, which has the id `log-id`.",
         (
             *_VERIFIER_SORTS,
             "(declare-fun hash-at (Int) String)",
@@ -347,7 +347,7 @@ def _signature(code: ModuleSource) -> TheoremObligation:
         "(=> (and ((_ is watched) after) is-checkpoint (= known log-id)) (= previous (hash-at place)))",
         tables=(SymbolicFunction("after", "Watched", _execute_checkpoint_verifier(code)),),
         assumptions={
-            "no-forgery": f"(=> (and (has-signed found.signature {said}) (= found.log log-id))"
+            "no-forgery": f"(=> (and (has-signed found.signature {message}) (= found.log log-id))"
             " (= found.head (hash-at found.sequence)))",
         },
     )
@@ -355,8 +355,8 @@ def _signature(code: ModuleSource) -> TheoremObligation:
 
 def _anchor(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
-        "With an anchor, `CheckpointVerifier` lets pass at its place only a record that comes after the hash\n"
-        "that the anchor has, in a log with the anchor's first record; and the first record stays known.",
+        "With an anchor, `CheckpointVerifier` lets pass at its place only a record that comes after the\n"
+        "hash that the anchor has, in a log with the anchor's first record; and the first record stays known.",
         _VERIFIER_SORTS,
         "(=> (and ((_ is watched) after) anchored) (and"
         " (=> (= place 0) (= own anchor.log))"

@@ -74,7 +74,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
 
     def run(do: PerformStep) -> str:
         kept = _newest_checkpoint(do, modules)
-        told = do("read-record", *_EVENT_CODES)
+        recorded = do("read-record", *_EVENT_CODES)
         world = _world(do("measure", "unknown", "yes", "no"))
         attempts = _stubbed_attempts(do, modules, world)
         one = pursuit.TaskLoop.__new__(pursuit.TaskLoop)
@@ -86,7 +86,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
         one._is_goal_reached = lambda: False
         one._make_verified_plan = lambda: _GRAPH
         one._idle = lambda: None
-        one.resume(kept, _record(told))
+        one.resume(kept, _record(recorded))
         one._run_until_goal()
         return "over"
 
@@ -143,11 +143,11 @@ def _checkpoint_facts(made: Any) -> str:
     return f"{state} {'planned' if made.plan else 'planless'} {'barred' if made.uncertain_steps else 'free'}"
 
 
-def _record(told: str) -> list[AuditEvent]:
+def _record(recorded: str) -> list[AuditEvent]:
     details = {"module": "m", "skill": "k", "inputs": {}}
     began = AuditEvent(_HEAD.records, "step-began", details)
     ended = AuditEvent(_HEAD.records + 1, "step-ended", {**details, "status": "finished", "reason": ""})
-    return {"nothing": [], "began": [began], "ended": [began, ended]}[told]
+    return {"nothing": [], "began": [began], "ended": [began, ended]}[recorded]
 
 
 def _world(measured: str) -> Any:

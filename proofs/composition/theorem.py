@@ -98,7 +98,8 @@ def _joint_decision_obligation(code: ModuleSource) -> TheoremObligation:
         return "same" if decided == given else "wrong"
 
     return TheoremObligation(
-        "`_Decider.decide_jointly` forwards what was to be forwarded where nothing objects, and else nothing.",
+        "`_Decider.decide_jointly` forwards what was to be forwarded where nothing objects, and else\n"
+        "nothing.",
         (
             "(declare-datatypes ((Beside 0)) (((same) (deny) (wrong))))",
             "(declare-const nothing-objects Bool)",
@@ -161,8 +162,8 @@ def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
     obeyed = smt_and(("obeys-alone", "motion-obeys", *(f"obeys.{name}" for name in _OTHERS)))
     names = ("obeys-alone", "motion-obeys", "is-protective", *(f"obeys.{name}" for name in _OTHERS))
     return TheoremObligation(
-        "`DecisionPipeline.decide` begins an action only if it obeys by itself, beside all that is under way, those\n"
-        "that come to rest included, and in its motion; or it is a protective stop, which ends the others.",
+        "`DecisionPipeline.decide` begins an action only if it obeys by itself, beside all that is under\n"
+        "way, those that come to rest included, and in its motion; or it is a protective stop, which ends the others.",
         (
             "(declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))",
             *(f"(declare-const {name} Bool)" for name in names),
@@ -397,7 +398,7 @@ THEOREM = Theorem(
             "tells-all",
             CLEAN_UP,
             ("        if step.active_motion is None:\n            step.result = ending\n"),
-            "        if step.active_motion is None or step.result is None:\n            step.result = result\n",
+            "        if step.active_motion is None or step.result is None:\n            step.result = ending\n",
         ),
         Mutant(
             "takes-all-to-have-ended",

@@ -120,8 +120,8 @@ def _proved(code: ModuleSource) -> TheoremObligation:
 
     same = smt_and(f"(= certificate.{name} {name})" for name in subject)
     return TheoremObligation(
-        "`Configuration.proved_obligations` has a claim exactly where the certificate is of this module, this manifest\n"
-        "and this site, and calls the claim PROVED.",
+        "`Configuration.proved_obligations` has a claim exactly where the certificate is of this\n"
+        "module, this manifest and this site, and calls the claim PROVED.",
         (
             "(declare-sort Text 0)",
             "(declare-const certified Bool)",

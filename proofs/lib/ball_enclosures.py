@@ -83,8 +83,8 @@ def _sweep(code: ModuleSource) -> TheoremObligation:
         f"(* {kinematic_chain.axis_distance(joint)} r.{joint})" for joint in kinematic_chain.JOINTS
     )
     return TheoremObligation(
-        "`chord_terms` and `chord_deviation_bound`: the edges are those of the derivative along the way, and how near\n"
-        "the point stays is what the rest can do: first derivatives beside it, and Taylor's remainder.",
+        "`chord_terms` and `chord_deviation_bound`: the edges are those of the derivative along the\n"
+        "way, and how near the point stays is what the rest can do: first derivatives beside it, and Taylor's remainder.",
         (
             SIZE,
             *kinematic_chain.CHAIN,
@@ -247,7 +247,8 @@ def _chord_parts(which: str, code: ModuleSource) -> TheoremObligation:
 
     place = {"first": "(/ x 2.0)", "second": "(/ (+ 1.0 x) 2.0)", "rest": "(+ u (* (- 1.0 u) x))"}[which]
     return TheoremObligation(
-        f"`{'_split_after' if which == 'rest' else 'split_in_half'}`: the {which} of a piece is where that is.",
+        f"`{'_split_after' if which == 'rest' else 'split_in_half'}`: "
+        f"the {which} of a piece is where that is.",
         declare_reals("x", "u", *_CORNERS),
         f"(= {_evaluate_piece('x', tuple(f'part.{one}' for one in _CORNERS))}"
         f" {_evaluate_piece(place, tuple(_CORNERS))})",

@@ -152,7 +152,7 @@ def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
         caller=None,
         name=name,
         requested_action=None,
-        has_begun=True,
+        is_running=True,
         is_finished=not moves and ask(f"{name}.finished"),
         deadline=0.0 if ask(f"{name}.late") else 1.0,
         active_motion=active_motion,

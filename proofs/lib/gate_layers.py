@@ -172,7 +172,8 @@ def _override(code: ModuleSource) -> TheoremObligation:
 
     matched = smt_and(f"(or any-{name} (= blocked-{name} asking-{name}))" for name in _FIELDS)
     return TheoremObligation(
-        "`OperatorOverride.matches` exactly where every field that the operator gave is that of who asks, and what for.",
+        "`OperatorOverride.matches` exactly where every field that the operator gave is that of who asks,\n"
+        "and what for.",
         (
             "(declare-sort Name 0)",
             *_constants("Bool", (f"any-{name}" for name in _FIELDS)),

@@ -109,8 +109,8 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
     )
     return TheoremObligation(
         "`SnapshotCache.scalars` answers exactly where all of a moment are declared state variables, of\n"
-        "their forms and no lists, whatever it kept of an earlier one; with the scalars of these very values.\n"
-        "What it keeps is then this moment, or what it had.",
+        "their forms and no lists, whatever it kept of an earlier one; with the scalars of these very\n"
+        "values. What it keeps is then this moment, or what it had.",
         _DECLARATIONS,
         f"(and (= all-can (not (= (answer found) refused))) (=> all-can (and {right}))"
         " (or (keeps-what-it-had found) (and all-can (keeps-this found))))",

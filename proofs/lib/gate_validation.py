@@ -143,8 +143,8 @@ def _unpacking_obligation(name: str, code: ModuleSource) -> TheoremObligation:
         return "taken" if is_whole and _is_number_or(value, found.values()) else "wrong"
 
     return TheoremObligation(
-        f"The function that `FunctionWriter.build_unpacker` writes takes a value of `{name}` exactly where it has\n"
-        "the declared type and is in range, and gives these very scalars.",
+        f"The function that `FunctionWriter.build_unpacker` writes takes a value of `{name}` exactly where\n"
+        "it has the declared type and is in range, and gives these very scalars.",
         (*DECLARATIONS, *SPECIFICATION, "(declare-datatypes ((Taken 0)) (((taken) (not-taken) (wrong))))"),
         f"(= found (ite formed.{name} taken not-taken))",
         tables=(SymbolicFunction("found", "Taken", execute_symbolically(run, raising="wrong")),),
@@ -174,8 +174,8 @@ def _given(code: ModuleSource) -> TheoremObligation:
         return list(request_check.unpack_arguments(forms, NamedValues("parameters", ask, given), "", {}))
 
     return _obligation(
-        "`unpack_arguments` has no objection exactly where all is there that has no default, nothing strange is,\n"
-        "and each value is of its form.",
+        "`unpack_arguments` has no objection exactly where all is there that has no default, nothing\n"
+        "strange is, and each value is of its form.",
         run,
         "(and (not parameters.strange-name) has.speed formed.speed (=> has.size formed.size))",
     )

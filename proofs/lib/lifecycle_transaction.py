@@ -80,8 +80,8 @@ def _transaction(code: ModuleSource) -> TheoremObligation:
 
     invariant = replace.invariant_formula("pc", facts)
     return TheoremObligation(
-        "`RegistryStore.replace`: base and step of an invariant by which, wherever it fails or is killed, all\n"
-        "that it writes is on the disk, or nothing; once it returns, all.",
+        "`RegistryStore.replace`: base and step of an invariant by which, wherever it fails or is killed,\n"
+        "all that it writes is on the disk, or nothing; once it returns, all.",
         (
             *declare_state(_DISK),
             f"(define-fun invariant () Bool {invariant})",

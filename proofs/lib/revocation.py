@@ -220,7 +220,7 @@ def _change_process(code: ModuleSource) -> ProcessGraph:
 
 
 def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
-    """`Registry.committed_snapshot`: whoever executes asks what is in force, and tells of a change that is not kept."""
+    """`Registry.committed_snapshot`: an executor asks what is in force, and undoes a change that was not kept."""
 
     def run(do: PerformStep) -> str:
         registry, live = _registry(code, who, do)
@@ -230,7 +230,7 @@ def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
 
 
 def _executor_process(code: ModuleSource) -> ProcessGraph:
-    """`ControlPage.hold_generation`: under its lock an action of the generation that is followed begins and ends."""
+    """`ControlPage.hold_generation`: an action of the followed generation begins and ends under its lock."""
 
     def run(do: PerformStep) -> str:
         live, _ = _control_page(code, "act", do)
@@ -463,7 +463,7 @@ def _claim(code: ModuleSource) -> TheoremObligation:
         for at, way in enumerate(programs["act"].paths)
         if _done_since(way, "move", "release (mod act.followed 2)")
     )
-    told = smt_and(
+    consistent = smt_and(
         f"(=> (= {who}.pc {at}) (= {who}.policy-1 {who}.modules-1 {who}.blocks-1))"
         for who in _OBSERVERS
         for at, result in programs[who].end_results.items()
@@ -473,5 +473,5 @@ def _claim(code: ModuleSource) -> TheoremObligation:
         "Where the invariant holds, nothing moves that was decided under a configuration older than one\n"
         "whose change has returned; and what is followed is one configuration whole, not half of two.",
         _definitions(programs),
-        f"(=> invariant (and (=> {moving} (<= returned act.followed kept)) {told}))",
+        f"(=> invariant (and (=> {moving} (<= returned act.followed kept)) {consistent}))",
     )

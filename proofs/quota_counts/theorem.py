@@ -35,7 +35,7 @@ def _window(length: Fraction, code: ModuleSource) -> TheoremObligation:
 
     bounds = time_windows.neighbouring_doubles(length)
     return TheoremObligation(
-        f"`Window.contains` exactly where one time is at most {length} s after another; that is\n"
+        f"`TimeWindow.contains` exactly where one time is at most {length} s after another; that is\n"
         f"{'a double' if bounds['below'] == bounds['above'] else 'no double'}.",
         time_windows.TIMES,
         f"(= spans (<= {time_windows.TIME_DIFFERENCE} {smt_literal(length)}))",
@@ -117,7 +117,8 @@ def _executed(code: ModuleSource) -> TheoremObligation:
 
     return TheoremObligation(
         "After `QuotaUsageCounter.count_execution`, what is kept still tells at any later time how many\n"
-        "actions the window holds, up to the quota's number, however many there have been; a clock that goes back is refused.",
+        "actions the window holds, up to the quota's number, however many there have been; a clock\n"
+        "that goes back is refused.",
         _USAGE_SORT,
         "(ite (< now (latest-of before)) (= after refused)"
         " (and (not (= after refused)) (in-order after) (= (latest-of after) now)"

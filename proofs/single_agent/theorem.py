@@ -223,7 +223,9 @@ THEOREM = Theorem(
             "claim",
             IDENTITY,
             "if time.monotonic() >= latest:",
-            "if time.monotonic() >= latest + 1:\n                    break\n                if timeout_s < 0:",
+            "if time.monotonic() >= latest + 1:\n"
+            "                    break\n"
+            "                if timeout_s < 0:",
         ),
         Mutant(
             "lets-go-before-it-lives",

@@ -82,8 +82,8 @@ def _motion(name: str, code: ModuleSource) -> TheoremObligation:
         "turn": _sum(_scale_vector(f"first.{joint}", turning[joint]) for joint in _JOINTS),
     }
     return TheoremObligation(
-        "`_point_derivatives` gives the first and second derivative of the tool's place by the parameter, and the\n"
-        "rate of its rotation, where the joints' are these.",
+        "`_point_derivatives` gives the first and second derivative of the tool's place by the parameter,\n"
+        "and the rate of its rotation, where the joints' are these.",
         (
             *kinematic_chain.POINTS,
             *declare_reals(*(f"{what}.{joint}" for what in ("first", "second") for joint in _JOINTS)),
@@ -113,8 +113,8 @@ def _third(code: ModuleSource) -> TheoremObligation:
     every += [f"(* 3.0 reach.{max(i, j)} b.{i} a.{j})" for i, j in product(_JOINTS, repeat=2)]
     every += [f"(* reach.{max(i, j, k)} a.{i} a.{j} a.{k})" for i, j, k in product(_JOINTS, repeat=3)]
     return TheoremObligation(
-        "`_third_derivative_bound` is the sum of what bounds each part of the third derivative: by one, by two and by three\n"
-        "joints, each as long as the reach of the outermost at most.",
+        "`_third_derivative_bound` is the sum of what bounds each part of the third derivative: by one,\n"
+        "by two and by three joints, each as long as the reach of the outermost at most.",
         (*_BOUNDED, *declare_reals(*(f"reach.{joint}" for joint in _JOINTS))),
         f"(= third {sum_terms(every)})",
         tables=(SymbolicFunction("third", "Real", execute_symbolically(run)),),
@@ -381,8 +381,8 @@ def _path(code: ModuleSource) -> TheoremObligation:
     numbers = range(6)
     on = [smt_and(f"(<= is.{number} {piece}.{number})" for number in numbers) for piece in ("one", "other")]
     return TheoremObligation(
-        "`tool_rates` has `rates_in_time` bound the rates of a tool whose derivatives by s are bounded: on a path\n"
-        "of two, a piece runs twice as fast.",
+        "`tool_rates` has `rates_in_time` bound the rates of a tool whose derivatives by s are bounded:\n"
+        "on a path of two, a piece runs twice as fast.",
         declare_reals("duration", "limit", *(f"{of}.{n}" for of in ("one", "other", "is") for n in numbers)),
         smt_and(
             f"(<= (* {2**order}.0 is.{number}) by-s.{number})"
