@@ -356,7 +356,8 @@ def _signature(code: ModuleSource) -> TheoremObligation:
 def _anchor(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
         "With an anchor, `CheckpointVerifier` lets pass at its place only a record that comes after the\n"
-        "hash that the anchor has, in a log with the anchor's first record; and the first record stays known.",
+        "hash that the anchor has, in a log with the anchor's first record; and the first record"
+        " stays known.",
         _VERIFIER_SORTS,
         "(=> (and ((_ is watched) after) anchored) (and"
         " (=> (= place 0) (= own anchor.log))"

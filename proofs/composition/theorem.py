@@ -163,7 +163,8 @@ def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
     names = ("obeys-alone", "motion-obeys", "is-protective", *(f"obeys.{name}" for name in _OTHERS))
     return TheoremObligation(
         "`DecisionPipeline.decide` begins an action only if it obeys by itself, beside all that is under\n"
-        "way, those that come to rest included, and in its motion; or it is a protective stop, which ends the others.",
+        "way, those that come to rest included, and in its motion; or it is a protective stop,"
+        " which ends the others.",
         (
             "(declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))",
             *(f"(declare-const {name} Bool)" for name in names),
@@ -398,7 +399,8 @@ THEOREM = Theorem(
             "tells-all",
             CLEAN_UP,
             ("        if step.active_motion is None:\n            step.result = ending\n"),
-            "        if step.active_motion is None or step.result is None:\n            step.result = ending\n",
+            "        if step.active_motion is None or step.result is None:\n"
+            "            step.result = ending\n",
         ),
         Mutant(
             "takes-all-to-have-ended",

@@ -95,8 +95,8 @@ def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
     wanted += [f"(rule.b.p {first} r q)" for first in ("p", "(inwards (rule.a.p p r q))")]
     wanted += ["(rule.b.r (inwards (rule.a.p p r q)) r q)"]
     return TheoremObligation(
-        "`attenuate_parameters` enlarges no parameter, whatever the rules declare, and leaves alone what they\n"
-        "do not speak of.",
+        "`attenuate_parameters` enlarges no parameter, whatever the rules declare, and leaves alone\n"
+        "what they do not speak of.",
         declarations,
         "(and (<= (size (p-of less)) (size p)) (<= (size (r-of less)) (size r)) (= (q-of less) q))",
         tables=(SymbolicFunction("less", "Parameters", execute_symbolically(run)),),

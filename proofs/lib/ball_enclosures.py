@@ -84,7 +84,8 @@ def _sweep(code: ModuleSource) -> TheoremObligation:
     )
     return TheoremObligation(
         "`chord_terms` and `chord_deviation_bound`: the edges are those of the derivative along the\n"
-        "way, and how near the point stays is what the rest can do: first derivatives beside it, and Taylor's remainder.",
+        "way, and how near the point stays is what the rest can do: first derivatives beside it,"
+        " and Taylor's remainder.",
         (
             SIZE,
             *kinematic_chain.CHAIN,

@@ -110,8 +110,8 @@ def allow_implies_conditions(shape: _RequestShape) -> TheoremObligation:
     """Where it speaks, all is well-formed; where it allows, all that it evaluates holds."""
     return TheoremObligation(
         "The function that `compile_fast_path` writes answers only where everything is well-formed,\n"
-        "readings one by one or of one moment, and allows only what is asked for, where quotas are left and envelope\n"
-        "and residue hold of these very values.",
+        "readings one by one or of one moment, and allows only what is asked for, where quotas are\n"
+        "left and envelope and residue hold of these very values.",
         (*DECLARATIONS, *SPECIFICATION, _FAST_PATH_SORT),
         "(and (not (= found wrong))"
         f" (or (= found short-silent) (and {' '.join(shape.well_formed)}))"

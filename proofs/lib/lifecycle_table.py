@@ -182,7 +182,8 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
     flags = ("needs-another", "proved", "all-proved", "as-proved", "as-installed")
     return TheoremObligation(
         "`Registry._prove_snapshot` and `prove_configuration` put a module in force only where it is\n"
-        "active, is the one that was installed, is proved, with all others, as it is then read, and what it needs is active.",
+        "active, is the one that was installed, is proved, with all others, as it is then read,"
+        " and what it needs is active.",
         (
             _datatype("State", ModuleState),
             "(declare-const state State)",

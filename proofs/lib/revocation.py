@@ -220,7 +220,7 @@ def _change_process(code: ModuleSource) -> ProcessGraph:
 
 
 def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
-    """`Registry.committed_snapshot`: an executor asks what is in force, and undoes a change that was not kept."""
+    """`Registry.committed_snapshot`: an executor asks what is in force, and reverts an unkept change."""
 
     def run(do: PerformStep) -> str:
         registry, live = _registry(code, who, do)
