@@ -1,7 +1,7 @@
-"""The one persistent agent: awake in its state folder, it takes instructions and pursues them.
+"""The persistent agent: holds its state folder, accepts instructions and pursues their goals.
 
-It can propose and cannot act: of the runtime it knows the port, and every action of every skill
-it proposes is decided by the gate.
+The agent proposes and cannot act. It knows only the port of the runtime, and the gate decides every action
+of every skill that it proposes.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ MEMORY_FILE: Final = "memory.sqlite3"
 
 
 class Agent:
-    """An awake agent; made by `start_agent`, which holds the lock that makes it the only one.
+    """An awake agent. Only `start_agent` makes one with a folder: its lock ensures that there is no other.
 
-    folder: None for one that leaves nothing behind.
+    With `folder=None` the agent leaves nothing on disk.
     """
 
     def __init__(
@@ -66,13 +66,20 @@ class Agent:
     def run(
         self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
     ) -> RunReport:
-        """Pursue `instruction` until its goal is measured, or say why not; semantics in `pursuit.py`.
+        """Pursue `instruction` until its goal is reached or the run gives up, as `task_loop.py` defines.
 
-        timeout: plant seconds after which what is under way is cancelled.
-        goal: what to reach in place of the task's own goal.
+        Args:
+            instruction: words of the user, which must name exactly one active task.
+            timeout: plant time (s) after which running steps are cancelled; None for no limit.
+            goal: goal that replaces the task's own goal.
 
-        Raises `RoutingError` where the instruction names no task or several, and lets through what
-        keeps the audit record or memory from being written.
+        Returns:
+            The steps that were run, whether the goal was reached and, if not, the reason.
+
+        Raises:
+            RoutingError: the instruction names no task, or several.
+
+        Errors while writing the audit record or memory propagate.
         """
         routed = self._route(instruction, goal)
         self._forget()
@@ -81,10 +88,23 @@ class Agent:
     def resume(
         self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
     ) -> RunReport:
-        """Go on with `instruction` where an earlier session left it, which is what `run` had been given.
+        """Continue `instruction` where an earlier session left it; the arguments are those of that `run`.
 
-        Where that session had come to the end, this is what it found, and nothing more is done; where it had
-        not begun anything, this is `run`.  Raises `AgentError` where what there is cannot be gone on from.
+        If that session finished the task, its report is returned and nothing is done. If it never started the
+        task, this does the same as `run`.
+
+        Args:
+            instruction: words that the earlier session was given.
+            timeout: plant time limit (s) for a run that starts anew; a resumed run keeps its earlier
+                deadline.
+            goal: goal that replaced the task's own goal.
+
+        Returns:
+            The report of the run, with the steps of the earlier session.
+
+        Raises:
+            AgentError: the checkpoints that exist cannot be resumed from.
+            RoutingError: the instruction names no task, or several.
         """
         routed = self._route(instruction, goal)
         found = self._load_checkpoint(instruction, routed)
@@ -95,7 +115,11 @@ class Agent:
         return self._pursue(instruction, routed, timeout, found)
 
     def set_paused(self, *, is_paused: bool) -> None:
-        """Take note of whether the operator pauses, which the runtime obeys by itself."""
+        """Record that the operator paused or resumed; the runtime obeys that by itself.
+
+        Args:
+            is_paused: True after a pause, False after a resume.
+        """
         change = LifecycleEvent.PAUSE if is_paused else LifecycleEvent.RESUME
         if self.lifecycle.is_allowed(change):
             self.lifecycle.apply(change)
@@ -129,10 +153,10 @@ class Agent:
             raise
         self.lifecycle.apply(LifecycleEvent.END)
         self._record_result(routed, report)
-        begun = report.steps[0 if resumed is None else len(resumed[0].steps) :]
-        was_stopped = self._runtime.is_stopped or any(one.status is StepStatus.HALTED for one in begun)
+        new_steps = report.steps[0 if resumed is None else len(resumed[0].steps) :]
+        was_stopped = self._runtime.is_stopped or any(one.status is StepStatus.HALTED for one in new_steps)
         if report.reached or not was_stopped:
-            # Last of all: whoever finds another has something to go on with.
+            # Last of all: as long as the final checkpoint is not written, the run can be resumed.
             pursuit.save_final(report)
         return report
 
@@ -143,7 +167,7 @@ class Agent:
     def _load_checkpoint(
         self, instruction: str, routed: RoutedTask
     ) -> tuple[TaskCheckpoint, Sequence[AuditEvent]] | None:
-        """The newest checkpoint that can be gone on from, and what the runtime has recorded since."""
+        """Return the newest usable checkpoint and the runtime events since it; None if there is none."""
         problems = []
         for kept in () if self._checkpoints is None else self._checkpoints.read():
             try:
@@ -162,7 +186,11 @@ class Agent:
     def _events_since(
         self, kept: TaskCheckpoint, instruction: str, routed: RoutedTask
     ) -> Sequence[AuditEvent]:
-        """What the runtime has recorded since; raises `UnusableCheckpointError` where the checkpoint is another's."""
+        """Return the runtime events since the checkpoint.
+
+        Raises:
+            UnusableCheckpointError: the checkpoint is of another agent, task or plant.
+        """
         now, task = self._runtime.now(), routed.task
         if kept.agent != str(self.identity.id):
             raise UnusableCheckpointError("the checkpoint is another agent's")
@@ -170,22 +198,22 @@ class Agent:
             raise UnusableCheckpointError(
                 f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}"
             )
-        said = self._runtime.events_since(kept.earliest_head)
-        if said is None or self._runtime.events_since(kept.audit_head) is None:
+        events = self._runtime.events_since(kept.earliest_head)
+        if events is None or self._runtime.events_since(kept.audit_head) is None:
             raise UnusableCheckpointError(
                 "the audit record does not hold the record at which the checkpoint was made"
             )
-        latest = max([kept.time, *(one.details.get("time", kept.time) for one in said)])
+        latest = max([kept.time, *(one.details.get("time", kept.time) for one in events)])
         if now < latest and kept.final_report is None:
             raise UnusableCheckpointError(
                 f"the plant's clock is at {now:g} s, and was at {latest:g} s: it is another plant"
             )
-        return said
+        return events
 
     def _record_transition(self, phase: Phase, change: LifecycleEvent, then: Phase) -> None:
         abandoned = self.identity.crashed_holder if change is LifecycleEvent.CRASH else None
         whose = "" if abandoned is None else f": {abandoned}"
-        # That it runs, and does no more, is plain to see.
+        # People see that a task begins or ends; no text is needed for that.
         is_plain = change in (LifecycleEvent.BEGIN, LifecycleEvent.END)
         crashed = (
             f", as its last session ended without a word{whose}" if change is LifecycleEvent.CRASH else ""
@@ -246,14 +274,25 @@ def start_agent(
     within: float | None = None,
     purpose: str = "",
 ) -> Iterator[Agent]:
-    """The robot's one agent, whose identity and memory are in `folder`, with rules as the usual planner.
+    """Start the robot's one agent, with identity and memory in `folder`.
 
-    seed: of its choices between skills.
-    within: seconds for each plan, which is then made beside the plant's time; by default in place.
-    purpose: as `identity.exclusive` has it.
+    The session is closed in memory and the lock is released however the block ends.
 
-    Raises `AgentError` where another agent is awake, this one is in quarantine, or memory cannot be
-    trusted.  However the block ends, the session is closed in memory and the lock released.
+    Args:
+        folder: state folder of the robot.
+        name: name of the agent, if it is created now.
+        runtime: port of the runtime that decides and executes.
+        planner: planner to ask; by default the task's planning rules.
+        on_event: called with each event of the agent.
+        seed: seed of the choices between providers of a capability.
+        within: wall time (s) for each plan, made in a separate process; by default plans are made in place.
+        purpose: text shown to others who want the folder's lock.
+
+    Yields:
+        The awake agent.
+
+    Raises:
+        AgentError: another agent is awake, this one is in quarantine, or its memory cannot be trusted.
     """
     quarantined = Quarantine(folder).reason()
     if quarantined is not None:
@@ -283,9 +322,20 @@ def open_temporary_agent(
     seed: int = 0,
     within: float | None = None,
 ) -> Iterator[Agent]:
-    """An agent that is born for this block and remembers what it does in it, in RAM; nothing is left of it.
+    """Start an agent that exists for this block only, with its memory in RAM.
 
-    For trials, each of which is to begin as the first: otherwise as `start_agent`.
+    For trials, each of which has to start like the first. Otherwise the same as `start_agent`.
+
+    Args:
+        name: name of the agent.
+        runtime: port of the runtime that decides and executes.
+        planner: planner to ask; by default the task's planning rules.
+        on_event: called with each event of the agent.
+        seed: seed of the choices between providers of a capability.
+        within: wall time (s) for each plan, made in a separate process; by default plans are made in place.
+
+    Yields:
+        The awake agent.
     """
     identity = new_identity(name)
     with open_memory(IN_MEMORY, identity) as memory:

@@ -1,4 +1,4 @@
-"""What the agent refuses, with the reason in words."""
+"""Errors that the agent raises for its user, with the reason in words."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from aeros.spec.diagnostics.errors import UserError
 
 
 class AgentError(UserError):
-    """The agent does not start or does not take the task; `reason` says why, for people."""
+    """An agent that does not start or does not accept a task; `reason` says why, for people."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(())

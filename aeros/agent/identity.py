@@ -1,9 +1,9 @@
-"""Who the agent is, across sessions, and that it is the only one: one state folder is one robot's.
+"""Identity of the agent across sessions, and the lock that makes it the only agent of its state folder.
 
-Exactly one agent holds a state folder.  The lock is an open file description, so the kernel
-releases it when the last process that holds it ends, by kill -9 too; a child that was forked
-without `exec` shares it, and while such a child may still drive the robot no second agent starts.
-The lock file is never deleted: a new file of that name would be a second lock.
+Exactly one agent holds a state folder. The lock belongs to an open file description, so the kernel
+releases it when the last process that holds it ends, even by kill -9. A child that was forked without
+`exec` shares the lock: while such a child may still drive the robot, no second agent starts.
+The lock file is never deleted, because a new file of that name would be a second lock.
 """
 
 from __future__ import annotations
@@ -32,11 +32,14 @@ _MAX_HOLDER_BYTES = 64 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """The agent that persists: given its name and id once, at birth.
+    """The identity of a persistent agent; its name and id are set once, when it is created.
 
-    created: UTC, ISO 8601.
-    sessions: how often it has been woken, this time included.
-    abandoned: who held its folder last, where that ended without letting go: by kill -9, say.
+    Attributes:
+        id: unique id.
+        name: name for people.
+        created: time of creation, UTC, ISO 8601.
+        sessions: number of sessions so far, this one included.
+        crashed_holder: process that held the folder last, if it ended without releasing it (by kill -9, say).
     """
 
     id: UUID
@@ -47,17 +50,31 @@ class Identity:
 
 
 def new_identity(name: str) -> Identity:
-    """A new agent, awake for the first time."""
+    """Create the identity of a new agent in its first session.
+
+    Args:
+        name: name of the agent.
+
+    Returns:
+        An identity with a random id, created now.
+    """
     return Identity(uuid4(), name, _utc_now(), 1)
 
 
 @contextmanager
 def acquire_identity(folder: Path, name: str, purpose: str = "") -> Iterator[Identity]:
-    """The identity kept in `folder`, awake and held by nobody else; born as `name` if there is none.
+    """Lock `folder` and yield the agent's identity kept there; create one if there is none.
 
-    purpose: as `lock_folder` has it.
+    Args:
+        folder: state folder of the robot.
+        name: name for an identity that is created now.
+        purpose: text shown to others who want the lock.
 
-    Raises `AgentError` where another agent holds the folder, or the identity cannot be read.
+    Yields:
+        The identity, with its session count increased and written.
+
+    Raises:
+        AgentError: another agent holds the folder, or the identity cannot be read or written.
     """
     with lock_folder(folder, purpose) as abandoned:
         kept = _read(folder / _IDENTITY)
@@ -69,10 +86,18 @@ def acquire_identity(folder: Path, name: str, purpose: str = "") -> Iterator[Ide
 
 @contextmanager
 def lock_folder(folder: Path, purpose: str = "", timeout_s: float = 0.0) -> Iterator[str | None]:
-    """Nobody else holds `folder` meanwhile; who held it last, where that ended without letting go.
+    """Hold the lock of `folder` for this block.
 
-    purpose: what for, as whoever is refused is told.
-    patience: seconds for whoever holds it to let go; raises `AgentError` where somebody still does.
+    Args:
+        folder: state folder; it is created if it does not exist.
+        purpose: text shown to others who want the lock.
+        timeout_s: wall time (s) to wait for the present holder.
+
+    Yields:
+        The previous holder if it ended without releasing the lock, else None.
+
+    Raises:
+        AgentError: another process still holds the lock after `timeout_s`, or the folder cannot be used.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -101,10 +126,13 @@ def lock_folder(folder: Path, purpose: str = "", timeout_s: float = 0.0) -> Iter
 
 @contextmanager
 def undisturbed(folder: Path) -> Iterator[None]:
-    """Keep agents out of `folder` meanwhile, and leave no trace in its lock; any folder will do.
+    """Keep agents out of `folder` for this block, without a trace in its lock.
+
+    Args:
+        folder: any folder, whether an agent ever used it or not.
 
     Raises:
-        RefusedError: an agent holds the folder.
+        AgentError: an agent holds the folder, or its lock cannot be taken.
     """
     try:
         descriptor = os.open(folder / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)

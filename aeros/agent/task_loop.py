@@ -1,26 +1,25 @@
-"""The closed loop of one task: plan, run, measure, and plan again until the goal is measured.
+"""Closed loop of one task: plan, run, measure, and plan again until the goal is reached.
 
-1.  Everything is judged on the measured world.  It is measured at the start, after every plan
-    (planning may take long) and whenever a submission has ended.  The goal is reached as soon as one
-    of these measures it as true, even amid a plan; unknown is not reached.
-2.  A plan is verified before its first step.  Its parts run as `engine` says; a step whose `unless` is
-    measured as true when its turn comes is left out, unknown leaves it in.  In place of a plan that is late
-    (`proposals`) the rest of the one before is followed, if that is found to lead to the goal from what is
-    measured by then; else the robot stands still, and the plan has failed.
-3.  A plan fails with the first step that failed for good.  It is also over when it is rejected, or
-    exhausted without the goal.  Then the agent plans again, which is what `replans` counts; after
-    `site.limits.replans` of them it gives up.  After a plan that took less than `RETRY_INTERVAL_S` it lets
-    that go by.
-4.  A plan that ended with a denial on account of what is measured, such as a person nearby, is no re-plan:
-    the agent lets `RETRY_INTERVAL_S` go by and plans again, until that has not helped for `MAX_WAIT_S`.
-5.  It gives up at once when the gate denies the same request a second time for any other reason, when two
-    plans in a row are rejected for the same reasons, as it would only ask again, when its time is over, or
-    when the operator has stopped everything.
-6.  Where it stands is kept at every step boundary, before the step begins and after it has ended, and at
-    every plan.  A resumed run goes on with that plan, verified again, where it was.  The end is kept, too.
+1.  The measured world alone decides. It is measured at the start, after every plan (planning may take
+    long) and after every submission. The goal is reached as soon as one of these measurements makes it
+    true, even in the middle of a plan. An unknown value never makes it true.
+2.  A plan is verified before its first step, and then executed by `plan_executor.py`. A step whose `unless`
+    is measured as true at its turn is skipped; if `unless` is unknown the step runs. When a plan is late
+    (`planner_client.py`), the rest of the previous plan is followed if a check shows that it leads to the
+    goal from the current state. Otherwise the robot stands still and the plan counts as failed.
+3.  A plan fails with the first step that fails for good. A plan also ends when it is rejected, or finished
+    without the goal. Then the agent plans again (`replans` counts this), up to `site.limits.replans` times.
+    If the failed plan took less than `RETRY_INTERVAL_S`, the agent waits that long first.
+4.  A plan that was denied because of measured values, such as a person nearby, does not count as a re-plan.
+    The agent waits `RETRY_INTERVAL_S` and plans again, for at most `MAX_WAIT_S`.
+5.  The agent gives up at once when the gate denies the same request a second time for any other reason, when
+    two plans in a row are rejected for the same reasons, when the time for the task is over, or when the
+    operator has stopped everything.
+6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
+    every plan. A resumed run verifies that plan again and continues where it was. The end is kept, too.
 
-So, waiting apart, a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills; of
-a step with a handler, retry times the handler's own tries and further ones of the step.
+Apart from waiting, a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills. For
+a step with a handler, each retry adds the handler's own attempts and one more attempt of the step.
 """
 
 from __future__ import annotations
@@ -52,9 +51,9 @@ MAX_WAIT_S: Final = 60.0
 
 
 class TaskLoop:
-    """One run after one goal, for at most `timeout` plant seconds.
+    """One run towards one goal, for at most `timeout` seconds of plant time.
 
-    within: seconds allowed for each plan, which is then made beside the plant's time.
+    `planning_timeout` is the wall time (s) for each plan, which is then made in a separate process.
     """
 
     def __init__(
@@ -89,7 +88,14 @@ class TaskLoop:
         self._rejected: list[str] = []
 
     def run(self, instruction: str) -> RunReport:
-        """Pursue the goal to the end; the report says which."""
+        """Pursue the goal until it is reached or the run gives up.
+
+        Args:
+            instruction: words of the user, for the report and the checkpoints.
+
+        Returns:
+            The steps, the result and, if the goal was not reached, the reason.
+        """
         self._instruction = instruction
         reason = self._run_until_goal()
         task = self._routed.task
@@ -106,7 +112,12 @@ class TaskLoop:
         )
 
     def resume(self, checkpoint: TaskCheckpoint, events: Iterable[AuditEvent]) -> None:
-        """Take up the run where `kept` left it; what the runtime has recorded since is in `said`."""
+        """Restore the run from a checkpoint, before `run` is called.
+
+        Args:
+            checkpoint: state of the run when the earlier session wrote it.
+            events: events that the runtime recorded since.
+        """
         self._replans, self._waited, self._rejected = (
             checkpoint.replans,
             checkpoint.waited_s,
@@ -115,7 +126,7 @@ class TaskLoop:
         self._until = self._engine.until = inf if checkpoint.deadline is None else checkpoint.deadline
         self._engine.denied = set(checkpoint.denied_steps)
         self._attempts.restore(checkpoint.steps, checkpoint.planning_states, checkpoint.avoided_skills)
-        # The record since this checkpoint may not reach back to what an earlier crash interrupted.
+        # The record since this checkpoint may not include the steps that an earlier crash interrupted.
         self._attempts.bars.restore(checkpoint.uncertain_steps)
         progress = checkpoint.progress()
         modules, world = self._runtime.active_modules(), self._attempts.world
@@ -123,14 +134,18 @@ class TaskLoop:
         recovery.recover(progress, events, checkpoint.audit_head.records)
         self._plan = checkpoint.plan if recovery.is_position_known else None
         self._progress = progress
-        told = "goes on with its plan" if self._plan is not None else "plans anew"
+        position = "goes on with its plan" if self._plan is not None else "plans anew"
         task = str(self._routed)
         self._journal.record(
-            "resumed", f"{task}: {told}", task=task, told=told, records=checkpoint.audit_head.records
+            "resumed", f"{task}: {position}", task=task, told=position, records=checkpoint.audit_head.records
         )
 
     def save_final(self, report: RunReport) -> None:
-        """Keep how it ended: there is nothing to go on with."""
+        """Write the final checkpoint, which leaves nothing to resume.
+
+        Args:
+            report: result of the run.
+        """
         if self._checkpoints is not None:
             self._checkpoints.write_final(self._checkpoint(report))
 
@@ -165,7 +180,7 @@ class TaskLoop:
         )
 
     def _run_until_goal(self) -> str | None:
-        """None once the goal is measured, else why it will not be."""
+        """Run plans until the goal is reached; return None then, else the reason to give up."""
         cap = self._runtime.site.limits.replans
         while not self._is_goal_reached():
             began = self._runtime.now()
@@ -190,7 +205,7 @@ class TaskLoop:
                 "re-plan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
             )
             if self._runtime.now() - began < RETRY_INTERVAL_S:
-                # What failed at once, as with a sensor that is silent for a while, would do so again.
+                # A plan that failed at once (for example while a sensor is silent) would fail again at once.
                 self._idle()
         return None
 
@@ -217,7 +232,7 @@ class TaskLoop:
         return end or PlanFailure("the plan is exhausted, and the goal is not measured")
 
     def _next_plan(self) -> TaskGraph | PlanFailure:
-        """A new plan; of a resumed run first the one that it followed, if it may be started still."""
+        """Return a new verified plan; a resumed run first returns its own plan, if it is still valid."""
         if self._plan is None:
             self._progress = PlanProgress()
             return self._make_verified_plan()
@@ -238,7 +253,7 @@ class TaskLoop:
         try:
             problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
         except Exception as error:
-            # What an untrusted planner returned may raise anything when it is looked at.
+            # An object that an untrusted planner returned may raise anything when it is read.
             reason = describe_exception(error, MOST_REASON, one_line=True)
             return self._reject_plan([f"the planner failed: {reason}"])
         if problems:
@@ -246,19 +261,19 @@ class TaskLoop:
         self._attempts.observe()
         self._rejected, self._followed = [], graph
         steps = [str(part) for part in graph.parts]
-        text, said = " → ".join(steps), {"remark": graph.remark} if graph.remark else {}
+        text, details = " → ".join(steps), {"remark": graph.remark} if graph.remark else {}
         self._journal.record(
             "plan",
-            f"{text} ({graph.remark})" if said else text,
+            f"{text} ({graph.remark})" if details else text,
             planner=self._proposals.name,
             task=str(self._routed),
             steps=steps,
-            **said,
+            **details,
         )
         return graph
 
     def _fall_back_to_previous_plan(self, late: str) -> TaskGraph | PlanFailure:
-        """The rest of the plan before, if it still leads to the goal; else nothing is done."""
+        """Return the rest of the previous plan if it still leads to the goal, else a failure."""
         reason, world = f"the plan is late: {late}", self._attempts.observe()
         rest = None
         is_over = self._runtime.is_stopped or self._runtime.now() >= self._until

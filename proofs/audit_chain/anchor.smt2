@@ -1,5 +1,5 @@
-; With an anchor, `CheckpointWatch` lets pass at its place only a record that comes after the hash
-; that the anchor has, in a log with the anchor's first record; and the first record stays known.
+; With an anchor, `CheckpointVerifier` lets pass at its place only a record that comes after the
+; hash that the anchor has, in a log with the anchor's first record; and the first record stays known.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Watched 0)) (((watched (log-after String)) (objects))))

@@ -1,5 +1,5 @@
-; A checkpoint that `CheckpointWatch` lets pass stands where the writer's chain had the hash that it
-; has before it: `hash-at` is that of the writer's log, which has the id `log-id`.
+; A checkpoint that `CheckpointVerifier` lets pass stands where the writer's chain had the hash
+; that it has before it: `hash-at` is that of the writer's log, which has the id `log-id`.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Watched 0)) (((watched (log-after String)) (objects))))

@@ -101,7 +101,7 @@ def _execute_check(code: ModuleSource, log: str) -> DecisionDiagram:
 class _UnusedCounts:
     """How many decisions there were, which nothing here is about."""
 
-    def plus(self, _: Any) -> _UnusedCounts:
+    def with_decision(self, _: Any) -> _UnusedCounts:
         """These and one more."""
         return self
 
@@ -138,7 +138,7 @@ def _same_line(code: ModuleSource) -> TheoremObligation:
 def _same_hash(code: ModuleSource) -> TheoremObligation:
     # No two bodies have one hash, as there is a function that gives back the body.
     body = "(str.++ (str.substr {0}.line 0 (- (str.len {0}.line) {1})) {2})"
-    ending, close = code.module(CHECK)._ENDING, _quoted(b"}")
+    ending, close = code.module(CHECK)._HASH_SUFFIX_LENGTH, _quoted(b"}")
     return TheoremObligation(
         "Step of the induction: two lines that `_check` accepts and that leave one hash are one line, at\n"
         "one place, after one hash; and a hash is that of a record at the place before.",
@@ -223,7 +223,7 @@ def _scan(code: ModuleSource) -> TheoremObligation:
         module = code.module(CHECK, _check=check, os=_FakeOs(there), GENESIS="hash 0")
         path = SimpleNamespace(open=lambda _: nullcontext(_SymbolicFile(ask, there)))
         report = module.verify_log(path, "watch")
-        return smt_apply("scanned", smt_literal(bool(report.sound)), smt_literal(report.records))
+        return smt_apply("scanned", smt_literal(bool(report.is_sound)), smt_literal(report.records))
 
     each = [f"(=> there.{n} (and whole.{n} follows.{n}))" for n in range(_LINES)]
     before = [smt_and(f"there.{m}" for m in range(n)) for n in range(_LINES)]
@@ -287,7 +287,7 @@ _VERIFIER_SORTS: Final = (
 
 
 def _checkpoint_terms(module: Any, whose: str, ask: DecideBranch) -> Any:
-    return module.Checkpoint(*(SymbolicValue(f"{whose}.{name}", ask) for name in _STATEMENT_FIELDS))
+    return module.AuditCheckpoint(*(SymbolicValue(f"{whose}.{name}", ask) for name in _STATEMENT_FIELDS))
 
 
 def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
@@ -308,7 +308,7 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
         )
         key = SimpleNamespace(
             id=SymbolicValue("key-id", ask),
-            verify=lambda signature, said: ask(f"(has-signed {signature.term} {said.term})"),
+            verify=lambda signature, message: ask(f"(has-signed {signature.term} {message.term})"),
         )
         watch = module.CheckpointVerifier(
             key, _checkpoint_terms(module, "anchor", ask) if ask("anchored") else None
@@ -334,10 +334,10 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
 
 
 def _signature(code: ModuleSource) -> TheoremObligation:
-    said = smt_apply("message", *(f"found.{name}" for name in _STATEMENT_FIELDS[:-1]))
+    message = smt_apply("message", *(f"found.{name}" for name in _STATEMENT_FIELDS[:-1]))
     return TheoremObligation(
-        "A checkpoint that `CheckpointVerifier` lets pass stands where the writer's chain had the hash that it\n"
-        "has before it: `hash-at` is that of the writer's log, which has the id `log-id`.",
+        "A checkpoint that `CheckpointVerifier` lets pass stands where the writer's chain had the hash\n"
+        "that it has before it: `hash-at` is that of the writer's log, which has the id `log-id`.",
         (
             *_VERIFIER_SORTS,
             "(declare-fun hash-at (Int) String)",
@@ -347,7 +347,7 @@ def _signature(code: ModuleSource) -> TheoremObligation:
         "(=> (and ((_ is watched) after) is-checkpoint (= known log-id)) (= previous (hash-at place)))",
         tables=(SymbolicFunction("after", "Watched", _execute_checkpoint_verifier(code)),),
         assumptions={
-            "no-forgery": f"(=> (and (has-signed found.signature {said}) (= found.log log-id))"
+            "no-forgery": f"(=> (and (has-signed found.signature {message}) (= found.log log-id))"
             " (= found.head (hash-at found.sequence)))",
         },
     )
@@ -355,8 +355,9 @@ def _signature(code: ModuleSource) -> TheoremObligation:
 
 def _anchor(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
-        "With an anchor, `CheckpointVerifier` lets pass at its place only a record that comes after the hash\n"
-        "that the anchor has, in a log with the anchor's first record; and the first record stays known.",
+        "With an anchor, `CheckpointVerifier` lets pass at its place only a record that comes after the\n"
+        "hash that the anchor has, in a log with the anchor's first record; and the first record"
+        " stays known.",
         _VERIFIER_SORTS,
         "(=> (and ((_ is watched) after) anchored) (and"
         " (=> (= place 0) (= own anchor.log))"
@@ -384,7 +385,7 @@ def _verify_signed(code: ModuleSource) -> TheoremObligation:
             return AuditReport(records, "head", None if ask("chain-sound") else 0, "", DecisionCounts())
 
         stubs = {
-            "CheckpointWatch": Watch,
+            "CheckpointVerifier": Watch,
             "verify_log": verify_log,
             "read_anchor": lambda *_: anchor if ask("anchor-found") else None,
         }
@@ -393,7 +394,7 @@ def _verify_signed(code: ModuleSource) -> TheoremObligation:
             report = module.verify_signed("log", "key", "anchor" if ask("anchored") else None)
         except module.AnchorError:
             return "false"
-        return smt_literal(bool(report.chain.sound))
+        return smt_literal(bool(report.chain.is_sound))
 
     module = code.module(CHECKPOINTS)
     shipped: Any = module.CheckpointVerifier

@@ -69,12 +69,12 @@ def _session(code: ModuleSource) -> ProcessGraph:
         TASK_LOOP, using=(progress, checkpoint, recovery, engine, attempt), verify_plan=lambda *_: []
     )
     modules = SimpleNamespace(
-        **{one.__name__.rpartition(".")[2]: one for one in (progress, bars, checkpoint, attempt, engine)}
+        progress=progress, bars=bars, checkpoint=checkpoint, attempt=attempt, engine=engine
     )
 
     def run(do: PerformStep) -> str:
         kept = _newest_checkpoint(do, modules)
-        told = do("read-record", *_EVENT_CODES)
+        recorded = do("read-record", *_EVENT_CODES)
         world = _world(do("measure", "unknown", "yes", "no"))
         attempts = _stubbed_attempts(do, modules, world)
         one = pursuit.TaskLoop.__new__(pursuit.TaskLoop)
@@ -82,12 +82,12 @@ def _session(code: ModuleSource) -> ProcessGraph:
         one._checkpoints = SimpleNamespace(write=lambda made: do(f"save {_checkpoint_facts(made)}"))
         one._routed, one._agent, one._instruction = _ROUTE, "agent", "instruction"
         one._timeout, one._waited, one._replans = None, 0.0, 0
-        one._engine = engine.Engine(attempts, attempts._journal, lambda: False)
+        one._engine = engine.PlanExecutor(attempts, attempts._journal, lambda: False)
         one._is_goal_reached = lambda: False
         one._make_verified_plan = lambda: _GRAPH
-        one._rest = lambda: None
-        one.resume(kept, _record(told))
-        one._pursue()
+        one._idle = lambda: None
+        one.resume(kept, _record(recorded))
+        one._run_until_goal()
         return "over"
 
     return execute_process(run).merge_places(_path_facts)
@@ -102,58 +102,58 @@ def _newest_checkpoint(do: PerformStep, modules: Any) -> Any:
     plan = _GRAPH if do("read-plan", "yes", "no") == "yes" else None
     key = modules.bars._key("m", "k", {})
     barred = (key,) if do("read-bars", "no", "yes") == "yes" else ()
-    made = modules.progress.Progress()
+    made = modules.progress.PlanProgress()
     if state != "fresh":
         before = {"d": False} if do("before", "unknown", "no") == "no" else {}
-        made.begin((), modules.progress.Begun("m", "k", {}, before, _HEAD))
+        made.start_attempt((), modules.progress.UnfinishedAttempt("m", "k", {}, before, _HEAD))
     if state in ("done", "failed"):
-        made.conclude((), modules.attempt.AttemptResult(failed=state == "failed", reason=""))
-    return modules.checkpoint.Checkpoint(
+        made.finish_attempt((), modules.attempt.AttemptResult(failed=state == "failed", reason=""))
+    return modules.checkpoint.TaskCheckpoint(
         agent="agent",
         instruction="instruction",
         task="task",
         goal="goal",
         time=0.0,
-        head=_HEAD,
+        audit_head=_HEAD,
         world={},
         replans=0,
-        waited=0.0,
-        until=None,
-        denied=(),
-        avoided=(),
-        barred=barred,
+        waited_s=0.0,
+        deadline=None,
+        denied_steps=(),
+        avoided_skills=(),
+        uncertain_steps=barred,
         last_plan_problems=(),
-        planned_in=(),
+        planning_states=(),
         steps=(),
         plan=plan,
-        tried=tuple(made.tried.items()),
-        settled=(),
-        branches=(),
+        attempts=tuple(made.attempts.items()),
+        done_paths=(),
+        branch_choices=(),
     )
 
 
 def _checkpoint_facts(made: Any) -> str:
     """What a checkpoint says of the place, of its plan, and of what is barred."""
-    tried = made.progress().tried.get(())
+    tried = made.progress().attempts.get(())
     state = "fresh"  # also of a try that was withdrawn
-    if tried is not None and tried.begun is not None:
+    if tried is not None and tried.unfinished is not None:
         state = "begun"
-    elif tried is not None and tried.last is not None:
-        state = "failed" if tried.last.failed else "done"
-    return f"{state} {'planned' if made.plan else 'planless'} {'barred' if made.barred else 'free'}"
+    elif tried is not None and tried.last_result is not None:
+        state = "failed" if tried.last_result.failed else "done"
+    return f"{state} {'planned' if made.plan else 'planless'} {'barred' if made.uncertain_steps else 'free'}"
 
 
-def _record(told: str) -> list[AuditEvent]:
+def _record(recorded: str) -> list[AuditEvent]:
     details = {"module": "m", "skill": "k", "inputs": {}}
     began = AuditEvent(_HEAD.records, "step-began", details)
     ended = AuditEvent(_HEAD.records + 1, "step-ended", {**details, "status": "finished", "reason": ""})
-    return {"nothing": [], "began": [began], "ended": [began, ended]}[told]
+    return {"nothing": [], "began": [began], "ended": [began, ended]}[recorded]
 
 
 def _world(measured: str) -> Any:
     """The world, in which the skill's one effect is measured, or the contrary, or nothing."""
     known = {"unknown": {}, "yes": {"d": True}, "no": {"d": False}}[measured]
-    return SimpleNamespace(known=known, unknown={}, predicates=known, at=lambda _: None)
+    return SimpleNamespace(known=known, unknown={}, predicates=known, at_time=lambda _: None)
 
 
 _OUTCOMES: Final = {
@@ -169,14 +169,14 @@ _ECM: Final = SimpleNamespace(skills={"k": _SKILL}, providers=lambda name: (name
 def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
     """The shipped `StepRunner`, of which `begin` is as it is; what a try comes to is arbitrary."""
     one = modules.attempt.StepRunner.__new__(modules.attempt.StepRunner)
-    world.at = lambda _: world
+    world.at_time = lambda _: world
     site = SimpleNamespace(limits=SimpleNamespace(replans=1))
     dispatch = SimpleNamespace(
         request=StepRequest("m", "k", {}),
         skill=_SKILL,
         options=(),
         context="",
-        usual=None,
+        typical_duration=None,
         record=SimpleNamespace(successes=0, failures=0),
     )
 
@@ -189,24 +189,24 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
         do("end")
         return EndedStep(1, StepResult(StepStatus.FINISHED, ""))  # type: ignore[arg-type]
 
-    def conclude(*_: Any) -> Any:
+    def finish(*_: Any) -> Any:
         failed = do("judge", "done", "failed") == "failed"
         return modules.attempt.AttemptResult(failed=failed, reason="failed" if failed else "")
 
     one._runtime = SimpleNamespace(
         now=lambda: 0.0,
-        head=lambda: _HEAD,
+        log_head=lambda: _HEAD,
         start=start,
         wait=wait,
         active_modules=lambda: {"m": _ECM},
         site=site,
     )
-    one._journal = SimpleNamespace(tell=lambda *_, **__: None, record_step=lambda *_, **__: None)
-    one._memory = SimpleNamespace(begin=lambda _: 1)
+    one._journal = SimpleNamespace(record=lambda *_, **__: None, record_step=lambda *_, **__: None)
+    one._memory = SimpleNamespace(start_episode=lambda _: 1)
     one._world, one._task, one._failures = world, "task", []
     one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
     one.records, one.planned_in, one.bars = [], [], modules.bars.UncertainSteps()
-    one.conclude = conclude
+    one.finish = finish
     return one
 
 
@@ -341,6 +341,12 @@ def _claim(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_START_ATTEMPT: Final = (
+    "        self._progress.start_attempt("
+    "at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n"
+)
+_START_STEP: Final = "        started = self._attempts.start(role, step.module, step.skill, inputs)\n"
+
 THEOREM = Theorem(
     "a resumed agent repeats no step that was acknowledged, nor one that happened before it crashed",
     {"base": _base, "step": _step, "crash": _crash, "claim": _claim},
@@ -349,12 +355,8 @@ THEOREM = Theorem(
             "begins-before-it-keeps-that",
             "claim",
             PLAN_EXECUTOR,
-            (
-                "        self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n"
-                "        begun = self._attempts.start(role, step.module, step.skill, inputs)\n"
-            ),
-            "        begun = self._attempts.start(role, step.module, step.skill, inputs)\n"
-            "        self._progress.start(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))\n",
+            _START_ATTEMPT + _START_STEP,
+            _START_STEP + _START_ATTEMPT,
         ),
         Mutant(
             "forgets-how-a-try-ended",

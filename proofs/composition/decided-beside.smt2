@@ -1,4 +1,5 @@
-; `_Decider.decide_beside` forwards what was to be forwarded where nothing objects, and else nothing.
+; `_Decider.decide_jointly` forwards what was to be forwarded where nothing objects, and else
+; nothing.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Beside 0)) (((same) (deny) (wrong))))

@@ -34,10 +34,10 @@ _JOINT_RULES: Final = {"rule.ab": ("a", "b"), "rule.aa": ("a", "a")}
 
 def _joint_rule_obligation(code: ModuleSource) -> TheoremObligation:
     """With what one rule says of one pair put aside."""
-    beside = code.module(JOINT_RULES)
+    joint_rules = code.module(JOINT_RULES)
 
     def run(ask: DecideBranch) -> str:
-        def begun(name: str) -> Any:
+        def active_action(name: str) -> Any:
             return SimpleNamespace(
                 name=name, action=SimpleNamespace(kind="a" if ask(f"{name}.is-a") else "b")
             )
@@ -49,12 +49,14 @@ def _joint_rule_obligation(code: ModuleSource) -> TheoremObligation:
 
             return SimpleNamespace(kinds=kinds, objections=objections)
 
-        rules = object.__new__(beside.JointRules)
+        rules = object.__new__(joint_rules.JointRules)
         rules._rules = [rule(name, kinds) for name, kinds in _JOINT_RULES.items()]
         rules._shared_actuators = lambda one, other: iter(
             (Reason("AE752", "", ""),) if ask(f"(share-actuators {one.name} {other.name})") else ()
         )
-        return smt_literal(not list(rules.objections(begun("one"), [begun(name) for name in _OTHERS])))
+        return smt_literal(
+            not list(rules.objections(active_action("one"), [active_action(name) for name in _OTHERS]))
+        )
 
     def obeyed(other: str) -> Iterator[str]:
         yield f"(not (share-actuators one {other}))"
@@ -90,13 +92,14 @@ def _joint_decision_obligation(code: ModuleSource) -> TheoremObligation:
         decider._joint = SimpleNamespace(objections=lambda *_: iter(found))
         action = Action("a", {}) if ask("forwarded") else None
         given = Decision(DecisionKind.ALLOW if action else DecisionKind.DENY, action, ())
-        decided = decider.decide_beside(given, {}, 0.0, [])
+        decided = decider.decide_jointly(given, {}, 0.0, [])
         if decided.action is None:
-            return "deny" if decided.verdict is DecisionKind.DENY else "wrong"
+            return "deny" if decided.kind is DecisionKind.DENY else "wrong"
         return "same" if decided == given else "wrong"
 
     return TheoremObligation(
-        "`_Decider.decide_beside` forwards what was to be forwarded where nothing objects, and else nothing.",
+        "`_Decider.decide_jointly` forwards what was to be forwarded where nothing objects, and else\n"
+        "nothing.",
         (
             "(declare-datatypes ((Beside 0)) (((same) (deny) (wrong))))",
             "(declare-const nothing-objects Bool)",
@@ -116,8 +119,8 @@ def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         recorded: list[Any] = []
 
-        def decide_beside(given: Decision, _: Any, __: Any, others: Sequence[str]) -> Decision:
-            obeys = all(ask(f"obeys.{other.record}") for other in cast("Any", others))
+        def decide_jointly(given: Decision, _: Any, __: Any, others: Sequence[str]) -> Decision:
+            obeys = all(ask(f"obeys.{other.record_number}") for other in cast("Any", others))
             return given if obeys else denied
 
         def decide_motion(gated: Decision, *_: Any) -> Any:
@@ -129,34 +132,39 @@ def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
 
         one = object.__new__(deciding.DecisionPipeline)
         one._plant = SimpleNamespace(observe=dict, now=lambda: 0.0)
-        one._histories = SimpleNamespace(look=lambda measured, _: measured)
+        one._histories = SimpleNamespace(update=lambda measured, _: measured)
         one._configuration = SimpleNamespace(digest="")
-        one._teller = SimpleNamespace(tell=lambda made: made)
+        one._encoder = SimpleNamespace(encode=lambda made: made)
         one._audit = SimpleNamespace(append=append)
-        one._gate = SimpleNamespace(decide_beside=decide_beside)
+        one._gate = SimpleNamespace(decide_jointly=decide_jointly)
         one._decide_alone = lambda *_: (allowed if ask("obeys-alone") else denied, {})
         one._decide_motion = decide_motion
         one._is_protective = lambda gated: gated.action is not None and ask("is-protective")
         others = [
             SimpleNamespace(
-                begun=SimpleNamespace(record=name), plan=None, is_halting=ask(f"{name}.is-halting")
+                active_action=SimpleNamespace(record_number=name),
+                plan=None,
+                is_halting=ask(f"{name}.is-halting"),
             )
             for name in _OTHERS
         ]
         found = one.decide(cast("Any", None), Action("a", {}), others)
         (made,) = recorded
-        beside = [] if found.ends_others or ask("is-protective") else list(_OTHERS)
-        if made.decision is not found.decision or (found.begun is not None and made.beside != beside):
+        concurrent = [] if found.is_protective_stop or ask("is-protective") else list(_OTHERS)
+        if made.decision is not found.decision or (
+            found.active_action is not None and made.concurrent_records != concurrent
+        ):
             return "wrong"
-        if found.begun is None:
+        if found.active_action is None:
             return "nothing"
-        return "ends-others" if found.ends_others else "begins"
+        return "ends-others" if found.is_protective_stop else "begins"
 
     obeyed = smt_and(("obeys-alone", "motion-obeys", *(f"obeys.{name}" for name in _OTHERS)))
     names = ("obeys-alone", "motion-obeys", "is-protective", *(f"obeys.{name}" for name in _OTHERS))
     return TheoremObligation(
-        "`DecisionPipeline.decide` begins an action only if it obeys by itself, beside all that is under way, those\n"
-        "that come to rest included, and in its motion; or it is a protective stop, which ends the others.",
+        "`DecisionPipeline.decide` begins an action only if it obeys by itself, beside all that is under\n"
+        "way, those that come to rest included, and in its motion; or it is a protective stop,"
+        " which ends the others.",
         (
             "(declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))",
             *(f"(declare-const {name} Bool)" for name in names),
@@ -215,9 +223,9 @@ def _proved_obligations(code: ModuleSource) -> TheoremObligation:
     state = {"s": _declared("s", t.VariableRole.STATE)}
     site = SimpleNamespace(
         state=state,
-        observed=state,
+        observed_variables=state,
         kinds=kinds,
-        joint=(rule,),
+        joint_rules=(rule,),
         rules_for_kind=lambda kind: (
             SimpleNamespace(terms={kind: _apply_uninterpreted(f"phi.{kind}", "s", f"p{kind}")}),
         ),
@@ -233,10 +241,10 @@ def _proved_obligations(code: ModuleSource) -> TheoremObligation:
             name=name,
             step=SimpleNamespace(id=name, span=None),
             skill=skill,
-            arguments=SimpleNamespace(declared=(), terms={}),
+            arguments=SimpleNamespace(variables=(), terms={}),
         )
 
-    install_stubs(joint, {"Label": lambda *_: None})
+    install_stubs(joint, {"SpanLabel": lambda *_: None})
     made = list(joint.joint_obligations("c", 1, site, running("one"), running("other")))
     proved = {}
     for number, obligation in enumerate(made):
@@ -280,7 +288,7 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
         """What takes no solver, and is put aside."""
         return iter(())
 
-    parallel._BranchPairClaims.resources = parallel._BranchPairClaims.sharing = settled
+    parallel._BranchPairClaims.resources = parallel._BranchPairClaims.shared_use_claims = settled
 
     def run(ask: DecideBranch) -> str:
         handlers = {"h": step("h")}
@@ -303,7 +311,7 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
 
         install_stubs(
             parallel,
-            {"joint_obligations": joint_obligations, "arguments_of": lambda *_: None},
+            {"joint_obligations": joint_obligations, "step_arguments": lambda *_: None},
         )
         composition = SimpleNamespace(id="c", body=par, handlers=handlers)
         skills = dict.fromkeys((*_STEPS, "h"))
@@ -391,7 +399,8 @@ THEOREM = Theorem(
             "tells-all",
             CLEAN_UP,
             ("        if step.active_motion is None:\n            step.result = ending\n"),
-            "        if step.active_motion is None or step.result is None:\n            step.result = result\n",
+            "        if step.active_motion is None or step.result is None:\n"
+            "            step.result = ending\n",
         ),
         Mutant(
             "takes-all-to-have-ended",

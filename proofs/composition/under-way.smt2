@@ -1,5 +1,5 @@
-; `Deciding.decide` begins an action only if it obeys by itself, beside all that is under way, those
-; that come to rest included, and in its motion; or it is a protective stop, which ends the others.
+; `DecisionPipeline.decide` begins an action only if it obeys by itself, beside all that is under
+; way, those that come to rest included, and in its motion; or it is a protective stop, which ends the others.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Begins 0)) (((begins) (ends-others) (nothing) (wrong))))

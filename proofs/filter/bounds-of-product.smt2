@@ -1,5 +1,5 @@
-; `_Generator._arithmetic` of a product: what its code computes is no larger than
-; its `magnitude`, and no further from the exact value than its `error`.
+; `_CodeGenerator._arithmetic` of a product: what its code computes is no larger
+; than its `magnitude`, and no further from the exact value than its `error`.
 ; unsat: proved
 (set-logic ALL)
 (define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))

@@ -144,8 +144,8 @@ def _bounds(name: str, code: ModuleSource) -> TheoremObligation:
         return str(getattr(made, what).term)
 
     return TheoremObligation(
-        f"`_CodeGenerator._arithmetic` of a {name.replace('-', ' ')}: what its code computes is no larger than\n"
-        "its `magnitude`, and no further from the exact value than its `error`.",
+        f"`_CodeGenerator._arithmetic` of a {name.replace('-', ' ')}: what its code computes is no larger\n"
+        "than its `magnitude`, and no further from the exact value than its `error`.",
         _OPERANDS,
         f"(and (<= (size computed) magnitude) (<= (size (- computed {operation.exact})) error))",
         tables=tuple(
@@ -183,7 +183,7 @@ def _comparison(op: str, code: ModuleSource) -> TheoremObligation:
             return Bound()
 
         closure_of = type(generator)._comparison.__globals__
-        closure_of["_at_least"] = at_least
+        closure_of["_round_up"] = at_least
         closure_of["_is_real"] = lambda _: True
         generator._values = lambda _: ""
         closure_of["_LARGEST"] = SymbolicValue("largest", ask)
@@ -261,7 +261,8 @@ THEOREM = Theorem(
             "forgets-that-a-sum-is-rounded",
             "bounds-of-sum",
             CLOSURE,
-            'error = a.error + b.error + UNIT_ROUNDOFF * total\n                return _derived_real(f"({a.code} + {b.code})"',
+            "error = a.error + b.error + UNIT_ROUNDOFF * total\n"
+            '                return _derived_real(f"({a.code} + {b.code})"',
             'error = a.error + b.error\n                return _derived_real(f"({a.code} + {b.code})"',
         ),
         Mutant(

@@ -1,5 +1,5 @@
-; `attenuated` enlarges no parameter, whatever the rules declare, and leaves alone what they do not
-; speak of.
+; `attenuate_parameters` enlarges no parameter, whatever the rules declare, and leaves alone
+; what they do not speak of.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Parameters 0)) (((parameters (p-of Real) (r-of Real) (q-of Real)))))

@@ -1,4 +1,4 @@
-; `double_within` makes of a real a double that is no larger.
+; `nearest_double_in_range` makes of a real a double that is no larger.
 ; unsat: proved
 (set-logic ALL)
 (define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))

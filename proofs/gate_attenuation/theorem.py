@@ -54,7 +54,9 @@ def _attenuated_is_allowed(code: ModuleSource) -> TheoremObligation:
 
 
 def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
-    def double_within(value: SymbolicValue, bounds: tuple[SymbolicValue, SymbolicValue]) -> SymbolicValue:
+    def nearest_double_in_range(
+        value: SymbolicValue, bounds: tuple[SymbolicValue, SymbolicValue]
+    ) -> SymbolicValue:
         return SymbolicValue(smt_apply("inwards", value.term), value.ask)
 
     def evaluate(term: str, exact: dict[str, SymbolicValue]) -> SymbolicValue:
@@ -64,7 +66,7 @@ def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
         ATTENUATION,
         lower=lambda term: term,
         evaluate=evaluate,
-        nearest_double_in_range=double_within,
+        nearest_double_in_range=nearest_double_in_range,
         type=lambda _: float,
         float=float,
         Fraction=lambda value: value,
@@ -77,7 +79,7 @@ def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
             for rule, reduced in _RULES.items()
             if ask(f"{rule}.stands-in-the-way")
         ]
-        less = attenuation.attenuated(rules, "a", asked, asked)
+        less = attenuation.attenuate_parameters(rules, "a", asked, asked)
         return smt_apply("parameters", *(less[name].term for name in _PARAMETERS))
 
     declarations = [
@@ -93,8 +95,8 @@ def _attenuated_is_smaller(code: ModuleSource) -> TheoremObligation:
     wanted += [f"(rule.b.p {first} r q)" for first in ("p", "(inwards (rule.a.p p r q))")]
     wanted += ["(rule.b.r (inwards (rule.a.p p r q)) r q)"]
     return TheoremObligation(
-        "`attenuated` enlarges no parameter, whatever the rules declare, and leaves alone what they do not\n"
-        "speak of.",
+        "`attenuate_parameters` enlarges no parameter, whatever the rules declare, and leaves alone\n"
+        "what they do not speak of.",
         declarations,
         "(and (<= (size (p-of less)) (size p)) (<= (size (r-of less)) (size r)) (= (q-of less) q))",
         tables=(SymbolicFunction("less", "Parameters", execute_symbolically(run)),),
@@ -118,11 +120,11 @@ def _rounding_is_inwards(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         value, size = SymbolicValue("wanted", ask), SymbolicValue("(size wanted)", ask)
-        found: Any = doubles.double_within(value, (-size, size))
+        found: Any = doubles.nearest_double_in_range(value, (-size, size))
         return str(found.term)
 
     return TheoremObligation(
-        "`double_within` makes of a real a double that is no larger.",
+        "`nearest_double_in_range` makes of a real a double that is no larger.",
         [
             "(define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))",
             "(declare-const wanted Real)",

@@ -1,4 +1,4 @@
-; The function that `compile_straight` writes is silent, or allows, where quotas are left and
+; The function that `compile_fast_path` writes is silent, or allows, where quotas are left and
 ; envelope and residue hold.
 ; unsat: proved
 (set-logic ALL)

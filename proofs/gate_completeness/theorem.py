@@ -70,8 +70,8 @@ THEOREM = Theorem(
             "takes-a-quota-for-an-objection",
             "short-way-criteria",
             gate.GATE,
-            "DecisionCriteria(not always, ",
-            "DecisionCriteria(not (always or of_quotas), ",
+            "DecisionCriteria(\n                    not always,",
+            "DecisionCriteria(\n                    not (always or of_quotas),",
         ),
         Mutant(
             "keeps-one-action-of-a-quota-back",

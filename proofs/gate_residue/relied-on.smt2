@@ -1,5 +1,5 @@
-; `Configuration.proved` has a claim exactly where the certificate is of this module, this manifest
-; and this site, and calls the claim PROVED.
+; `Configuration.proved_obligations` has a claim exactly where the certificate is of this
+; module, this manifest and this site, and calls the claim PROVED.
 ; unsat: proved
 (set-logic ALL)
 (declare-sort Text 0)

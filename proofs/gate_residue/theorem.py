@@ -100,7 +100,7 @@ def _fast_path_agrees(code: ModuleSource) -> TheoremObligation:
 
 
 def _proved(code: ModuleSource) -> TheoremObligation:
-    """What `Configuration.proved` relies on a certificate for."""
+    """What `Configuration.proved_obligations` relies on a certificate for."""
     configuration = code.module(CONFIGURATION)
     subject = ("module", "manifest", "site")
 
@@ -116,12 +116,12 @@ def _proved(code: ModuleSource) -> TheoremObligation:
             certificates={"m": certificate} if ask("certified") else {},
             site=SimpleNamespace(digest=SymbolicValue("site", ask)),
         )
-        return smt_literal("claim" in configuration.Configuration.proved(given, "m"))
+        return smt_literal("claim" in configuration.Configuration.proved_obligations(given, "m"))
 
     same = smt_and(f"(= certificate.{name} {name})" for name in subject)
     return TheoremObligation(
-        "`Configuration.proved` has a claim exactly where the certificate is of this module, this manifest\n"
-        "and this site, and calls the claim PROVED.",
+        "`Configuration.proved_obligations` has a claim exactly where the certificate is of this\n"
+        "module, this manifest and this site, and calls the claim PROVED.",
         (
             "(declare-sort Text 0)",
             "(declare-const certified Bool)",
@@ -161,11 +161,13 @@ def _claim_lookup(code: ModuleSource) -> TheoremObligation:
             constrains_action=lambda _: True,
         )
         kind = SimpleNamespace(parameters={})
-        site = SimpleNamespace(observed={}, kinds={"a": kind})
-        skill = SimpleNamespace(id="k", inputs={}, gated=(), precondition=SimpleNamespace(term=t.FALSE))
+        site = SimpleNamespace(observed_variables={}, kinds={"a": kind})
+        skill = SimpleNamespace(
+            id="k", inputs={}, runtime_checked={}, precondition=SimpleNamespace(term=t.FALSE)
+        )
         space = safety.envelope_space(site, skill, "a", clause)
         made = safety._clause_obeys_rule(skill, "a", clause, rule, space)
-        named = made.id == ClaimForm.ENVELOPE_OBEYS("k", "a", "rule.a") and made.claim.value == "always"
+        named = made.id == ClaimForm.ENVELOPE_OBEYS("k", "a", "rule.a") and made.mode.value == "always"
         premises = all(gate.condition_holds(ask, one) for one in made.space.assumptions)
         return smt_literal(named and not (premises and not gate.condition_holds(ask, made.conclusion)))
 
@@ -184,7 +186,9 @@ def _claim_name_collision(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         claims = (
-            SimpleNamespace(id="claim", verdict=Verdict.PROVED, guard="rule" if ask(one) else None)
+            SimpleNamespace(
+                id="claim", verdict=Verdict.PROVED, runtime_checked_rule="rule" if ask(one) else None
+            )
             for one in ("guarded.1", "guarded.2")
         )
         try:
@@ -245,9 +249,8 @@ THEOREM = Theorem(
             "assumes-the-precondition",
             "claimed",
             SAFETY,
-            "(*site.observed_variables.values(), *skill.inputs.values(), *parameters), (clause.term,))",
-            "(*site.observed_variables.values(), *skill.inputs.values(), *parameters),"
-            " (clause.term, skill.precondition.term))",
+            "*skill.inputs.values(), *parameters), (clause.term,)\n    )",
+            "*skill.inputs.values(), *parameters), (clause.term, skill.precondition.term)\n    )",
         ),
     ),
 )

@@ -1,5 +1,5 @@
-; `_usage_objections` yields nothing exactly where all that is said of use is a count of a quota of
-; the site.
+; `_malformed_usage_objections` yields nothing exactly where all that is said of use is a count of
+; a quota of the site.
 ; unsat: proved
 (set-logic ALL)
 (declare-const quota.1.told Bool)

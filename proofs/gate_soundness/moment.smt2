@@ -1,6 +1,6 @@
-; `MomentTaker.scalars` answers exactly where all of a moment are declared state variables, of their
-; forms and no lists, whatever it kept of an earlier one; with the scalars of these very values.
-; What it keeps is then this moment, or what it had.
+; `SnapshotCache.scalars` answers exactly where all of a moment are declared state variables, of
+; their forms and no lists, whatever it kept of an earlier one; with the scalars of these very
+; values. What it keeps is then this moment, or what it had.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Scalars 0)) (((current) (kept) (none))))

@@ -1,4 +1,5 @@
-; `Block.matches` exactly where every field that the operator gave is that of who asks, and what for.
+; `OperatorOverride.matches` exactly where every field that the operator gave is that of who asks,
+; and what for.
 ; unsat: proved
 (set-logic ALL)
 (declare-sort Name 0)

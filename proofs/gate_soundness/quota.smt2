@@ -1,5 +1,5 @@
 ; `_quota_objections` yields nothing exactly where less of it is used than there is; of what is no
-; count, `_usage_objections` has objected.
+; count, `_malformed_usage_objections` has objected.
 ; unsat: proved
 (set-logic ALL)
 (declare-const quota.1.told Bool)

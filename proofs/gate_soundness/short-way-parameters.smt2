@@ -1,6 +1,6 @@
-; The function that `compile_straight` writes answers only where everything is well-formed, readings
-; one by one or of one moment, and allows only what is asked for, where quotas are left and envelope
-; and residue hold of these very values.
+; The function that `compile_fast_path` writes answers only where everything is well-formed,
+; readings one by one or of one moment, and allows only what is asked for, where quotas are
+; left and envelope and residue hold of these very values.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Given 0)) (((a-double (double Real)) (a-whole (whole Int)) (not-a-number) (infinite) (minus-infinite) (strange))))

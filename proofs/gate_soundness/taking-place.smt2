@@ -1,5 +1,5 @@
-; The function that `Writer.taking` writes takes a value of `place` exactly where it has the
-; declared type and is in range, and gives these very scalars.
+; The function that `FunctionWriter.build_unpacker` writes takes a value of `place` exactly where
+; it has the declared type and is in range, and gives these very scalars.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Given 0)) (((a-double (double Real)) (a-whole (whole Int)) (not-a-number) (infinite) (minus-infinite) (strange))))

@@ -9,7 +9,7 @@ from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObliga
 from proofs.lib import gate_fast_path as short_way
 from proofs.lib import gate_layers as layers
 from proofs.lib import gate_model as gate
-from proofs.lib import gate_snapshots as moments
+from proofs.lib import gate_snapshots
 
 
 def _decision(code: ModuleSource) -> TheoremObligation:
@@ -55,7 +55,7 @@ _OBLIGATIONS: Final = {
     **layers.layer_obligations(),
     "short-way-criteria": _criteria,
     **short_way.fast_path_obligations(short_way.allow_implies_conditions),
-    **moments.snapshot_obligations(),
+    **gate_snapshots.snapshot_obligations(),
 }
 
 THEOREM = Theorem(
@@ -149,14 +149,14 @@ THEOREM = Theorem(
         Mutant(
             "keeps-what-was-measured-under-other-names",
             "moment",
-            moments.SNAPSHOTS,
+            gate_snapshots.SNAPSHOTS,
             "if cached is None or cached.order is not order:",
             "if cached is None:",
         ),
         Mutant(
             "trusts-a-list-to-stay-as-it-was",
             "moment",
-            moments.SNAPSHOTS,
+            gate_snapshots.SNAPSHOTS,
             "if unpack is None or type(value) is list else",
             "if unpack is None else",
         ),

@@ -1,5 +1,5 @@
-; `Form.take` has no objection to a value of `tool` exactly where it has the declared type and is
-; in range.
+; `ValueChecker.unpack` has no objection to a value of `tool` exactly where it has the declared
+; type and is in range.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Given 0)) (((a-double (double Real)) (a-whole (whole Int)) (not-a-number) (infinite) (minus-infinite) (strange))))

@@ -1,5 +1,5 @@
-; `take_given` has no objection exactly where all is there that has no default, nothing strange is,
-; and each value is of its form.
+; `unpack_arguments` has no objection exactly where all is there that has no default, nothing
+; strange is, and each value is of its form.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Given 0)) (((a-double (double Real)) (a-whole (whole Int)) (not-a-number) (infinite) (minus-infinite) (strange))))

@@ -1,4 +1,4 @@
-; `take_readings` has no objection exactly where what is required is measured, no longer ago than
+; `unpack_readings` has no objection exactly where what is required is measured, no longer ago than
 ; its maximum age, nothing is of the future, and each value is of its form; of a moment, each in it,
 ; of the one time.
 ; unsat: proved

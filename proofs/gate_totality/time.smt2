@@ -1,4 +1,4 @@
-; `check_now` has no objection exactly where it is now a number of seconds on a clock.
+; `check_time` has no objection exactly where it is now a number of seconds on a clock.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Given 0)) (((a-double (double Real)) (a-whole (whole Int)) (not-a-number) (infinite) (minus-infinite) (strange))))

@@ -64,8 +64,8 @@ def _sweep(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch, edge: int | None) -> str:
         chord = [_JointDisplacement(f"d.{joint}", ask) for joint in kinematic_chain.JOINTS]
         room = [SymbolicReal(f"r.{joint}", ask) for joint in kinematic_chain.JOINTS]
-        along = links.along_of(chord, room)
-        edges, near = kinematic_chain.symbolic_posture(links, ask).sweep(
+        along = links.chord_terms(chord, room)
+        edges, near = kinematic_chain.symbolic_posture(links, ask).chord_deviation_bound(
             len(kinematic_chain.JOINTS), symbolic_vector(ask, "p"), along
         )
         return term_of(near if edge is None else edges[edge])
@@ -79,12 +79,13 @@ def _sweep(code: ModuleSource) -> TheoremObligation:
         sum_terms(f"(* {kinematic_chain.lever_arm(joint)[at]} d.{joint})" for joint in kinematic_chain.JOINTS)
         for at in range(len(AXES))
     ]
-    beside = sum_terms(
+    first_order = sum_terms(
         f"(* {kinematic_chain.axis_distance(joint)} r.{joint})" for joint in kinematic_chain.JOINTS
     )
     return TheoremObligation(
-        "`along_of` and `Posture.sweep`: the edges are those of the derivative along the way, and how near\n"
-        "the point stays is what the rest can do: first derivatives beside it, and Taylor's remainder.",
+        "`chord_terms` and `chord_deviation_bound`: the edges are those of the derivative along the\n"
+        "way, and how near the point stays is what the rest can do: first derivatives beside it,"
+        " and Taylor's remainder.",
         (
             SIZE,
             *kinematic_chain.CHAIN,
@@ -96,7 +97,7 @@ def _sweep(code: ModuleSource) -> TheoremObligation:
         smt_and(
             (
                 *(f"(= edge.{axis} (size {slope}))" for axis, slope in zip(AXES, slopes, strict=True)),
-                f"(= near (+ {beside} {_taylor_remainder()}))",
+                f"(= near (+ {first_order} {_taylor_remainder()}))",
             )
         ),
         tables=tuple(tables),
@@ -105,7 +106,7 @@ def _sweep(code: ModuleSource) -> TheoremObligation:
 
 def _enclosure_obligation(_: ModuleSource) -> TheoremObligation:
     """With what the sweep adds up named: slopes, arms and remainder."""
-    beside = sum_terms(f"(* off.{joint} beside.{joint})" for joint in kinematic_chain.JOINTS)
+    first_order = sum_terms(f"(* off.{joint} beside.{joint})" for joint in kinematic_chain.JOINTS)
     room = sum_terms(f"(* off.{joint} r.{joint})" for joint in kinematic_chain.JOINTS)
     return TheoremObligation(
         "Where Taylor's theorem has a point be, is in the box of the derivative along the way or as near to\n"
@@ -125,7 +126,7 @@ def _enclosure_obligation(_: ModuleSource) -> TheoremObligation:
         ),
         assumptions={
             "share": "(<= (- 1.0) share 1.0)",
-            "taylor": f"(<= rest (+ {beside} bend))",
+            "taylor": f"(<= rest (+ {first_order} bend))",
             **{
                 f"beside.{joint}": f"(and (<= 0.0 off.{joint}) (<= beside.{joint} r.{joint}))"
                 for joint in kinematic_chain.JOINTS
@@ -184,8 +185,8 @@ def _chord(pieces: int, code: ModuleSource) -> TheoremObligation:
             f"(<= (size (- {_CORNERS[corner]}{number} (+ middle (* {term_of(share)} half)))) width)"
         )
     return TheoremObligation(
-        f"`path_chord` of a path of {pieces}: each control point is as near to its place on the straight way\n"
-        "as it says, and that place is on it.",
+        f"`path_chord` of a path of {pieces}: each control point is as near to its place on the straight\n"
+        "way as it says, and that place is on it.",
         (
             SIZE,
             LARGER_DEFINITION,
@@ -240,16 +241,18 @@ def _chord_parts(which: str, code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch, corner: int) -> str:
         if which == "rest":
-            found = bezier._end_of(_piece(ask), SymbolicReal("u", ask))
+            found = bezier._split_after(_piece(ask), SymbolicReal("u", ask))
         else:
-            found = bezier.halves(_piece(ask))[which == "second"]
+            found = bezier.split_in_half(_piece(ask))[which == "second"]
         return term_of(found[corner][0])
 
     place = {"first": "(/ x 2.0)", "second": "(/ (+ 1.0 x) 2.0)", "rest": "(+ u (* (- 1.0 u) x))"}[which]
     return TheoremObligation(
-        f"`{'_end_of' if which == 'rest' else 'halves'}`: the {which} of a piece is where that is.",
+        f"`{'_split_after' if which == 'rest' else 'split_in_half'}`: "
+        f"the {which} of a piece is where that is.",
         declare_reals("x", "u", *_CORNERS),
-        f"(= {_evaluate_piece('x', tuple(f'part.{one}' for one in _CORNERS))} {_evaluate_piece(place, tuple(_CORNERS))})",
+        f"(= {_evaluate_piece('x', tuple(f'part.{one}' for one in _CORNERS))}"
+        f" {_evaluate_piece(place, tuple(_CORNERS))})",
         tables=tuple(
             SymbolicFunction(f"part.{name}", "Real", execute_symbolically(partial(run, corner=corner)))
             for corner, name in enumerate(_CORNERS)
@@ -261,15 +264,17 @@ def _enclosures(code: ModuleSource) -> TheoremObligation:
     """Of one joint and one ball, with the geometry put aside."""
     sweep = code.module(SWEEP)
 
-    def run(ask: DecideBranch, told: str) -> str:
+    def run(ask: DecideBranch, name: str) -> str:
         found: dict[str, str] = {}
         chord = tuple((SymbolicReal(name, ask),) for name in ("middle", "half", "width"))
 
         def posture(_: Any, q: Any) -> Any:
             found["q"] = q[0].term
-            return SimpleNamespace(frames=[None, SimpleNamespace(place=lambda _: "centre")], sweep=swept)
+            return SimpleNamespace(
+                frames=[None, SimpleNamespace(to_base=lambda _: "centre")], chord_deviation_bound=swept
+            )
 
-        def along_of(chord: Any, room: Any) -> str:
+        def chord_terms(chord: Any, room: Any) -> str:
             found["chord"], found["room"] = chord[0].term, room[0].term
             return "along"
 
@@ -278,22 +283,22 @@ def _enclosures(code: ModuleSource) -> TheoremObligation:
                 raise ValueError(joint, centre, along)
             return "edges", SymbolicReal("near", ask)
 
-        put = {"chord_of": lambda _: chord, "Posture": posture, "along_of": along_of}
+        put = {"path_chord": lambda _: chord, "ForwardKinematics": posture, "chord_terms": chord_terms}
         vars(sweep).update(put)
         ball = SimpleNamespace(joint=1, centre=None, radius=SymbolicReal("ball", ask))
         (one,) = sweep.ball_enclosures(None, [], (SymbolicReal("slack", ask),), [ball])
         found["radius"] = one.radius.term
-        return found[told]
+        return found[name]
 
-    told = {"q": "middle", "chord": "half", "room": "(+ width slack)", "radius": "(+ ball near)"}
+    expected = {"q": "middle", "chord": "half", "room": "(+ width slack)", "radius": "(+ ball near)"}
     return TheoremObligation(
         "`ball_enclosures` asks for what stays near the chord, with the slack that joints have beside it,\n"
         "and adds the radius of the ball.",
         declare_reals("middle", "half", "width", "slack", "near", "ball"),
-        smt_and(f"(= told.{name} {wanted})" for name, wanted in told.items()),
+        smt_and(f"(= told.{name} {term})" for name, term in expected.items()),
         tables=tuple(
-            SymbolicFunction(f"told.{name}", "Real", execute_symbolically(partial(run, told=name)))
-            for name in told
+            SymbolicFunction(f"told.{name}", "Real", execute_symbolically(partial(run, name=name)))
+            for name in expected
         ),
     )
 

@@ -67,36 +67,39 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
         steps = code.module(STEP)
         clean_up = code.module(CLEAN_UP, using=(steps,), caller_details=lambda _: {})
         step_control = code.module(
-            STEP_CONTROL, using=(steps, clean_up), is_transient=lambda *_: False, format_reasons=lambda _: ""
+            STEP_CONTROL,
+            using=(steps, clean_up),
+            is_transient_denial=lambda *_: False,
+            format_reasons=lambda _: "",
         )
         scheduler = code.module(SCHEDULER, using=(steps, clean_up, step_control), stop_cause=lambda *_: None)
         plant = _SymbolicPlant(ask, {name for name in _NAMES if ask(f"{name}.moves")})
         before = set(plant.moving)
-        told: set[str] = before
+        decided_with: set[str] = before
 
-        def decide(_: Any, __: Any, under_way: Any) -> Any:
-            nonlocal told
-            told = {one.motion for one in under_way}
+        def decide(_: Any, __: Any, active_motions: Any) -> Any:
+            nonlocal decided_with
+            decided_with = {one.handle for one in active_motions}
             if not ask("allowed"):
-                decision = SimpleNamespace(verdict=DecisionKind.DENY, reasons=())
-                return SimpleNamespace(decision=decision, begun=None, plan=None, causes=())
+                decision = SimpleNamespace(kind=DecisionKind.DENY, reasons=())
+                return SimpleNamespace(decision=decision, active_action=None, plan=None, causes=())
             plan = None if ask("plant-can") else MotionCompletion(completed=False, reason="")
             return SimpleNamespace(
-                decision=SimpleNamespace(verdict=DecisionKind.ALLOW),
-                begun=SimpleNamespace(action=None),
+                decision=SimpleNamespace(kind=DecisionKind.ALLOW),
+                active_action=SimpleNamespace(action=None),
                 plan=plan,
-                ends_others=ask("ends-others"),
+                is_protective_stop=ask("ends-others"),
             )
 
         table = steps.StepTable()
         table.steps = {name: _step(steps, name, name in plant.moving, ask) for name in _NAMES}
-        monitors = SimpleNamespace(watch=lambda _: None, forget=lambda _: None, violation=None)
+        monitors = SimpleNamespace(add=lambda _: None, remove=lambda _: None, violation=None)
         context = clean_up.ExecutionContext(
             table,
             plant,
             audit=SimpleNamespace(append=lambda *_: 0),
             resources=SimpleNamespace(release=lambda _: None),
-            pipeline=SimpleNamespace(decide=decide, executed=lambda _: None, monitors=monitors),
+            pipeline=SimpleNamespace(decide=decide, count_execution=lambda _: None, monitors=monitors),
             governor=SimpleNamespace(command=OperatorCommand.RUN),
             followed=SimpleNamespace(configuration=SimpleNamespace(site=None), release=lambda: None),
         )
@@ -105,8 +108,8 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
         one = _Parts(table, cleaning, control, scheduler.Scheduler(context, cleaning, control))
         *most, last = _EXECUTOR_ACTIONS
         _perform(one, next((deed for deed in most if ask(f"(= deed {deed})")), last))
-        after = {step.under_way.motion for step in table.steps.values() if step.under_way is not None}
-        return smt_literal(told == before and after == plant.moving)
+        after = {step.active_motion.handle for step in table.steps.values() if step.active_motion is not None}
+        return smt_literal(decided_with == before and after == plant.moving)
 
     flags = (
         *(
@@ -144,26 +147,26 @@ class _Parts(NamedTuple):
 def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
     """A step that has begun; one that comes to rest has an ending."""
     halts = moves and ask(f"{name}.halts")
-    under_way = steps.ActiveMotion(name, None, None, halts) if moves else None
+    active_motion = steps.ActiveMotion(name, None, None, halts) if moves else None
     return SimpleNamespace(
         caller=None,
         name=name,
-        asked=None,
-        has_begun=True,
-        finished=not moves and ask(f"{name}.finished"),
+        requested_action=None,
+        is_running=True,
+        is_finished=not moves and ask(f"{name}.finished"),
         deadline=0.0 if ask(f"{name}.late") else 1.0,
-        under_way=under_way,
-        ending=_RUN_RESULT if halts else None,
-        may_pass=False,
-        counts=steps.DecisionCounts(),
-        close=lambda: None,
+        active_motion=active_motion,
+        result=_RUN_RESULT if halts else None,
+        is_transient=False,
+        decision_counts=steps.DecisionCounts(),
+        close_skill=lambda: None,
     )
 
 
 def _perform(executor: _Parts, deed: str) -> None:
     """Do it where it may be: a step that moves nothing acts, and time goes on for what moves."""
     step = executor.table.steps["one"]
-    if deed == "act" and step.under_way is None:
+    if deed == "act" and step.active_motion is None:
         executor.control._decide_and_begin(step, SimpleNamespace(kind=""))
     elif deed == "advance" and executor.table.is_moving():
         executor.scheduler._advance_plant(1.0)

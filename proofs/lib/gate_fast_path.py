@@ -109,9 +109,9 @@ _HOLDS: Final = f"(and allows (< (number used) {_QUOTA.max_count}) envelope left
 def allow_implies_conditions(shape: _RequestShape) -> TheoremObligation:
     """Where it speaks, all is well-formed; where it allows, all that it evaluates holds."""
     return TheoremObligation(
-        "The function that `compile_fast_path` writes answers only where everything is well-formed, readings\n"
-        "one by one or of one moment, and allows only what is asked for, where quotas are left and envelope\n"
-        "and residue hold of these very values.",
+        "The function that `compile_fast_path` writes answers only where everything is well-formed,\n"
+        "readings one by one or of one moment, and allows only what is asked for, where quotas are\n"
+        "left and envelope and residue hold of these very values.",
         (*DECLARATIONS, *SPECIFICATION, _FAST_PATH_SORT),
         "(and (not (= found wrong))"
         f" (or (= found short-silent) (and {' '.join(shape.well_formed)}))"
@@ -168,10 +168,10 @@ def _execute_fast_path(code: ModuleSource, shape: _RequestShape) -> DecisionDiag
 
 def _fast_path(code: ModuleSource, shape: _RequestShape, allows: bool, ask: DecideBranch) -> Any:
     """The function as it is written, with conditions, the denial and what looks at types put aside."""
-    straight = code.module(FAST_PATH, using=(code.module(CODEGEN),))
+    fast_path = code.module(FAST_PATH, using=(code.module(CODEGEN),))
     known = (*shape.parameters, *shape.inputs, *(REQUIRED & shape.state.keys()))
 
-    def conditions(writer: Any, terms: Sequence[str], _: Any) -> list[str]:
+    def condition_codes(writer: Any, terms: Sequence[str], _: Any) -> list[str]:
         read = ", ".join(
             f"{name!r}: {local}" for name, local in writer.local.items() if scalar_root(name) in known
         )
@@ -181,21 +181,21 @@ def _fast_path(code: ModuleSource, shape: _RequestShape, allows: bool, ask: Deci
         check_scalars(read)
         return ask(term)
 
-    straight._Writer.conditions = conditions
+    fast_path._FastPathWriter.condition_codes = condition_codes
 
     def denying(_: Any) -> Decision | None:
         return None if ask("attenuates") else Decision(DecisionKind.DENY, None, (Reason("AE750", "", ""),))
 
     rules = CompiledConditions((), lambda: (ask("rules"),))
-    criteria = straight.DecisionCriteria(allows, "envelope", "permission", "left", rules, denying)
+    criteria = fast_path.DecisionCriteria(allows, "envelope", "permission", "left", rules, denying)
     state, required = value_checkers(shape.state), REQUIRED & shape.state.keys()
-    one_by_one = straight.compile_read_each(state, required)
-    function = straight.compile_fast_path(
+    read_each = fast_path.compile_read_each(state, required)
+    function = fast_path.compile_fast_path(
         criteria,
         inputs=value_checkers(shape.inputs),
         state=state,
-        moments=SimpleNamespace(scalars=MeasuredReadings.scalars),
-        one_by_one=one_by_one,
+        snapshot_cache=SimpleNamespace(scalars=MeasuredReadings.scalars),
+        read_each=read_each,
         required=required,
         parameters=value_checkers(shape.parameters),
         quotas=(_QUOTA,),
@@ -207,7 +207,7 @@ def _fast_path(code: ModuleSource, shape: _RequestShape, allows: bool, ask: Deci
     if unknown:
         raise InternalError(f"the short way does not use {sorted(unknown)} any more")
     function.__globals__.update(stubs, holds=holds)
-    one_by_one.__globals__.update(stubs)
+    read_each.__globals__.update(stubs)
     return function
 
 

@@ -82,8 +82,8 @@ def execute_layers(
     layers = code.module(LAYERS)
 
     def run(ask: DecideBranch) -> str:
-        def part(question: str, told: str) -> Callable[..., Iterator[Reason]]:
-            return lambda *_: iter(() if ask(question) else (Reason(told, "", ""),))
+        def part(question: str, code: str) -> Callable[..., Iterator[Reason]]:
+            return lambda *_: iter(() if ask(question) else (Reason(code, "", ""),))
 
         def quota_objections(quota: Any, _: Any) -> Iterator[Reason]:
             if not ask(f"{quota.id}.left"):
@@ -94,7 +94,7 @@ def execute_layers(
             {
                 "_access_objections": part("accessible", "AE740"),
                 "_risk_objections": part("risk-borne", "AE741"),
-                "_usage_objections": part("counts-formed", "AE704"),
+                "_malformed_usage_objections": part("counts-formed", "AE704"),
                 "_quota_objections": quota_objections,
             },
         )
@@ -166,13 +166,14 @@ def _override(code: ModuleSource) -> TheoremObligation:
         def given(name: str) -> Any:
             return None if ask(f"any-{name}") else SymbolicValue(f"blocked-{name}", ask)
 
-        block = model.Block("block", "", *(given(name) for name in _FIELDS))
+        block = model.OperatorOverride("block", "", *(given(name) for name in _FIELDS))
         asking = (SymbolicValue(f"asking-{name}", ask) for name in _FIELDS)
         return str(bool(block.matches(*asking))).lower()
 
     matched = smt_and(f"(or any-{name} (= blocked-{name} asking-{name}))" for name in _FIELDS)
     return TheoremObligation(
-        "`Block.matches` exactly where every field that the operator gave is that of who asks, and what for.",
+        "`OperatorOverride.matches` exactly where every field that the operator gave is that of who asks,\n"
+        "and what for.",
         (
             "(declare-sort Name 0)",
             *_constants("Bool", (f"any-{name}" for name in _FIELDS)),
@@ -229,7 +230,7 @@ def _access(code: ModuleSource) -> TheoremObligation:
 
         site = SimpleNamespace(access=model.Access(_ActuatorSet.named(ask, "site")), grants=Grants())
         site.access_of = lambda module: model.Site.access_of(site, module)
-        ecm = SimpleNamespace(id="m", access=model.Access(_ActuatorSet.named(ask, "module")))
+        ecm = SimpleNamespace(id="m", requested_access=model.Access(_ActuatorSet.named(ask, "module")))
         skill = SimpleNamespace(id="k", actuators=_ActuatorSet.named(ask, "skill"))
         kind = SimpleNamespace(actuators=_ActuatorSet.named(ask, "kind"))
         return no_objection(layers._access_objections(site, ecm, skill, kind))
@@ -318,8 +319,8 @@ def _counts(code: ModuleSource) -> TheoremObligation:
         ["(not stranger-told)", *(f"(=> {q}.told (and {q}.whole (>= {q}.used 0)))" for q in _QUOTAS)]
     )
     return TheoremObligation(
-        "`_malformed_usage_objections` yields nothing exactly where all that is said of use is a count of a quota of\n"
-        "the site.",
+        "`_malformed_usage_objections` yields nothing exactly where all that is said of use is a count of\n"
+        "a quota of the site.",
         _USAGE_DECLARATIONS,
         f"(= nothing {formed})",
         tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),
@@ -330,7 +331,7 @@ def _quota(code: ModuleSource) -> TheoremObligation:
     layers = code.module(LAYERS, type=_type_of)
 
     def run(ask: DecideBranch) -> str:
-        quota = SimpleNamespace(id="quota.1", at_most=SymbolicValue("quota.1.at-most", ask))
+        quota = SimpleNamespace(id="quota.1", max_count=SymbolicValue("quota.1.at-most", ask))
         return no_objection(layers._quota_objections(quota, _SymbolicUsage(ask)))
 
     return TheoremObligation(

@@ -247,7 +247,7 @@ def _configuration(ask: DecideBranch, variant: GateVariant, quotas: tuple[Any, .
         for rule in variant.rules
     )
     site = SimpleNamespace(
-        observed={"s": SimpleNamespace(name="s")},
+        observed_variables={"s": SimpleNamespace(name="s")},
         kinds={"a": SimpleNamespace(name="a", parameters={"p": SimpleNamespace(name="p")})},
         rules_for_kind=lambda _: rules,
         quotas=quotas,
@@ -261,14 +261,14 @@ def _configuration(ask: DecideBranch, variant: GateVariant, quotas: tuple[Any, .
             envelope={"a": SimpleNamespace(term=condition_term(f"{whose}envelope"))},
         )
         modules[module] = SimpleNamespace(
-            id=module, skills={"k": skill}, permission=_SymbolicPermission(ask, whose)
+            id=module, skills={"k": skill}, permitted_actions=_SymbolicPermission(ask, whose)
         )
 
     def proved(module: str) -> Any:
         under = variant.name_prefix if module == "m" else "other."
         return _ProvedClaims(ask, under) if variant.certified else frozenset()
 
-    return SimpleNamespace(site=site, modules=modules, proved=proved)
+    return SimpleNamespace(site=site, modules=modules, proved_obligations=proved)
 
 
 def _decider(
@@ -295,11 +295,11 @@ def _gate_stubs(ask: DecideBranch) -> dict[str, Any]:
         "CompiledCondition": lambda term, _: _SymbolicCondition(ask, term, certain=True),
         "SolverCondition": lambda term, *_: _SymbolicCondition(ask, term, certain=False),
         "JointRules": lambda *_, **__: None,
-        "compile_truths": lambda terms, _: tuple(terms),
-        "compile_one_by_one": lambda *_: None,
-        "compile_straight": lambda criteria, **_: criteria,
-        "MomentTaker": lambda _: None,
-        "forms_of": lambda declared: {one.name: one.name for one in declared.values()},
+        "compile_conditions": lambda terms, _: tuple(terms),
+        "compile_read_each": lambda *_: None,
+        "compile_fast_path": lambda criteria, **_: criteria,
+        "SnapshotCache": lambda _: None,
+        "value_checkers": lambda declared: {one.name: one.name for one in declared.values()},
         "ranges_of": lambda _: {},
     }
 
@@ -320,8 +320,8 @@ class _GivenReadings:
         self._is_made = ask("readings-made")
         self.readings: Any = None
         if ask("given-as-moment"):
-            moment = Snapshot(ColumnNames(["s"]), (self._state,), _NOW)
-            self.readings = moment if self._is_made else object.__new__(Snapshot)
+            snapshot = Snapshot(ColumnNames(["s"]), (self._state,), _NOW)
+            self.readings = snapshot if self._is_made else object.__new__(Snapshot)
         elif self._is_made:
             self.readings = {"s": Reading(self._state, _NOW)}
 
@@ -365,7 +365,7 @@ def execute_objections(
     gate = code.module(GATE)
 
     def run(ask: DecideBranch) -> str:
-        def take_given(
+        def unpack_arguments(
             forms: Mapping[str, Any], given: Mapping[str, Any], whose: str, into: dict[str, Any]
         ) -> Iterator[Reason]:
             (name,) = forms
@@ -375,7 +375,7 @@ def execute_objections(
             else:
                 yield Reason("AE704", name, whose)
 
-        def take_readings(
+        def unpack_readings(
             forms: Mapping[str, Any], readings: Any, now: Any, required: Any, into: dict[str, Any]
         ) -> Iterator[Reason]:
             (name,) = forms
@@ -384,7 +384,9 @@ def execute_objections(
             else:
                 yield Reason("AE704", name, "")
 
-        decider = _decider(gate, ask, variant, take_given=take_given, take_readings=take_readings)
+        decider = _decider(
+            gate, ask, variant, unpack_arguments=unpack_arguments, unpack_readings=unpack_readings
+        )
         return reasons_term(decider._objections(*_symbolic_request(ask), 0.0, {}, {}))
 
     return execute_symbolically(run)
@@ -408,7 +410,7 @@ def execute_criteria(code: ModuleSource, variant: GateVariant = ANY_CONFIGURATIO
         def finite_objections(_: Any, __: Any, ___: Any, usage: Mapping[str, int]) -> Iterator[Reason]:
             if not ask("static-layers-pass"):
                 yield Reason("AE710", "block", "")
-            if usage["q"] >= _QUOTA.at_most:
+            if usage["q"] >= _QUOTA.max_count:
                 yield Reason("AE742", "q", "")
 
         decider = _decider(gate, ask, variant, (_QUOTA,), finite_objections=finite_objections)
@@ -416,13 +418,13 @@ def execute_criteria(code: ModuleSource, variant: GateVariant = ANY_CONFIGURATIO
         if criteria is None:
             return "no-short-way"
         return smt_apply(
-            "criteria", smt_literal(criteria.allows), smt_literal(condition_holds(ask, criteria.left))
+            "criteria", smt_literal(criteria.can_allow), smt_literal(condition_holds(ask, criteria.residual))
         )
 
     return execute_symbolically(run)
 
 
-_QUOTA: Final = SimpleNamespace(id="q", at_most=5)
+_QUOTA: Final = SimpleNamespace(id="q", max_count=5)
 
 
 def _values(ask: DecideBranch) -> dict[str, SymbolicValue]:
@@ -488,7 +490,7 @@ def execute_decision(code: ModuleSource, action_term: str = REQUESTED_ACTION) ->
                     return [Reason("AE750", rule, "") for rule in rules]
             return [Reason("AE730", "a", "")]
 
-        def decide_straight(*_: Any) -> Decision | dict[str, Any] | None:
+        def decide_fast(*_: Any) -> Decision | dict[str, Any] | None:
             if ask(f"(= {short} short-allows)"):
                 return Decision(DecisionKind.ALLOW, action, ())
             if ask(f"(= {short} short-denies)"):
@@ -509,14 +511,14 @@ def execute_decision(code: ModuleSource, action_term: str = REQUESTED_ACTION) ->
         decider = _decider(
             gate,
             ask,
-            decide_straight=decide_straight,
-            attenuated=_attenuated_stub,
+            decide_fast=decide_fast,
+            attenuate_parameters=_attenuated_stub,
             request_fault=request_fault,
             check_time=unless("time-formed"),
         )
         # The methods below are explored by themselves.
         decider._objections = objections
-        decider._unmet = lambda _, asked, __: objecting("unmet", asked)
+        decider._violated_conditions = lambda _, asked, __: objecting("unmet", asked)
         return _decision_term(decider.decide(caller, given.readings, action, _NOW, {}))
 
     return execute_symbolically(run, raising="wrong")
@@ -548,9 +550,13 @@ def execute_unknown_request(code: ModuleSource) -> DecisionDiagram:
             more[-1].update(given)
             return iter(())
 
-        taking = {"take_given": take, "take_readings": take, "attenuated": _attenuated_stub}
-        silent = {name: lambda *_: None for name in ("request_fault", "check_now", "decide_straight")}
-        install_stubs(gate, {**taking, **silent})
+        unpackers = {
+            "unpack_arguments": take,
+            "unpack_readings": take,
+            "attenuate_parameters": _attenuated_stub,
+        }
+        silent = {name: lambda *_: None for name in ("request_fault", "check_time", "decide_fast")}
+        install_stubs(gate, {**unpackers, **silent})
         configuration = _configuration(ask, ANY_CONFIGURATION, ())
         module = configuration.modules["m"]
         if not known["kind-known"]:

@@ -48,7 +48,10 @@ _DECLARATIONS: Final = (
 that were kept.  `X.was-taken`: the value that was kept of X was no list, and of its form.
 """
 
-_CACHE_IS_CONSISTENT: Final = f"(=> (and keeps-one same-order) (and (not has.{_UNDECLARED_NAME}) {' '.join(f'{x}.was-taken' for x in _STATE)}))"
+_CACHE_IS_CONSISTENT: Final = (
+    f"(=> (and keeps-one same-order) (and (not has.{_UNDECLARED_NAME})"
+    f" {' '.join(f'{x}.was-taken' for x in _STATE)}))"
+)
 """The invariant: what is kept was all declared, no list, and of its form."""
 
 
@@ -69,7 +72,7 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
         def is_not(value: _SymbolicValue, _: _SymbolicValue) -> bool:
             return not ask(f"{value.of}.is-same")
 
-        def taking(name: str, value: _SymbolicValue) -> Mapping[str, _SymbolicValue] | None:
+        def unpack(name: str, value: _SymbolicValue) -> Mapping[str, _SymbolicValue] | None:
             formed = value.of == name and ask(f"{name}.is-formed")
             return {name: _SymbolicValue(name, "current")} if formed else None
 
@@ -79,9 +82,9 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
         def column_of(names: Iterable[str]) -> tuple[_SymbolicValue, ...]:
             return tuple(_SymbolicValue(name, "measured") for name in names)
 
-        moments = code.module(SNAPSHOTS, is_not=is_not, type=type_)
-        taker = moments.SnapshotCache({})
-        taker._unpackers = {name: partial(taking, name) for name in _STATE}
+        snapshots = code.module(SNAPSHOTS, is_not=is_not, type=type_)
+        cache = snapshots.SnapshotCache({})
+        cache._unpackers = {name: partial(unpack, name) for name in _STATE}
         order = SimpleNamespace(
             names=(*_STATE, _UNDECLARED_NAME) if ask(f"has.{_UNDECLARED_NAME}") else _STATE
         )
@@ -92,9 +95,9 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
             # Names in another order stand for any others.
             names = order if ask("same-order") else SimpleNamespace(names=order.names[::-1])
             of_old = column if ask("same-column") else column_of(names.names)
-            had = taker._cached = moments._CachedColumn(names, of_old, dict(before))
-        found = taker.scalars(SimpleNamespace(order=order, column=column))
-        now = taker._cached
+            had = cache._cached = snapshots._CachedColumn(names, of_old, dict(before))
+        found = cache.scalars(SimpleNamespace(order=order, column=column))
+        now = cache._cached
         is_this = now is not None and now.order is order and now.column is column and now.scalars is found
         is_untouched = now is had and (had is None or had.scalars == before)
         return smt_apply("outcome", _answer(found), smt_literal(is_this), smt_literal(is_untouched))
@@ -105,9 +108,9 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
         for x in _STATE
     )
     return TheoremObligation(
-        "`SnapshotCache.scalars` answers exactly where all of a moment are declared state variables, of their\n"
-        "forms and no lists, whatever it kept of an earlier one; with the scalars of these very values.\n"
-        "What it keeps is then this moment, or what it had.",
+        "`SnapshotCache.scalars` answers exactly where all of a moment are declared state variables, of\n"
+        "their forms and no lists, whatever it kept of an earlier one; with the scalars of these very\n"
+        "values. What it keeps is then this moment, or what it had.",
         _DECLARATIONS,
         f"(and (= all-can (not (= (answer found) refused))) (=> all-can (and {right}))"
         " (or (keeps-what-it-had found) (and all-can (keeps-this found))))",

@@ -73,7 +73,7 @@ def _obligation(
 
 
 def _request(code: ModuleSource) -> TheoremObligation:
-    _, intake = _validation_modules(code)
+    _, request_check = _validation_modules(code)
     gate = code.module(GATE)
 
     def run(ask: DecideBranch) -> Any:
@@ -85,7 +85,7 @@ def _request(code: ModuleSource) -> TheoremObligation:
             Caller(text("module"), text("skill"), cast("Any", request.inputs)),
             Action(text("kind"), cast("Any", request.parameters)),
         )
-        return intake.request_fault(
+        return request_check.request_fault(
             caller if ask("caller.is-one") else UndeclaredValue(),
             request.individual_readings(("near", "lit"), gate),
             action if ask("action.is-one") else UndeclaredValue(),
@@ -115,9 +115,9 @@ def _time(code: ModuleSource) -> TheoremObligation:
 def _value(name: str, code: ModuleSource) -> TheoremObligation:
     form = _validation_modules(code)[0].ValueChecker(PARAMETERS[name])
     return _obligation(
-        f"`ValueChecker.take` has no objection to a value of `{name}` exactly where it has the declared type and is\n"
-        "in range.",
-        lambda ask: form.take(SymbolicRequest(ask).value(name), {}),
+        f"`ValueChecker.unpack` has no objection to a value of `{name}` exactly where it has the declared\n"
+        "type and is in range.",
+        lambda ask: form.unpack(SymbolicRequest(ask).value(name), {}),
         f"formed.{name}",
     )
 
@@ -129,13 +129,13 @@ def unpacking_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligat
 
 def _unpacking_obligation(name: str, code: ModuleSource) -> TheoremObligation:
     form = value_checkers(PARAMETERS)[name]
-    writer = code.module(CODEGEN).Writer()
+    writer = code.module(CODEGEN).FunctionWriter()
     writer.names |= {**STUBS, "whole": integer_as_double}
-    taking = writer.taking(form)
+    unpack = writer.build_unpacker(form)
 
     def run(ask: DecideBranch) -> str:
         value = SymbolicRequest(ask).value(name)
-        found = taking(value)
+        found = unpack(value)
         if found is None:
             return "not-taken"
         check_scalars(found)
@@ -143,8 +143,8 @@ def _unpacking_obligation(name: str, code: ModuleSource) -> TheoremObligation:
         return "taken" if is_whole and _is_number_or(value, found.values()) else "wrong"
 
     return TheoremObligation(
-        f"The function that `Writer.taking` writes takes a value of `{name}` exactly where it has the\n"
-        "declared type and is in range, and gives these very scalars.",
+        f"The function that `FunctionWriter.build_unpacker` writes takes a value of `{name}` exactly where\n"
+        "it has the declared type and is in range, and gives these very scalars.",
         (*DECLARATIONS, *SPECIFICATION, "(declare-datatypes ((Taken 0)) (((taken) (not-taken) (wrong))))"),
         f"(= found (ite formed.{name} taken not-taken))",
         tables=(SymbolicFunction("found", "Taken", execute_symbolically(run, raising="wrong")),),
@@ -157,23 +157,25 @@ def _is_number_or(value: Any, scalars: Iterable[Any]) -> bool:
 
 def _given(code: ModuleSource) -> TheoremObligation:
     """With what a form says of a value put aside."""
-    _, intake = _validation_modules(code)
+    _, request_check = _validation_modules(code)
 
     def run(ask: DecideBranch) -> Any:
         def form(name: str, default: Any) -> Any:
-            def take(value: Any, _: Any) -> Reason | None:
+            def unpack(value: Any, _: Any) -> Reason | None:
                 # A default that is declared is of its form: AE111 and its like refuse any other.
                 return None if value == 0.5 or ask(f"formed.{value.name}") else Reason("AE704", name, "")
 
-            return SimpleNamespace(take=take, declared=SimpleNamespace(default=default, range=UNIT_RANGE))
+            return SimpleNamespace(
+                unpack=unpack, declared=SimpleNamespace(default_value=default, range=UNIT_RANGE)
+            )
 
         given = {name: lambda name=name: GivenValue(name, ask) for name in ("speed", "size")}
         forms = {"speed": form("speed", None), "size": form("size", Fraction(1, 2))}
-        return list(intake.take_given(forms, NamedValues("parameters", ask, given), "", {}))
+        return list(request_check.unpack_arguments(forms, NamedValues("parameters", ask, given), "", {}))
 
     return _obligation(
-        "`take_given` has no objection exactly where all is there that has no default, nothing strange is,\n"
-        "and each value is of its form.",
+        "`unpack_arguments` has no objection exactly where all is there that has no default, nothing\n"
+        "strange is, and each value is of its form.",
         run,
         "(and (not parameters.strange-name) has.speed formed.speed (=> has.size formed.size))",
     )
@@ -181,26 +183,26 @@ def _given(code: ModuleSource) -> TheoremObligation:
 
 def _readings(code: ModuleSource) -> TheoremObligation:
     """With what a form says of a value put aside."""
-    form, intake = _validation_modules(code)
+    form, request_check = _validation_modules(code)
     gate = code.module(GATE)
 
     def run(ask: DecideBranch) -> Any:
         def stub(name: str) -> Any:
-            def take(_: Any, __: Any) -> Reason | None:
+            def unpack(_: Any, __: Any) -> Reason | None:
                 return None if ask(f"formed.{name}") else Reason("AE704", name, "")
 
             real = form.ValueChecker(STATE[name])
-            return SimpleNamespace(take=take, declared=real.declared, surely_fresh=real.surely_fresh)
+            return SimpleNamespace(unpack=unpack, declared=real.declared, surely_fresh=real.surely_fresh)
 
         request = SymbolicRequest(ask)
         readings = request.individual_readings(("near", "lit"), gate)
         forms = {name: stub(name) for name in ("near", "lit")}
         if readings is None:
             return ["no readings"]
-        return list(intake.take_readings(forms, readings, request.now, frozenset(("near",)), {}))
+        return list(request_check.unpack_readings(forms, readings, request.now, frozenset(("near",)), {}))
 
     return _obligation(
-        "`take_readings` has no objection exactly where what is required is measured, no longer ago than\n"
+        "`unpack_readings` has no objection exactly where what is required is measured, no longer ago than\n"
         "its maximum age, nothing is of the future, and each value is of its form; of a moment, each in it,\n"
         "of the one time.",
         run,

@@ -68,7 +68,7 @@ def _next_frame(
     links = _symbolic_links(code)
 
     def run(ask: DecideBranch, part: int, axis: int) -> str:
-        any_frame = links.Frame(*(symbolic_vector(ask, one) for one in _PARTS))
+        any_frame = links.JointFrame(*(symbolic_vector(ask, one) for one in _PARTS))
         frame = links.ORIGIN if of_the_base else any_frame
         row = tuple(SymbolicReal(one, ask) for one in ("a", "alpha", "d"))
         following = links.child_frame(frame, links.mounting_of(row), SymbolicReal(angle, ask))
@@ -126,8 +126,8 @@ def _origin_obligation(code: ModuleSource) -> TheoremObligation:
         f"(= {one} {other})" for one, other in zip(frame["z"], cross(frame["x"], frame["y"]), strict=True)
     ]
     return TheoremObligation(
-        "The axes of a frame, as `child_frame` makes it of the base's, are perpendicular, of length one, and\n"
-        "right-handed.",
+        "The axes of a frame, as `child_frame` makes it of the base's, are perpendicular, of length one,\n"
+        "and right-handed.",
         _FRAME,
         smt_and(claims),
         tables=tuple(_next_frame(code, "next", "angle", of_the_base=True)),
@@ -215,7 +215,7 @@ def axis_distance(joint: int) -> str:
 
 def symbolic_posture(links: ModuleType, ask: DecideBranch) -> Any:
     """Any posture of the chain."""
-    posture = object.__new__(links.Posture)
+    posture = object.__new__(links.ForwardKinematics)
     symbolic: Any = JointFrame
     posture.frames = [ORIGIN] + [
         symbolic(symbolic_vector(ask, f"o{joint}"), None, None, symbolic_vector(ask, f"z{joint}"))
@@ -255,7 +255,7 @@ def reach_assumptions() -> dict[str, str]:
 
 
 def spread_result(joint: int) -> str:
-    """What `Posture.spread` says of that joint, by the reaches of those beyond it."""
+    """What `displacement_bound` says of that joint, by the reaches of those beyond it."""
     beyond = (f"(* width.{other} reach.{other})" for other in JOINTS if other > joint)
     return sum_terms((axis_distance(joint), *beyond))
 
@@ -274,7 +274,9 @@ def _spread(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch, joint: int | None) -> str:
         width = [SymbolicReal(f"width.{joint}", ask) for joint in JOINTS]
-        most, reaches = symbolic_posture(links, ask).spread(len(JOINTS), symbolic_vector(ask, "p"), width)
+        most, reaches = symbolic_posture(links, ask).displacement_bound(
+            len(JOINTS), symbolic_vector(ask, "p"), width
+        )
         return term_of(most if joint is None else reaches[joint])
 
     reaches = [
@@ -287,8 +289,8 @@ def _spread(code: ModuleSource) -> TheoremObligation:
         for joint in JOINTS
     }
     return TheoremObligation(
-        "`Posture.spread` bounds how far a point gets from each axis, and from where it is, while the\n"
-        "joints are within their widths.",
+        "`ForwardKinematics.displacement_bound` bounds how far a point gets from each axis, and from where\n"
+        "it is, while the joints are within their widths.",
         (*CHAIN, *REACH_DECLARATIONS),
         smt_and(
             (

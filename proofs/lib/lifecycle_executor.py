@@ -25,7 +25,7 @@ def _begin_obligation(code: ModuleSource) -> TheoremObligation:
         generation = SymbolicValue("latest", ask)
 
         @contextmanager
-        def acting(_: Any) -> Iterator[bool]:
+        def hold_generation(_: Any) -> Iterator[bool]:
             yield ask("in-force")
 
         ecm = SimpleNamespace(
@@ -36,7 +36,7 @@ def _begin_obligation(code: ModuleSource) -> TheoremObligation:
         )
         command = governor.OperatorCommand.STOP if ask("stopped") else governor.OperatorCommand.RUN
         followed = governor.FollowedConfiguration.__new__(governor.FollowedConfiguration)
-        followed._governor = SimpleNamespace(generation=generation, acting=acting)
+        followed._governor = SimpleNamespace(generation=generation, hold_generation=hold_generation)
         followed.configuration = SimpleNamespace(modules=SymbolicMapping(ask, "active", now))
         followed.follow = lambda: SymbolicValue("followed", ask)
         followed._is_moving = lambda: ask("moving")
@@ -47,10 +47,10 @@ def _begin_obligation(code: ModuleSource) -> TheoremObligation:
         one._check_hold_condition = lambda _: "ending" if ask(next(looks)) else None
         one.actions_are_paused = lambda: ask("held-back")
         one._decide_and_begin = lambda *_: began.append("begins")
-        step = SimpleNamespace(ecm=ecm, asked="action" if ask("asked-before") else None)
+        step = SimpleNamespace(ecm=ecm, requested_action="action" if ask("asked-before") else None)
 
         def resume(_: Any) -> Any:
-            step.asked = "action"
+            step.requested_action = "action"
 
         one._resume_skill = resume
         one.run_skill(step)

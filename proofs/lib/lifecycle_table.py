@@ -53,21 +53,25 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
     records = code.module(REGISTRY_STORE, using=(lifecycle,))
 
     def run(ask: DecideBranch) -> str:
-        state = _choose_member(ask, "state", lifecycle.State)
+        state = _choose_member(ask, "state", lifecycle.ModuleState)
         verb = _choose_member(ask, "verb", lifecycle.LifecycleAction)
         registry = code.module(
             REGISTRY,
             using=(lifecycle, records),
             module_files=lambda _: {},
             bundle_digest=lambda _: "digest",
-            keep=lambda *_: "folder",
-            sweep=lambda *_: None,
-            _read=lambda *_: SimpleNamespace(id="m", version="1"),
+            store_bundle=lambda *_: "folder",
+            remove_unreferenced=lambda *_: None,
+            _load_module=lambda *_: SimpleNamespace(id="m", version="1"),
             _digests=lambda _: (),
         )
-        n = records.InstalledModule.kept("n", "1", "other", _choose_member(ask, "state", lifecycle.State))
+        n = records.InstalledModule.from_digest(
+            "n", "1", "other", _choose_member(ask, "state", lifecycle.ModuleState)
+        )
         kept = (
-            {"m": records.InstalledModule.kept("m", "1", "digest", state)} if state.value != "absent" else {}
+            {"m": records.InstalledModule.from_digest("m", "1", "digest", state)}
+            if state.value != "absent"
+            else {}
         )
         made: list[Any] = []
 
@@ -78,7 +82,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         one = registry.Registry.__new__(registry.Registry)
         one.folder = _FolderStub()
         one._change_lock, one._policy_of = changing, lambda _: None
-        one._proved = lambda *_: (None, None)
+        one._prove_snapshot = lambda *_: (None, None)
         one._commit = lambda _, new, *__: made.append(new)
         try:
             if verb.value == "install":
@@ -90,7 +94,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         (new,) = made
         if new.modules.keys() - {"m"} != {"n"} or new.modules["n"] is not n:
             return "moves-another"
-        reached = new.modules["m"].state if "m" in new.modules else lifecycle.State.ABSENT
+        reached = new.modules["m"].state if "m" in new.modules else lifecycle.ModuleState.ABSENT
         return smt_apply("to", reached.value)
 
     return SymbolicFunction("moved", "Moved", execute_symbolically(run))
@@ -108,7 +112,7 @@ class _FolderStub:
 def _history_base(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
         "Base: a module that was never installed is neither configured nor active.",
-        (*_MODULE, f"(define-fun first () State {next(iter(code.module(LIFECYCLE).State)).value})"),
+        (*_MODULE, f"(define-fun first () State {next(iter(code.module(LIFECYCLE).ModuleState)).value})"),
         "(and (= first absent) (invariant first false false))",
     )
 
@@ -138,8 +142,8 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
     records = code.module(REGISTRY_STORE, using=(lifecycle,))
 
     def run(ask: DecideBranch) -> str:
-        state = _choose_member(ask, "state", lifecycle.State)
-        ecm = SimpleNamespace(id="m", requires=("n",) if ask("needs-another") else ())
+        state = _choose_member(ask, "state", lifecycle.ModuleState)
+        ecm = SimpleNamespace(id="m", required_modules=("n",) if ask("needs-another") else ())
         certificate = SimpleNamespace(obligations={}) if ask("proved") else None
         module = SimpleNamespace(name="m", certificate=certificate, path="m")
         conclusion = Conclusion.PROVED if ask("all-proved") else Conclusion.REJECTED
@@ -162,23 +166,24 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
             bundle_digest=lambda _: "digest" if ask("as-installed") else "other",
         )
         one = registry.Registry.__new__(registry.Registry)
-        one.folder, one._prove = _FolderStub(), proving.prove
+        one.folder, one._prove = _FolderStub(), proving.prove_configuration
         kept = {
-            "m": records.InstalledModule.kept("m", "1", "digest", state),
-            "n": records.InstalledModule.kept(
-                "n", "1", "digest", _choose_member(ask, "needed", lifecycle.State)
+            "m": records.InstalledModule.from_digest("m", "1", "digest", state),
+            "n": records.InstalledModule.from_digest(
+                "n", "1", "digest", _choose_member(ask, "needed", lifecycle.ModuleState)
             ),
         }
         try:
-            configuration, _ = one._proved(records.RegistrySnapshot(1, "site", kept, {}), {})
+            configuration, _ = one._prove_snapshot(records.RegistrySnapshot(1, "site", kept, {}), {})
         except UserError:
             return "false"
         return smt_literal("m" in configuration.modules)
 
     flags = ("needs-another", "proved", "all-proved", "as-proved", "as-installed")
     return TheoremObligation(
-        "`Registry._proved` and `prove` put a module in force only where it is active, is the one that was\n"
-        "installed, is proved, with all others, as it is then read, and what it needs is active.",
+        "`Registry._prove_snapshot` and `prove_configuration` put a module in force only where it is\n"
+        "active, is the one that was installed, is proved, with all others, as it is then read,"
+        " and what it needs is active.",
         (
             _datatype("State", ModuleState),
             "(declare-const state State)",
@@ -220,16 +225,16 @@ def _prepare_obligation(code: ModuleSource) -> TheoremObligation:
             inputs={},
         )
         try:
-            preparing.prepared(
-                request, configuration, SimpleNamespace(lacking=lambda _: None), lambda *_: None
+            preparing.prepare_step(
+                request, configuration, SimpleNamespace(never_available=lambda _: None), lambda *_: None
             )
-        except preparing.RefusedError:
+        except preparing.StepRefusedError:
             return "false"
         return "true"
 
     names = ("in-force", "has-skill", "module-is-a-name", "skill-is-a-name")
     return TheoremObligation(
-        "`prepared` makes a step of a request only where its module is in force and has that skill.",
+        "`prepare_step` makes a step of a request only where its module is in force and has that skill.",
         tuple(f"(declare-const {name} Bool)" for name in names),
         "(=> starts (and in-force has-skill))",
         tables=(SymbolicFunction("starts", "Bool", execute_symbolically(run)),),

@@ -40,7 +40,7 @@ def _transaction(code: ModuleSource) -> TheoremObligation:
             _is_new=lambda _: False,
         )
         path = SimpleNamespace(absolute=lambda: SimpleNamespace(as_uri=lambda: "file"))
-        one = records.Records.__new__(records.Records)
+        one = records.RegistryStore.__new__(records.RegistryStore)
         one.path = path
         new = records.RegistrySnapshot(2, "site", {}, {"b": OperatorOverride("b", "why", None, None, None)})
         try:
@@ -80,8 +80,8 @@ def _transaction(code: ModuleSource) -> TheoremObligation:
 
     invariant = replace.invariant_formula("pc", facts)
     return TheoremObligation(
-        "`Records.replace`: base and step of an invariant by which, wherever it fails or is killed, all\n"
-        "that it writes is on the disk, or nothing; once it returns, all.",
+        "`RegistryStore.replace`: base and step of an invariant by which, wherever it fails or is killed,\n"
+        "all that it writes is on the disk, or nothing; once it returns, all.",
         (
             *declare_state(_DISK),
             f"(define-fun invariant () Bool {invariant})",
@@ -96,7 +96,7 @@ def _transaction(code: ModuleSource) -> TheoremObligation:
 
 
 def _ended_with_result(one: Any, result: str) -> str:
-    return "(or " + " ".join(f"(= pc {at})" for at, found in one.ends.items() if found == result) + ")"
+    return "(or " + " ".join(f"(= pc {at})" for at, found in one.end_results.items() if found == result) + ")"
 
 
 def _writes_on_path(path: StepPath) -> int:

@@ -116,9 +116,9 @@ class _GeneratedMonitor:
     """
 
     def __init__(self, code: ModuleSource, term: t.Term, max_count: int) -> None:
-        collected = code.module(PAST_TIME, MAX_OCCURRENCE_COUNT=max_count).Histories()
-        self.flat: t.Term = collected.flat(term, _ANY_TIME)
-        self.histories = collected.kept
+        collected = code.module(PAST_TIME, MAX_OCCURRENCE_COUNT=max_count).HistoryCollector()
+        self.flat: t.Term = collected.replace_past_terms(term, _ANY_TIME)
+        self.histories = collected.collected
         self._writer = _writer_of(code.module(HISTORY))(_site(self.histories))
         self.advance = self._writer.build_function()
         self._first = {name: self[name] for name in self.advance.__code__.co_freevars}
@@ -145,19 +145,19 @@ class _GeneratedMonitor:
 
 def _site(histories: Sequence[History]) -> Any:
     declared = {one.declared.name: one.declared for one in histories}
-    return SimpleNamespace(state=_STATE, histories=histories, observed={**_STATE, **declared})
+    return SimpleNamespace(state=_STATE, histories=histories, observed_variables={**_STATE, **declared})
 
 
 def _writer_of(history: Any) -> Any:
-    class Writer(history._Writer):  # type: ignore[misc]
+    class Writer(history._HistoryWriter):  # type: ignore[misc]
         """The writer of the step, with readings and windows put aside."""
 
-        def reading(self, form: Any) -> None:
+        def write_reading(self, form: Any) -> None:
             (name,) = form.names
             self.local[name] = f"x{len(self.local)}"
-            self.require(f"serves({name!r})")
-            self.line(f"time = time_of({name!r})")
-            self.line(f"{self.local[name]} = value_of({name!r})")
+            self.write_guard(f"serves({name!r})")
+            self.add_line(f"time = time_of({name!r})")
+            self.add_line(f"{self.local[name]} = value_of({name!r})")
 
         def _is_recent(self, time: str, within: Fraction | None) -> str:
             number = "None" if within is None else repr(float(within))
@@ -202,10 +202,10 @@ def _symbolic_time(ask: DecideBranch, time: str) -> Any:
     return _SymbolicTime(f"(when {time})", ask) if ask(f"((_ is at) {time})") else -inf
 
 
-def _symbolic_truth(ask: DecideBranch, told: str) -> Any:
-    if ask(f"(= {told} unknown)"):
+def _symbolic_truth(ask: DecideBranch, term: str) -> Any:
+    if ask(f"(= {term} unknown)"):
         return None
-    return ask(f"(= {told} yes)")
+    return ask(f"(= {term} yes)")
 
 
 def _since_before(ask: DecideBranch, monitor: _GeneratedMonitor) -> None:
@@ -255,8 +255,8 @@ _STATE_ENCODERS: Final[
 
 def monitor_state_sort(operator: type) -> tuple[str, ...]:
     """What a monitor of that operator keeps, as a datatype: `told` is what it said of the moment."""
-    told = "Int" if operator is t.Occurrences else "Told"
-    fields = f"(told {told}) (latest Real) (a.spoke Time) (b.spoke Time) {_STATE_ENCODERS[operator][0]}"
+    sort = "Int" if operator is t.Occurrences else "Told"
+    fields = f"(told {sort}) (latest Real) (a.spoke Time) (b.spoke Time) {_STATE_ENCODERS[operator][0]}"
     return (f"(declare-datatypes ((Kept 0)) (((kept {fields}))))", "(declare-const before Kept)")
 
 
@@ -299,14 +299,14 @@ def _state_term(monitor: _GeneratedMonitor, known: Mapping[str, Any]) -> str:
     """What the monitor keeps, and what it has said."""
     (history,) = monitor.histories
     _, __, after = _STATE_ENCODERS[type(history.term)]
-    told = known.get(history.declared.name)
+    value = known.get(history.declared.name)
     counting = isinstance(history.term, t.Occurrences)
-    said = smt_literal(-1 if told is None else told) if counting else _truth_term(told)
+    answer = smt_literal(-1 if value is None else value) if counting else _truth_term(value)
     read = _read_by(history.term)
     speaks = [_time_of(monitor[f"p{read.index(name)}"]) if name in read else "lapsed" for name in _STATE]
     latest = monitor["latest"]
     when = term_of(latest if isinstance(latest, SymbolicValue) else Fraction(latest))
-    return smt_apply("kept", said, when, *speaks, *after(monitor))
+    return smt_apply("kept", answer, when, *speaks, *after(monitor))
 
 
 def _read_by(term: t.Term) -> list[str]:
@@ -321,7 +321,7 @@ def execute_is_recent(code: ModuleSource, length: Fraction) -> DecisionDiagram:
     history = code.module(HISTORY, using=(time_windows.window_module(code),))
 
     def run(ask: DecideBranch) -> str:
-        writer = history._Writer(_site(()))
+        writer = history._HistoryWriter(_site(()))
         expression = writer._is_recent("time", length)
         time: Any = -inf if ask("(= which never)") else time_windows.SymbolicDouble("earlier", ask)
         if ask("(= which first)"):
@@ -335,25 +335,25 @@ def execute_is_recent(code: ModuleSource, length: Fraction) -> DecisionDiagram:
 # Whole traces, from the first moment on.
 
 
-def execute_traces(code: ModuleSource, text: str, moments: int) -> DecisionDiagram:
-    """What the condition comes to at the last of the moments: a term of sort Told.
+def execute_traces(code: ModuleSource, text: str, length: int) -> DecisionDiagram:
+    """What the condition comes to at the last of `length` moments: a term of sort Told.
 
     `unknown` where monitors and reference disagree at any of them, or some history is not known.
     """
     scope = Scope({name: one.variable for name, one in _STATE.items()}, past=True)
     term = code.module(TYPECHECK).check(parse(text), scope, BOOL)
     semantics = code.module(SEMANTICS)
-    monitor = _GeneratedMonitor(code, term, max_count=moments)
+    monitor = _GeneratedMonitor(code, term, max_count=length)
     read = _read_by(term)
 
     def run(ask: DecideBranch) -> str:
         monitor.reset()
         looked_at: list[Any] = []
         found = None
-        for number in range(moments):
+        for number in range(length):
             now = _SymbolicTime(f"time.{number}", ask)
             values = {name: ask(f"{name}.{number}") for name in read}
-            looked_at.append(semantics.Moment(now, values))
+            looked_at.append(semantics.TimedState(now, values))
             monitor.with_stubs(
                 serves=lambda _: True,
                 time_of=lambda _, now=now: now,

@@ -41,15 +41,16 @@ def _revoked_motion_stops(code: ModuleSource) -> TheoremObligation:
                 modules={"m": one} if known else {}, site=SymbolicValue(f"{when}.site", ask), blocks=blocks
             )
 
-        state = governing.State.ACTIVE if ask("is-active") else governing.State.CONFIGURED
+        state = governing.ModuleState.ACTIVE if ask("is-active") else governing.ModuleState.CONFIGURED
         governor = SimpleNamespace(
-            _latest=lambda: snapshot("now", state), _loaded=snapshot("was", governing.State.ACTIVE)
+            _latest_snapshot=lambda: snapshot("now", state),
+            _loaded=snapshot("was", governing.ModuleState.ACTIVE),
         )
-        return smt_literal(governing.RegistryGovernor.objection(governor, "m", "k", "a") is None)
+        return smt_literal(governing.RegistryGovernor.revocation_reason(governor, "m", "k", "a") is None)
 
     return TheoremObligation(
-        "`RegistryGovernor.objection` lets a skill go on exactly while its module is kept and active, with the\n"
-        "contents and under the policy that it was decided under, and no override matches.",
+        "`RegistryGovernor.revocation_reason` lets a skill go on exactly while its module is kept and\n"
+        "active, with the contents and under the policy that it was decided under, and no override matches.",
         (
             "(declare-sort Text 0)",
             *(
@@ -123,7 +124,7 @@ def _commit(code: ModuleSource) -> TheoremObligation:
         live = SimpleNamespace(
             publish=publish,
             is_idle=lambda _: ask("older-is-still"),
-            wait_until_idle=lambda *_: step("wait", lambda: setattr(world, "still", True)),
+            wait_until_idle=lambda *_: step("wait", lambda: setattr(world, "idle", True)),
         )
 
         @contextmanager
@@ -135,17 +136,19 @@ def _commit(code: ModuleSource) -> TheoremObligation:
             registry,
             {
                 "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
-                "Live": opened,
+                "ControlPage": opened,
                 "replace": lambda snapshot, **changes: SimpleNamespace(**{**vars(snapshot), **changes}),
-                "adopted": lambda _: {},
-                "sweep": lambda *_: None,
+                "recorded_configurations": lambda _: {},
+                "remove_unreferenced": lambda *_: None,
             },
         )
         self = SimpleNamespace(
             folder=_RegistryFolderStub(),
             _key=None,
             _store_policy=lambda *_: None,
-            _records=SimpleNamespace(replace=lambda _: step("replace", lambda: setattr(world, "kept", True))),
+            _records=SimpleNamespace(
+                replace=lambda _: step("replace", lambda: setattr(world, "committed", True))
+            ),
             snapshot=lambda: SimpleNamespace(generation=2 if world.committed else 1),
         )
         ended = "returned"

@@ -27,6 +27,7 @@ from proofs.lib.process_model import (
     transition,
 )
 
+FILES: Final = "aeros.files"
 CONTROL_PAGE: Final = "aeros.runtime.registry.control_page"
 REGISTRY_STORE: Final = "aeros.runtime.registry.store"
 REGISTRY: Final = "aeros.runtime.registry.registry"
@@ -106,14 +107,14 @@ class _PathStub:
 
 
 class _LockStubs:
-    """The locks of `Live`, by their parity."""
+    """The locks of `ControlPage`, by their parity."""
 
     def __getitem__(self, parity: str) -> _PathStub:
         return _PathStub(f"motion-{parity}.lock")
 
 
 def _control_page(code: ModuleSource, who: str, do: PerformStep) -> Any:
-    """The `Live` of this process, made of the shipped module."""
+    """The `ControlPage` of this process, made of the shipped module."""
 
     def flock(lock: _PathStub, how: int) -> None:
         parity = lock.name.removeprefix("motion-").removesuffix(".lock")
@@ -124,15 +125,17 @@ def _control_page(code: ModuleSource, who: str, do: PerformStep) -> Any:
 
     # Whoever waits looks once, and has no patience left: to look again changes nothing.
     times = count(step=1e6)
+    stubbed_fcntl = _fcntl(flock)
     module = code.module(
         CONTROL_PAGE,
-        fcntl=_fcntl(flock),
+        using=(code.module(FILES, fcntl=stubbed_fcntl),),
+        fcntl=stubbed_fcntl,
         os=SimpleNamespace(close=lambda _: None),
         time=SimpleNamespace(monotonic=lambda: next(times), sleep=lambda _: None),
         int=SimpleNamespace(from_bytes=lambda page, _: page),
         _open_file=lambda path: path,
     )
-    live = module.Live.__new__(module.Live)
+    live = module.ControlPage.__new__(module.ControlPage)
     live._folder, live._page, live._locks, live._file = _PathStub(), _PageStub(who, do), _LockStubs(), -1
     return live, module
 
@@ -162,7 +165,7 @@ class _DatabaseStub:
 
 
 def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
-    """The `Registry` of this process and its `Live`, made of the shipped modules."""
+    """The `Registry` of this process and its `ControlPage`, made of the shipped modules."""
     readings = iter(range(1, 9))
     live, live_module = _control_page(code, who, do)
     records = code.module(REGISTRY_STORE)
@@ -190,7 +193,7 @@ def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
     )
     registry = module.Registry.__new__(module.Registry)
     registry.folder, registry._key = _PathStub(), _PathStub()
-    registry._records = records.Records.__new__(records.Records)
+    registry._records = records.RegistryStore.__new__(records.RegistryStore)
     registry._records._open = opened
     return registry, live
 
@@ -217,21 +220,21 @@ def _change_process(code: ModuleSource) -> ProcessGraph:
 
 
 def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
-    """`Registry.agreed`: whoever executes asks what is in force, and tells of a change that is not kept."""
+    """`Registry.committed_snapshot`: an executor asks what is in force, and reverts an unkept change."""
 
     def run(do: PerformStep) -> str:
         registry, live = _registry(code, who, do)
-        return "wait" if registry.agreed(live) is None else "follow"
+        return "wait" if registry.committed_snapshot(live) is None else "follow"
 
     return execute_process(run)
 
 
 def _executor_process(code: ModuleSource) -> ProcessGraph:
-    """`Live.acting`: under its lock an action of the generation that is followed begins and ends."""
+    """`ControlPage.hold_generation`: an action of the followed generation begins and ends under its lock."""
 
     def run(do: PerformStep) -> str:
         live, _ = _control_page(code, "act", do)
-        with live.acting(_Generation("act.followed", do)) as in_force:
+        with live.hold_generation(_Generation("act.followed", do)) as in_force:
             if in_force:
                 do("move")
         return "rest"
@@ -434,9 +437,9 @@ def _base(code: ModuleSource) -> TheoremObligation:
 
 _PROCESS_DESCRIPTIONS: Final = {
     "change": "a change: `Registry._change_lock`, `_commit`",
-    "look": "an executor that asks what is in force: `Registry.agreed`",
+    "look": "an executor that asks what is in force: `Registry.committed_snapshot`",
     "other": "any other executor that asks",
-    "act": "an executor that begins or ends an action: `Live.acting`",
+    "act": "an executor that begins or ends an action: `ControlPage.hold_generation`",
     "end": "any process that ends, is killed or begins anew, or an executor that follows what it was told",
 }
 
@@ -460,7 +463,7 @@ def _claim(code: ModuleSource) -> TheoremObligation:
         for at, way in enumerate(programs["act"].paths)
         if _done_since(way, "move", "release (mod act.followed 2)")
     )
-    told = smt_and(
+    consistent = smt_and(
         f"(=> (= {who}.pc {at}) (= {who}.policy-1 {who}.modules-1 {who}.blocks-1))"
         for who in _OBSERVERS
         for at, result in programs[who].end_results.items()
@@ -470,5 +473,5 @@ def _claim(code: ModuleSource) -> TheoremObligation:
         "Where the invariant holds, nothing moves that was decided under a configuration older than one\n"
         "whose change has returned; and what is followed is one configuration whole, not half of two.",
         _definitions(programs),
-        f"(=> invariant (and (=> {moving} (<= returned act.followed kept)) {told}))",
+        f"(=> invariant (and (=> {moving} (<= returned act.followed kept)) {consistent}))",
     )

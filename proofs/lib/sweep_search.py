@@ -42,7 +42,7 @@ def _clear_obligation(which: str, code: ModuleSource) -> TheoremObligation:
     """An induction over halvings of the way: `kept` is what the code says of a part of it."""
     inside = which == "inside"
     sweep = code.module(SWEEP)
-    clear = sweep.clear
+    clear = sweep.is_clear
     gaps: dict[str, str] = {}
 
     def run(ask: DecideBranch) -> str:
@@ -62,7 +62,7 @@ def _clear_obligation(which: str, code: ModuleSource) -> TheoremObligation:
             "min": min_stub,
             "sqrt": _SquareRoot,
             "norm": lambda way: length(*way),
-            "clear": kept,
+            "is_clear": kept,
         }
 
         def length(*parts: Any) -> Any:
@@ -70,12 +70,12 @@ def _clear_obligation(which: str, code: ModuleSource) -> TheoremObligation:
 
         vars(sweep).update(stubs)
         box = SimpleNamespace(
-            lower=symbolic_vector(ask, "lower"), upper=symbolic_vector(ask, "upper"), inside=inside
+            lower=symbolic_vector(ask, "lower"), upper=symbolic_vector(ask, "upper"), keep_inside=inside
         )
         given = (symbolic_vector(ask, name) for name in ("p", "edge", "way"))
         return "true" if clear(box, *given, SymbolicReal("room", ask)) else "false"
 
-    said = SymbolicFunction("said", "Bool", execute_symbolically(run))
+    answer = SymbolicFunction("said", "Bool", execute_symbolically(run))
     if inside:
         claim = smt_and(f"(<= (+ lower.{x} room) at.{x} (- upper.{x} room))" for x in AXES)
     else:
@@ -95,7 +95,7 @@ def _clear_obligation(which: str, code: ModuleSource) -> TheoremObligation:
 
     in_first, in_second = between("0.0", "(/ way.{0} 2.0)"), between("(/ way.{0} 2.0)", "way.{0}")
     return TheoremObligation(
-        f"Where `clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room "
+        f"Where `is_clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room "
         f"{'inside' if inside else 'from'}\nwhat {'it is to stay in' if inside else 'it is to keep out of'}.",
         (
             SIZE,
@@ -107,7 +107,7 @@ def _clear_obligation(which: str, code: ModuleSource) -> TheoremObligation:
             *(f"(define-fun from.{x} () Real (size (- at.{x} in.{x})))" for x in AXES),
         ),
         f"(=> said {claim})",
-        tables=(said,),
+        tables=(answer,),
         assumptions={
             "room": "(<= 0.0 room)",
             **{f"edge.{x}": f"(<= (size beside.{x}) edge.{x})" for x in AXES},
@@ -145,7 +145,7 @@ def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         ball = SimpleNamespace(link="link")
-        box = SimpleNamespace(id="box", in_base=ask("in-base"))
+        box = SimpleNamespace(id="box", is_in_base_frame=ask("in-base"))
         pairs: Any = [(ball, [box])]
 
         def safe(path: Any, low: Any, high: Any, left: Any, _: Any) -> Any:
@@ -158,17 +158,17 @@ def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
 
         found = (symbolic_vector(ask, "p"), "edges", SymbolicReal("radius", ask))
         vars(sweep).update(
-            clear=clear,
+            is_clear=clear,
             ball_enclosures=lambda _, path, __, balls: (
                 [found] if (tuple(path), balls) == (pieces, [ball]) else []
             ),
-            halves=lambda piece: (f"{piece}.0", f"{piece}.1"),
+            split_in_half=lambda piece: (f"{piece}.0", f"{piece}.1"),
         )
         moving = SimpleNamespace(
             body=None,
-            slack=(),
+            joint_tolerance=(),
             base=symbolic_vector(ask, "base"),
-            way=symbolic_vector(ask, "way"),
+            base_path=symbolic_vector(ask, "way"),
             is_synchronous=ask("in-step"),
         )
         searched = sweep._SweepSearch(moving, SymbolicReal("clearance", ask))
@@ -183,8 +183,8 @@ def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
     way = [f"(ite in-base 0.0 (ite in-step (times (- high low) way.{x}) way.{x}))" for x in AXES]
     first, second = ("-".join(part) for part in _NEXT[pieces])
     return TheoremObligation(
-        "`_SweepSearch.search` of a stretch finds nothing only where a ball is clear of a volume on all of the\n"
-        "way that the base may be on meanwhile, or nothing is found on either half of the stretch.",
+        "`_SweepSearch.search` of a stretch finds nothing only where a ball is clear of a volume on all of\n"
+        "the way that the base may be on meanwhile, or nothing is found on either half of the stretch.",
         (
             "(declare-datatypes ((Path 0)) (((piece.0) (piece.1) (one) (other))))",
             "(declare-fun safe (Path Real Real) Bool)",

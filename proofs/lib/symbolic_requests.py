@@ -351,13 +351,13 @@ class SymbolicRequest:
         if not readings.is_snapshot():
             return readings
         if not self._ask("moment.is-made"):
-            return gate._one_by_one(object.__new__(Snapshot))
+            return gate._individual_readings(object.__new__(Snapshot))
         column = {name: self._measured[name]() for name in names if name in readings}
         if self._ask("readings.strange-name"):
             column["strange"] = UndeclaredValue()
         order = ColumnNames(column)
         values = tuple(column[name] for name in order.names)
-        return gate._one_by_one(Snapshot(order, values, cast("Any", readings.time)))
+        return gate._individual_readings(Snapshot(order, values, cast("Any", readings.time)))
 
     def _reading(self, name: str) -> Any:
         if not self._ask(f"{name}.is-reading"):

@@ -58,7 +58,8 @@ def rounding_assumptions(length: Fraction) -> dict[str, str]:
         **{
             f"rounding-keeps-order.{name}": f"(and (=> (<= {TIME_DIFFERENCE} {smt_literal(one)})"
             f" (<= (rounded {TIME_DIFFERENCE}) {smt_literal(one)}))"
-            f" (=> (>= {TIME_DIFFERENCE} {smt_literal(one)}) (>= (rounded {TIME_DIFFERENCE}) {smt_literal(one)})))"
+            f" (=> (>= {TIME_DIFFERENCE} {smt_literal(one)})"
+            f" (>= (rounded {TIME_DIFFERENCE}) {smt_literal(one)})))"
             for name, one in neighbouring_doubles(length).items()
         },
         "twosum": f"(= {error} (- {TIME_DIFFERENCE} (rounded {TIME_DIFFERENCE})))",

@@ -1,4 +1,4 @@
-; Step: the invariant survives what is done by an executor that begins or ends an action: `Live.acting`.
+; Step: the invariant survives what is done by an executor that begins or ends an action: `ControlPage.hold_generation`.
 ; unsat: proved
 (set-logic ALL)
 (declare-const kept Int)

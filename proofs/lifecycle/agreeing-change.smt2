@@ -1,4 +1,4 @@
-; Step: the invariant survives what is done by a change: `Registry._changing`, `_commit`.
+; Step: the invariant survives what is done by a change: `Registry._change_lock`, `_commit`.
 ; unsat: proved
 (set-logic ALL)
 (declare-const kept Int)

@@ -1,5 +1,5 @@
-; `Governing.objection` lets a skill go on exactly while its module is kept and active, with the
-; contents and under the policy that it was decided under, and no override matches.
+; `RegistryGovernor.revocation_reason` lets a skill go on exactly while its module is kept and
+; active, with the contents and under the policy that it was decided under, and no override matches.
 ; unsat: proved
 (set-logic ALL)
 (declare-sort Text 0)

@@ -1,4 +1,4 @@
-; `prepared` makes a step of a request only where its module is in force and has that skill.
+; `prepare_step` makes a step of a request only where its module is in force and has that skill.
 ; unsat: proved
 (set-logic ALL)
 (declare-const in-force Bool)

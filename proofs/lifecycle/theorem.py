@@ -25,7 +25,8 @@ THEOREM = Theorem(
             "history-step",
             LIFECYCLE,
             "(ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,",
-            "(ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,\n    (ModuleState.ACTIVE, LifecycleAction.REMOVE): ModuleState.ABSENT,",
+            "(ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,\n"
+            "    (ModuleState.ACTIVE, LifecycleAction.REMOVE): ModuleState.ABSENT,",
         ),
         Mutant(
             "activates-what-is-not-configured",
@@ -39,8 +40,8 @@ THEOREM = Theorem(
             "in-force",
             REGISTRY,
             "active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}",
-            "active = {name for name, one in new.modules.items() if one.state in allowed_states(LifecycleAction.REMOVE)"
-            " or one.state is ModuleState.ACTIVE}",
+            "active = {name for name, one in new.modules.items()"
+            " if one.state in allowed_states(LifecycleAction.REMOVE) or one.state is ModuleState.ACTIVE}",
         ),
         Mutant(
             "puts-in-force-what-is-not-what-was-proved",

@@ -1,5 +1,5 @@
-; `Records.replace`: base and step of an invariant by which, wherever it fails or is killed, all
-; that it writes is on the disk, or nothing; once it returns, all.
+; `RegistryStore.replace`: base and step of an invariant by which, wherever it fails or is killed,
+; all that it writes is on the disk, or nothing; once it returns, all.
 ; unsat: proved
 (set-logic ALL)
 (declare-const pc Int)

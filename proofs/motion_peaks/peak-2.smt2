@@ -1,4 +1,4 @@
-; The derivative of order 2 of the profile by u is nowhere in [0, 1] larger than `TIMING`.
+; The derivative of order 2 of the profile by u is nowhere in [0, 1] larger than `TIMING_PEAKS`.
 ; unsat: proved
 (set-logic QF_NRA)
 (define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))

@@ -78,7 +78,8 @@ def _peak_bound(order: int, code: ModuleSource) -> TheoremObligation:
         s = _derivative(s)
     bound = smt_literal(Fraction(code.module(KINEMATIC_BOUNDS).TIMING_PEAKS[order - 1]))
     return TheoremObligation(
-        f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than `TIMING_PEAKS`.",
+        f"The derivative of order {order} of the profile by u is nowhere in [0, 1] larger than"
+        " `TIMING_PEAKS`.",
         (SIZE, "(declare-const u Real)", f"(define-fun derivative () Real {s.term()})"),
         f"(<= (size derivative) {bound})",
         assumptions={"in-the-motion": "(<= 0.0 u 1.0)"},
@@ -134,7 +135,7 @@ def _time_scaling(rate: str, code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         most = (SymbolicReal(f"most.{name}", ask) for name in _MAXIMA)
-        found = peaks.timed(*most, _SymbolicDuration(SymbolicReal("per-duration", ask)))
+        found = peaks.rates_in_time(*most, _SymbolicDuration(SymbolicReal("per-duration", ask)))
         return str(found[place].term)
 
     limits = {
@@ -158,7 +159,7 @@ def _time_scaling(rate: str, code: ModuleSource) -> TheoremObligation:
         products[f"product.{number}"] = f"(<= (size {summand}) (* {' '.join(map(most_of, factors))}))"
     total = _CHAIN[rate][0] if len(_CHAIN[rate]) == 1 else f"(+ {' '.join(_CHAIN[rate])})"
     return TheoremObligation(
-        f"`timed` bounds the {rate} of whatever moves along a path, from bounds of the path's\n"
+        f"`rates_in_time` bounds the {rate} of whatever moves along a path, from bounds of the path's\n"
         "derivatives and of the profile's, for every duration.",
         declarations,
         f"(<= (size {total}) bound)",
@@ -189,7 +190,7 @@ def _piece(name: str, code: ModuleSource) -> TheoremObligation:
         return str(getattr(bezier.derivatives(piece), field)[0].term)
 
     order = _MAXIMA.index(name) + 1
-    field = ("most_first", "most_second", "third")[order - 1]
+    field = ("max_first", "max_second", "third")[order - 1]
     u, v, w = "(- b a)", "(- c b)", "(- d c)"
     exact = {
         "first": f"(* 3.0 (+ (* {u} y y) (* 2.0 {v} x y) (* {w} x x)))",

@@ -1,4 +1,4 @@
-; `timed` bounds the speed of whatever moves along a path, from bounds of the path's
+; `rates_in_time` bounds the speed of whatever moves along a path, from bounds of the path's
 ; derivatives and of the profile's, for every duration.
 ; unsat: proved
 (set-logic ALL)

@@ -379,7 +379,8 @@ def _recent(length: Fraction, code: ModuleSource) -> TheoremObligation:
             "(declare-datatypes ((Which 0)) (((never) (first) (known))))",
             "(declare-const which Which)",
         ),
-        f"(= recent (or (= which first) (and (= which known) (<= {time_windows.TIME_DIFFERENCE} {smt_literal(length)}))))",
+        "(= recent (or (= which first)"
+        f" (and (= which known) (<= {time_windows.TIME_DIFFERENCE} {smt_literal(length)}))))",
         tables=(SymbolicFunction("recent", "Bool", past_time_monitors.execute_is_recent(code, length)),),
         assumptions=time_windows.rounding_assumptions(length),
     )

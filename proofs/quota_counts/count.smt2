@@ -1,5 +1,5 @@
-; `Usage.count` says how many actions the window holds now, up to the quota's number; and forgets
-; none that a later window could hold.
+; `QuotaUsageCounter.usage_at` says how many actions the window holds now, up to the quota's
+; number; and forgets none that a later window could hold.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Use 0)) (((use (kept Int) (first-of Real) (second-of Real) (latest-of Real)) (refused))))

@@ -1,5 +1,6 @@
-; After `Usage.executed`, what is kept still tells at any later time how many actions the window
-; holds, up to the quota's number, however many there have been; a clock that goes back is refused.
+; After `QuotaUsageCounter.count_execution`, what is kept still tells at any later time how many
+; actions the window holds, up to the quota's number, however many there have been; a clock
+; that goes back is refused.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Use 0)) (((use (kept Int) (first-of Real) (second-of Real) (latest-of Real)) (refused))))

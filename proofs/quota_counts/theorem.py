@@ -24,10 +24,10 @@ def _window(length: Fraction, code: ModuleSource) -> TheoremObligation:
     window = time_windows.window_module(code)
 
     def run(ask: DecideBranch) -> str:
-        made = window.Window(length)
+        made = window.TimeWindow(length)
         return smt_literal(
             bool(
-                made.spans(
+                made.contains(
                     time_windows.SymbolicDouble("earlier", ask), time_windows.SymbolicDouble("later", ask)
                 )
             )
@@ -35,7 +35,7 @@ def _window(length: Fraction, code: ModuleSource) -> TheoremObligation:
 
     bounds = time_windows.neighbouring_doubles(length)
     return TheoremObligation(
-        f"`Window.spans` exactly where one time is at most {length} s after another; that is\n"
+        f"`TimeWindow.contains` exactly where one time is at most {length} s after another; that is\n"
         f"{'a double' if bounds['below'] == bounds['above'] else 'no double'}.",
         time_windows.TIMES,
         f"(= spans (<= {time_windows.TIME_DIFFERENCE} {smt_literal(length)}))",
@@ -96,10 +96,10 @@ def _state(made: Any) -> str:
 
 def _copy_usage(code: ModuleSource) -> ModuleType:
     def window(_: Fraction) -> Any:
-        def spans(earlier: SymbolicValue, later: SymbolicValue) -> bool:
+        def contains(earlier: SymbolicValue, later: SymbolicValue) -> bool:
             return later.ask(f"(<= (- {later.term} {earlier.term}) window)")
 
-        return SimpleNamespace(spans=spans)
+        return SimpleNamespace(contains=contains)
 
     return code.module(USAGE, TimeWindow=window, type=lambda _: float, float=float, isfinite=lambda _: True)
 
@@ -110,14 +110,15 @@ def _executed(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         made = _symbolic_usage(ask, usage)
         try:
-            made.executed("a" if ask("governed") else "b", SymbolicValue("now", ask))
+            made.count_execution("a" if ask("governed") else "b", SymbolicValue("now", ask))
         except usage.ClockError:
             return "refused"
         return _state(made)
 
     return TheoremObligation(
-        "After `QuotaUsageCounter.executed`, what is kept still tells at any later time how many actions the window\n"
-        "holds, up to the quota's number, however many there have been; a clock that goes back is refused.",
+        "After `QuotaUsageCounter.count_execution`, what is kept still tells at any later time how many\n"
+        "actions the window holds, up to the quota's number, however many there have been; a clock\n"
+        "that goes back is refused.",
         _USAGE_SORT,
         "(ite (< now (latest-of before)) (= after refused)"
         " (and (not (= after refused)) (in-order after) (= (latest-of after) now)"
@@ -130,13 +131,13 @@ def _executed(code: ModuleSource) -> TheoremObligation:
 def _count(code: ModuleSource) -> TheoremObligation:
     usage = _copy_usage(code)
 
-    def run(ask: DecideBranch, told: Callable[[Any, int], str]) -> str:
+    def run(ask: DecideBranch, encode: Callable[[Any, int], str]) -> str:
         made = _symbolic_usage(ask, usage)
         try:
-            found = made.count(SymbolicValue("now", ask))["q"]
+            found = made.usage_at(SymbolicValue("now", ask))["q"]
         except usage.ClockError:
-            return told(None, -1)
-        return told(made, found)
+            return encode(None, -1)
+        return encode(made, found)
 
     def state(made: Any, _: int) -> str:
         return "refused" if made is None else _state(made)
@@ -145,15 +146,15 @@ def _count(code: ModuleSource) -> TheoremObligation:
         return smt_literal(found)
 
     return TheoremObligation(
-        "`QuotaUsageCounter.count` says how many actions the window holds now, up to the quota's number; and forgets\n"
-        "none that a later window could hold.",
+        "`QuotaUsageCounter.usage_at` says how many actions the window holds now, up to the quota's\n"
+        "number; and forgets none that a later window could hold.",
         _USAGE_SORT,
         "(ite (< now (latest-of before)) (= after refused)"
         " (and (= told (at-most-two executed.now)) (not (= after refused)) (in-order after)"
         " (= (counted after later) (at-most-two executed.later))))",
         tables=(
-            SymbolicFunction("told", "Int", execute_symbolically(partial(run, told=number))),
-            SymbolicFunction("after", "Use", execute_symbolically(partial(run, told=state))),
+            SymbolicFunction("told", "Int", execute_symbolically(partial(run, encode=number))),
+            SymbolicFunction("after", "Use", execute_symbolically(partial(run, encode=state))),
         ),
         assumptions=_INVARIANT,
     )

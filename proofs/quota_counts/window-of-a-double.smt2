@@ -1,4 +1,4 @@
-; `Window.spans` exactly where one time is at most 10 s after another; that is
+; `TimeWindow.contains` exactly where one time is at most 10 s after another; that is
 ; a double.
 ; unsat: proved
 (set-logic ALL)

@@ -88,7 +88,7 @@ def _agent(code: ModuleSource) -> ProcessGraph:
         try:
             with identity.acquire_identity(_FolderStub(), "name"):
                 _run_agent(do)
-        except identity.RefusedError:
+        except identity.AgentError:
             return "refused"
         except RuntimeError:
             return "broken"
@@ -223,7 +223,9 @@ THEOREM = Theorem(
             "claim",
             IDENTITY,
             "if time.monotonic() >= latest:",
-            "if time.monotonic() >= latest + 1:\n                    break\n                if timeout_s < 0:",
+            "if time.monotonic() >= latest + 1:\n"
+            "                    break\n"
+            "                if timeout_s < 0:",
         ),
         Mutant(
             "lets-go-before-it-lives",

@@ -1,4 +1,4 @@
-; `breach_of` finds nothing only where the search finds nothing on any path, of any ball and any
+; `find_breach` finds nothing only where the search finds nothing on any path, of any ball and any
 ; volume that its link heeds.
 ; unsat: proved
 (set-logic ALL)

@@ -1,4 +1,4 @@
-; `next_frame` of any frame is that of the base, carried there: so whatever turns a frame turns all
+; `child_frame` of any frame is that of the base, carried there: so whatever turns a frame turns all
 ; that are further out with it.
 ; unsat: proved
 (set-logic ALL)

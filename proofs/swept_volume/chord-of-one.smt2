@@ -1,5 +1,5 @@
-; `chord_of` of a path of 1: each control point is as near to its place on the straight way
-; as it says, and that place is on it.
+; `path_chord` of a path of 1: each control point is as near to its place on the straight
+; way as it says, and that place is on it.
 ; unsat: proved
 (set-logic ALL)
 (define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))

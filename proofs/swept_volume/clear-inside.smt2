@@ -1,4 +1,4 @@
-; Where `clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room inside
+; Where `is_clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room inside
 ; what it is to stay in.
 ; unsat: proved
 (set-logic ALL)

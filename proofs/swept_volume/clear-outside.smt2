@@ -1,4 +1,4 @@
-; Where `clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room from
+; Where `is_clear` says so, whatever is in a box of these edges, anywhere on its way, keeps its room from
 ; what it is to keep out of.
 ; unsat: proved
 (set-logic ALL)

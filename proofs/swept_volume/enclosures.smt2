@@ -1,4 +1,4 @@
-; `enclosures` asks for what stays near the chord, with the slack that joints have beside it,
+; `ball_enclosures` asks for what stays near the chord, with the slack that joints have beside it,
 ; and adds the radius of the ball.
 ; unsat: proved
 (set-logic ALL)

@@ -1,4 +1,4 @@
-; `halves`: the first of a piece is where that is.
+; `split_in_half`: the first of a piece is where that is.
 ; unsat: proved
 (set-logic ALL)
 (declare-const x Real)

@@ -1,4 +1,4 @@
-; `_end_of`: the rest of a piece is where that is.
+; `_split_after`: the rest of a piece is where that is.
 ; unsat: proved
 (set-logic ALL)
 (declare-const x Real)

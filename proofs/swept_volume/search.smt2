@@ -1,5 +1,5 @@
-; `_Sweep.search` of a stretch finds nothing only where a ball is clear of a volume on all of the
-; way that the base may be on meanwhile, or nothing is found on either half of the stretch.
+; `_SweepSearch.search` of a stretch finds nothing only where a ball is clear of a volume on all of
+; the way that the base may be on meanwhile, or nothing is found on either half of the stretch.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Path 0)) (((piece.0) (piece.1) (one) (other))))

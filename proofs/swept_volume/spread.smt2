@@ -1,5 +1,5 @@
-; `Posture.spread` bounds how far a point gets from each axis, and from where it is, while the
-; joints are within their widths.
+; `ForwardKinematics.displacement_bound` bounds how far a point gets from each axis, and from where
+; it is, while the joints are within their widths.
 ; unsat: proved
 (set-logic ALL)
 (declare-fun norm (Real Real Real) Real)

@@ -1,5 +1,5 @@
-; The axes of a frame, as `next_frame` makes it of the base's, are perpendicular, of length one, and
-; right-handed.
+; The axes of a frame, as `child_frame` makes it of the base's, are perpendicular, of length one,
+; and right-handed.
 ; unsat: proved
 (set-logic ALL)
 (declare-const origin.x Real)

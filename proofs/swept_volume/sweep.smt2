@@ -1,5 +1,5 @@
-; `along_of` and `Posture.sweep`: the edges are those of the derivative along the way, and how near
-; the point stays is what the rest can do: first derivatives beside it, and Taylor's remainder.
+; `chord_terms` and `chord_deviation_bound`: the edges are those of the derivative along the
+; way, and how near the point stays is what the rest can do: first derivatives beside it, and Taylor's remainder.
 ; unsat: proved
 (set-logic ALL)
 (define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))

@@ -1,4 +1,4 @@
-; `next_frame`, where the joint's angle has grown: the frame is turned about its own z by as much,
+; `child_frame`, where the joint's angle has grown: the frame is turned about its own z by as much,
 ; and its origin and its z are what they were.
 ; unsat: proved
 (set-logic ALL)

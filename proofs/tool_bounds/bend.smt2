@@ -1,5 +1,5 @@
-; `_motion` gives the first and second derivative of the tool's place by the parameter, and the
-; rate of its rotation, where the joints' are these.
+; `_point_derivatives` gives the first and second derivative of the tool's place by the parameter,
+; and the rate of its rotation, where the joints' are these.
 ; unsat: proved
 (set-logic QF_NRA)
 (declare-const o0.x Real)

@@ -1,5 +1,5 @@
-; `tool_rates` has `timed` bound the rates of a tool whose derivatives by s are bounded: on a path
-; of two, a piece runs twice as fast.
+; `tool_rates` has `rates_in_time` bound the rates of a tool whose derivatives by s are bounded:
+; on a path of two, a piece runs twice as fast.
 ; unsat: proved
 (set-logic ALL)
 (declare-const duration Real)

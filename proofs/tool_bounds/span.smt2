@@ -1,4 +1,4 @@
-; `span_of` holds the control points of a piece, and so what is between them.
+; `joint_box` holds the control points of a piece, and so what is between them.
 ; unsat: proved
 (set-logic ALL)
 (define-fun size ((x Real)) Real (ite (<= 0 x) x (- x)))

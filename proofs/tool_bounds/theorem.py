@@ -61,7 +61,9 @@ def _motion(name: str, code: ModuleSource) -> TheoremObligation:
             [SymbolicReal(f"{one}.{joint}", ask) for joint in _JOINTS] for one in ("first", "second")
         )
         posture = kinematic_chain.symbolic_posture(links, ask)
-        return term_of(peaks._motion(posture, symbolic_vector(ask, "p"), first, second)[place][axis])
+        return term_of(
+            peaks._point_derivatives(posture, symbolic_vector(ask, "p"), first, second)[place][axis]
+        )
 
     arms = {joint: kinematic_chain.lever_arm(joint) for joint in _JOINTS}
     turning = {joint: vector_terms(f"z{joint}") for joint in _JOINTS}
@@ -80,8 +82,8 @@ def _motion(name: str, code: ModuleSource) -> TheoremObligation:
         "turn": _sum(_scale_vector(f"first.{joint}", turning[joint]) for joint in _JOINTS),
     }
     return TheoremObligation(
-        "`_motion` gives the first and second derivative of the tool's place by the parameter, and the\n"
-        "rate of its rotation, where the joints' are these.",
+        "`_point_derivatives` gives the first and second derivative of the tool's place by the parameter,\n"
+        "and the rate of its rotation, where the joints' are these.",
         (
             *kinematic_chain.POINTS,
             *declare_reals(*(f"{what}.{joint}" for what in ("first", "second") for joint in _JOINTS)),
@@ -99,18 +101,20 @@ def _third(code: ModuleSource) -> TheoremObligation:
     peaks = code.module(KINEMATIC_BOUNDS)
 
     def run(ask: DecideBranch) -> str:
-        most_first, most_second, third = (
+        max_first, max_second, third = (
             [SymbolicReal(one, ask) for one in several] for several in (_A, _B, _C)
         )
-        known = SimpleNamespace(most_first=most_first, most_second=most_second, third=third)
-        return term_of(peaks._third([SymbolicReal(f"reach.{joint}", ask) for joint in _JOINTS], known))
+        known = SimpleNamespace(max_first=max_first, max_second=max_second, third=third)
+        return term_of(
+            peaks._third_derivative_bound([SymbolicReal(f"reach.{joint}", ask) for joint in _JOINTS], known)
+        )
 
     every = [f"(* reach.{i} c.{i})" for i in _JOINTS]
     every += [f"(* 3.0 reach.{max(i, j)} b.{i} a.{j})" for i, j in product(_JOINTS, repeat=2)]
     every += [f"(* reach.{max(i, j, k)} a.{i} a.{j} a.{k})" for i, j, k in product(_JOINTS, repeat=3)]
     return TheoremObligation(
-        "`_third` is the sum of what bounds each part of the third derivative: by one, by two and by three\n"
-        "joints, each as long as the reach of the outermost at most.",
+        "`_third_derivative_bound` is the sum of what bounds each part of the third derivative: by one,\n"
+        "by two and by three joints, each as long as the reach of the outermost at most.",
         (*_BOUNDED, *declare_reals(*(f"reach.{joint}" for joint in _JOINTS))),
         f"(= third {sum_terms(every)})",
         tables=(SymbolicFunction("third", "Real", execute_symbolically(run)),),
@@ -132,7 +136,9 @@ def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
 
         def posture(_: Any, at: Any) -> Any:
             seen["at"] = at[0]
-            return SimpleNamespace(frames=[SimpleNamespace(place=lambda tool: tool)], spread=spread)
+            return SimpleNamespace(
+                frames=[SimpleNamespace(to_base=lambda tool: tool)], displacement_bound=spread
+            )
 
         def spread(joints: int, _: Any, width: Any) -> Any:
             seen["joints"], seen["far"] = joints, width[0]
@@ -142,15 +148,17 @@ def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
             return tuple(SymbolicReal(one, ask) for one in several)
 
         known = SimpleNamespace(
-            first="first'", second="second'", most_first=joints(_A), most_second=joints(_B), third=joints(_C)
+            first="first'", second="second'", max_first=joints(_A), max_second=joints(_B), third=joints(_C)
         )
         vars(peaks).update(
             derivatives=lambda _: known,
-            Posture=posture,
+            ForwardKinematics=posture,
             joint_box=lambda _: SimpleNamespace(middle=joints(["middle"]), width=joints(["width"])),
-            _third=lambda reaches, _: SymbolicReal({"reaches": "third"}[reaches], ask),
-            _motion=lambda _, __, first, second: {("first'", "second'"): tuple(vectors)}[first, second],
-            _plus=lambda a, b, factor: {
+            _third_derivative_bound=lambda reaches, _: SymbolicReal({"reaches": "third"}[reaches], ask),
+            _point_derivatives=lambda _, __, first, second: {("first'", "second'"): tuple(vectors)}[
+                first, second
+            ],
+            _add_scaled=lambda a, b, factor: {
                 ("first", "second", 0.5): "ahead",
                 ("first", "second", -0.5): "behind",
             }[a, b, factor],
@@ -158,7 +166,9 @@ def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
             max=max_stub,
         )
         corners = tuple(joints([one]) for one in ("p", "q", "r", "s"))
-        seen.update(zip(_BOUND_NAMES, peaks._bounds(SimpleNamespace(tool="tool"), corners), strict=True))
+        seen.update(
+            zip(_BOUND_NAMES, peaks._bounds(SimpleNamespace(tool_offset="tool"), corners), strict=True)
+        )
         return term_of(seen[what])
 
     return SymbolicFunction(what, "Real", execute_symbolically(run))
@@ -320,7 +330,7 @@ def _halving_induction(code: ModuleSource) -> TheoremObligation:
         vars(peaks).update(
             _bounds=lambda _, of: bounds(of),
             _piece=lambda _, of, __, ___: bounds(of),
-            halves=lambda _: ("first", "second"),
+            split_in_half=lambda _: ("first", "second"),
             max=max_stub,
             min=min_stub,
         )
@@ -361,7 +371,7 @@ def _path(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch, place: int) -> str:
         vars(peaks).update(
             _piece=lambda _, of, __, ___: [SymbolicReal(f"{of}.{number}", ask) for number in range(6)],
-            timed=lambda *given: given[:3] if given[3].term == "duration" else None,
+            rates_in_time=lambda *given: given[:3] if given[3].term == "duration" else None,
             max=max_stub,
         )
         duration, limit = SymbolicReal("duration", ask), SymbolicReal("limit", ask)
@@ -371,8 +381,8 @@ def _path(code: ModuleSource) -> TheoremObligation:
     numbers = range(6)
     on = [smt_and(f"(<= is.{number} {piece}.{number})" for number in numbers) for piece in ("one", "other")]
     return TheoremObligation(
-        "`tool_rates` has `timed` bound the rates of a tool whose derivatives by s are bounded: on a path\n"
-        "of two, a piece runs twice as fast.",
+        "`tool_rates` has `rates_in_time` bound the rates of a tool whose derivatives by s are bounded:\n"
+        "on a path of two, a piece runs twice as fast.",
         declare_reals("duration", "limit", *(f"{of}.{n}" for of in ("one", "other", "is") for n in numbers)),
         smt_and(
             f"(<= (* {2**order}.0 is.{number}) by-s.{number})"

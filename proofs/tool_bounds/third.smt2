@@ -1,5 +1,5 @@
-; `_third` is the sum of what bounds each part of the third derivative: by one, by two and by three
-; joints, each as long as the reach of the outermost at most.
+; `_third_derivative_bound` is the sum of what bounds each part of the third derivative: by one,
+; by two and by three joints, each as long as the reach of the outermost at most.
 ; unsat: proved
 (set-logic ALL)
 (declare-const a.0 Real)

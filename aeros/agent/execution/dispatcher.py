@@ -1,13 +1,13 @@
-"""From a step of a plan to the request for the runtime: an active skill and all its inputs.
+"""Make a request for the runtime from a step of a plan: an active skill and all its inputs.
 
-Where the step names a capability, one of its providers is chosen: of those whose preconditions are measured
-as true, the one for which the chance of success drawn from its posterior in this context is highest
-(Thompson sampling).  So what has served better is chosen more often, what is little known is tried, and
-nothing is chosen of which the proof of the plan's rules does not speak, as that is of every provider.
-The draw is a function of the seed and of what memory holds: the same memory, the same choice.
-A provider that the gate has denied for good in this run is chosen only where there is no other.
+If the step names a capability, one of its providers is chosen by Thompson sampling: among the providers whose
+preconditions are measured as true, the one with the highest chance of success drawn from its posterior in
+this context. So providers that worked better are chosen more often and little-known ones are still tried. The
+proof of the planning rules covers every provider, so any choice is covered by it. The draw is a function of
+the seed and of the memory's content: the same memory gives the same choice. A provider that the gate has
+denied for good in this run is chosen only if there is no other.
 
-What is chosen here is only asked for: the gate decides its actions like any others, and knows no memory.
+The choice is only a request: the gate decides its actions like any others and does not read memory.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from aeros.spec.model.model import Ecm, Skill
 
 
 class DispatchError(Exception):
-    """Nothing can be started for the step; the message says why, `causes` the same as data."""
+    """A step for which nothing can be started; the message says why, `causes` says the same as data."""
 
     def __init__(self, reason: str, *causes: Cause) -> None:
         super().__init__(reason)
@@ -40,11 +40,13 @@ class DispatchError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ProviderOption:
-    """A provider, as the choice saw it.
+    """A provider as the choice saw it.
 
-    record: in the context of the choice.
-    drawn: the chance of success drawn for it; None where it was not drawn for, and `unavailable_reason`
-        says why.
+    Attributes:
+        skill: id of the skill.
+        record: successes and failures in the context of the choice.
+        sampled_success: chance of success drawn for it, in [0, 1]; None if it was not available.
+        unavailable_reason: why it was not available; empty if it was.
     """
 
     skill: str
@@ -53,11 +55,11 @@ class ProviderOption:
     unavailable_reason: str = ""
 
     def __str__(self) -> str:
-        said = f"`{self.skill}` {self.record} succeeded"
+        text = f"`{self.skill}` {self.record} succeeded"
         return (
-            f"{said}, not now: {self.unavailable_reason}"
+            f"{text}, not now: {self.unavailable_reason}"
             if self.sampled_success is None
-            else f"{said}, drew {self.sampled_success:.3f}"
+            else f"{text}, drew {self.sampled_success:.3f}"
         )
 
 
@@ -65,10 +67,13 @@ class ProviderOption:
 class Dispatch:
     """A request that may be submitted.
 
-    context: what its ending will be evidence of.
-    record: the skill's, ever.
-    usual: how long its successes take.
-    options: what was chosen from, the choice included; empty where the step names a skill.
+    Attributes:
+        request: request for the runtime.
+        skill: skill that it names.
+        context: context in which its ending is evidence; see `memory/context.py`.
+        record: successes and failures of the skill in all contexts.
+        typical_duration: duration of its latest successes (s); None if there are none.
+        options: providers that were considered, the chosen one included; empty if the step names a skill.
     """
 
     request: StepRequest
@@ -80,7 +85,7 @@ class Dispatch:
 
 
 class Dispatcher:
-    """Makes requests for skills that are active and may start now, and not only when the plan was made."""
+    """Maker of requests for skills that are active and may start now, not only at planning time."""
 
     def __init__(self, runtime: Runtime, memory: Memory, task: str, seed: int = 0) -> None:
         self._runtime = runtime
@@ -90,13 +95,28 @@ class Dispatcher:
         self.denied: set[tuple[str, str]] = set()
 
     def avoid(self, module: str, skill: str) -> None:
-        """Prefer others from now on: the gate has denied it, and would again."""
+        """Prefer other providers from now on, because the gate has denied this skill for good.
+
+        Args:
+            module: id of the module.
+            skill: id of the skill.
+        """
         self.denied.add((module, skill))
 
     def dispatch(self, module: str, name: str, inputs: Mapping[str, Any], world: WorldModel) -> Dispatch:
-        """The request for the skill or capability `name`, with defaults filled in.
+        """Make the request for a skill, or for the best provider of a capability.
 
-        Raises `DispatchError`.
+        Args:
+            module: id of the module.
+            name: skill or capability of the module.
+            inputs: inputs of the step by name (SI); defaults are filled in.
+            world: current state, which the conditions are checked against.
+
+        Returns:
+            The request, with the records that explain the choice.
+
+        Raises:
+            DispatchError: the module is not active, has no such skill, or no provider can start now.
         """
         active = self._runtime.active_modules().get(module)
         if active is None:
@@ -128,7 +148,7 @@ class Dispatcher:
         can = {name for name, problem in problems.items() if problem is None}
         preferred = {name for name in can if (module, name) not in self.denied} or can
         random = Random(f"{self._seed} {self._memory.latest_episode()}")  # noqa: S311  exploration, no secret
-        # Drawn for each, so that what one draws does not depend on whether another may start.
+        # Drawn for each, so that a draw does not depend on which of the others may start.
         drawn = {name: record.sample(random) for name, record in records.items()}
         return tuple(
             ProviderOption(
@@ -139,7 +159,7 @@ class Dispatcher:
 
 
 def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: WorldModel) -> Cause | None:
-    """Why `skill` may not be started, if so."""
+    """Return the reason that `skill` cannot start now, or None."""
     unfit = input_problems(skill, inputs)
     if unfit:
         return Cause("input", f"{module.id}.{skill.id}", "; ".join(unfit))

@@ -1,4 +1,4 @@
-"""Where everything the agent does is told: the audit record, memory, and whoever is watching."""
+"""Journal of the agent's events: to the audit record, to memory and to an observer."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from aeros.runtime.ports import Runtime
 
 @dataclass(frozen=True, slots=True)
 class AgentEvent:
-    """Something the agent did or found.
+    """Something that the agent did or found.
 
-    kind: as in the audit record, for example `plan`, `step-ended`, `re-plan`.
-    text: one line for people; empty where there is nothing to say to them.
-    details: JSON values.
-    time: plant seconds.
+    Attributes:
+        kind: kind as in the audit record, for example `plan`, `step-ended`, `re-plan`.
+        text: one line for people; empty if there is nothing to show.
+        details: JSON values.
+        time: plant time (s).
     """
 
     kind: str
@@ -30,9 +31,9 @@ Observer = Callable[[AgentEvent], None]
 
 
 class Journal:
-    """Tells each event to the audit record first, then to memory, then to the observer.
+    """Writer of each event to the audit record first, then to memory, then to the observer.
 
-    A failure to write either record is raised: an agent that cannot say what it does stops.
+    A failure to write either record is raised: an agent that cannot record its actions stops.
     """
 
     def __init__(self, runtime: Runtime, memory: Memory, on_event: Observer | None) -> None:
@@ -41,12 +42,24 @@ class Journal:
         self._on_event = on_event
 
     def record(self, kind: str, text: str, **details: Any) -> None:
-        """Record an event that memory has no other place for; `details` are JSON values."""
+        """Record an event, also in memory's table of events.
+
+        Args:
+            kind: kind of the event.
+            text: one line for people; may be empty.
+            details: JSON values.
+        """
         self.record_step(kind, text, **details)
         self._memory.add_event(self._runtime.now(), kind, details)
 
     def record_step(self, kind: str, text: str, **details: Any) -> None:
-        """Record an event that memory keeps as part of an episode."""
+        """Record an event that memory keeps as part of an episode, so not as an event of its own.
+
+        Args:
+            kind: kind of the event.
+            text: one line for people; may be empty.
+            details: JSON values.
+        """
         self._runtime.note(kind, details)
         if self._on_event is not None:
             self._on_event(AgentEvent(kind, text, details, self._runtime.now()))

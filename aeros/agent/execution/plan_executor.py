@@ -1,25 +1,25 @@
-"""Runs a plan's graph: its parts in sequence, in parallel and by condition, each step tried and tried again.
+"""Execute a plan's graph: parts in sequence, in parallel and by condition, with retries of each step.
 
-- A try of a step: the skill is active, its precondition is measured as true, it is started.  It succeeds
-  iff the skill ran to its end and the outcome that is measured is declared and no failure.
-- A failed try is repeated at most `retry` times.  Before each further try `on_failure` runs (with default
-  inputs; whether that does any good is left to the next try's precondition), or the step's handler,
-  whose own failure is the step's.  Where the step's `unless` is by then measured, the step is done.
-  Never repeated: a try that did not start, was refused, denied or cancelled, or ended in an undeclared
-  outcome.  An `on_failure` that was submitted and refused, denied, or ended in an undeclared outcome ends
-  its step likewise.
-- Tries that are left are forgone where memory makes a further one hopeless (`posterior.py`) and this run
-  has planned before in a world measured as now: it will plan again there, and in no state that the proof
-  of the task's rules does not know as one to plan in.
-- A sequence fails with the first part that fails.  The branches of a `par` start in the order written.
-  When one fails for good, the whole has failed and nothing follows (as `flow.paths` takes it): the
-  others start nothing more, and what they have under way is cancelled.  It has ended once that has.
-- Once the goal is measured nothing more starts; what is under way ends by itself.
+- An attempt of a step: the skill is active, its precondition is measured as true, it is started. It succeeds
+  iff the skill ran to its end and the measured outcome is declared and no failure.
+- A failed attempt is repeated at most `retry` times. Before each further attempt `on_failure` runs with
+  default inputs (its effect is checked by the next attempt's precondition), or the step's handler runs,
+  whose own failure fails the step. If the step's `unless` is measured as true by then, the step is done.
+  Never repeated: an attempt that did not start, was refused, denied or cancelled, or ended in an undeclared
+  outcome. An `on_failure` that was submitted and then refused, denied, or ended in an undeclared outcome
+  ends its step likewise.
+- Remaining attempts are dropped if memory makes another one hopeless (`posterior.py`) and this run has
+  already planned in the same measured state. Then the agent plans again in that state, which the proof of
+  the task's rules already counts as a state to plan in.
+- A sequence fails with its first part that fails. The branches of a `par` start in the order written.
+  When one fails for good the whole `par` has failed and nothing follows (as in `flow.paths`): the other
+  branches start nothing more and their running steps are cancelled. The `par` ends when they have ended.
+- Once the goal is reached nothing more starts; running steps end by themselves.
 
-- An input may take an output of a step that has succeeded; where that gave none, the step fails.
-- A plan of which `progress` says that parts of it were run before goes on where it was.
+- An input may use an output of a step that has succeeded; if that output is missing, the step fails.
+- A plan whose `progress` says that parts of it were run before continues where it was.
 
-A branch is a generator that yields while a step of it is under way and is sent every step that ends.
+A branch is a generator that yields while one of its steps runs and is sent every step that ends.
 """
 
 from __future__ import annotations
@@ -42,10 +42,12 @@ from aeros.spec.model.step_graph import If, Par, Seq
 
 @dataclass(frozen=True, slots=True)
 class PlanFailure:
-    """Why a plan, or a step, went no further.
+    """The reason that a plan, or a step, went no further.
 
-    final: planning again is no use.
-    may_pass: it is no use now, and may be later.
+    Attributes:
+        reason: reason in words.
+        is_final: planning again cannot help.
+        is_transient: planning again cannot help now, but may later.
     """
 
     reason: str
@@ -59,9 +61,12 @@ _Branch = Generator[None, EndedStep, PlanFailure | None]
 
 @dataclass
 class _CancelScope:
-    """Branches that are cancelled together, and those inside them.
+    """Branches that are cancelled together, and the scopes inside them.
 
-    cancelled: why nothing of it may start any more.
+    Attributes:
+        cancel_reason: why nothing in this scope may start any more; None if it may.
+        running: steps that are running.
+        children: scopes of the `par`s inside.
     """
 
     cancel_reason: str | None = None
@@ -69,7 +74,7 @@ class _CancelScope:
     children: list[_CancelScope] = field(default_factory=list)
 
     def cancel(self, reason: str) -> Iterator[StepHandle]:
-        """Let nothing start any more; what is under way."""
+        """Forbid further starts in this scope and yield its running steps."""
         self.cancel_reason = self.cancel_reason or reason
         yield from sorted(self.running)
         for scope in self.children:
@@ -77,9 +82,12 @@ class _CancelScope:
 
 
 class PlanExecutor:
-    """Runs the plans of one run.
+    """Executor of all plans of one run.
 
-    until: plant seconds after which everything is cancelled; is_late: whether that has come to pass.
+    Attributes:
+        until: plant time (s) after which everything is cancelled.
+        timed_out: whether that time has passed.
+        denied: requests that the gate denied for good, as JSON text.
     """
 
     def __init__(
@@ -99,9 +107,14 @@ class PlanExecutor:
         self.timed_out = False
 
     def run(self, part: Part, progress: PlanProgress | None = None) -> PlanFailure | None:
-        """None once all of it is done or the goal is measured, else how it failed for good.
+        """Execute a plan until it is done, fails, or the goal is reached.
 
-        progress: how far it has come before, kept up to date.
+        Args:
+            part: body of the plan.
+            progress: progress of an earlier execution of it, which is kept up to date; None for a new plan.
+
+        Returns:
+            None if the plan is done or the goal is reached, else the failure that ended it.
         """
         self._outputs.clear()
         self._progress = progress or PlanProgress()
@@ -213,7 +226,7 @@ class PlanExecutor:
         return self._failure_of(step, attempt)
 
     def _run_recovery(self, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
-        """Run what helps between two tries; how the step ends if what came of that forbids another."""
+        """Run the recovery between two attempts; return a failure if its result forbids another attempt."""
         if self._progress.is_done(at):
             return None
         if step.handler is not None:
@@ -224,7 +237,7 @@ class PlanExecutor:
         attempt = self._progress.last_result(at) or (
             yield from self._invoke(StepRole.RECOVERY, recovery, scope, at)
         )
-        # Not started is no obstacle: nothing moved, and the next try checks its own precondition.
+        # A recovery that did not start is no obstacle: nothing moved, and the next attempt checks its precondition.
         if not attempt.failed or attempt.is_retryable or attempt.record is None:
             return None
         return self._failure_of(recovery, attempt)
@@ -242,16 +255,16 @@ class PlanExecutor:
             inputs[name] = self._outputs[source][output]
         before, head = self._attempts.world.predicates, self._attempts.audit_head
         self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))
-        begun = self._attempts.start(role, step.module, step.skill, inputs)
-        if not isinstance(begun, RunningAttempt):
+        started = self._attempts.start(role, step.module, step.skill, inputs)
+        if not isinstance(started, RunningAttempt):
             self._progress.drop_attempt(at)
-            return begun
-        scope.running.add(begun.handle)
+            return started
+        scope.running.add(started.handle)
         while True:
             ended = yield
-            if ended.step == begun.handle:
-                scope.running.remove(begun.handle)
-                attempt = self._attempts.finish(begun.pending, ended.result)
+            if ended.step == started.handle:
+                scope.running.remove(started.handle)
+                attempt = self._attempts.finish(started.pending, ended.result)
                 self._progress.finish_attempt(at, attempt)
                 self._store_outputs(step, attempt)
                 return attempt
@@ -286,7 +299,7 @@ class PlanExecutor:
 
 
 def _resume_branch(branch: _Branch, ended: EndedStep | None) -> None:
-    """Let a branch look at what has ended, or begin; raises `StopIteration` once it is done."""
+    """Start a branch, or send it the step that has ended; raises `StopIteration` once the branch is done."""
     if ended is None:
         next(branch)
     else:

@@ -1,8 +1,8 @@
-"""How far a plan has come: which tries of which steps were begun, and how each ended.
+"""Progress of a plan: the attempts of each step that were started, and their results.
 
-A place is where in the plan's graph a part is: the numbers of the parts on the way down to it, and, of what
-helps between two tries, the number of the try before it.  Nothing here decides anything; the engine asks
-it where to go on, and checkpoints keep it.
+A step path is the place of a part in the plan's graph: the indices of the parts on the way down to it. A
+recovery between two attempts adds the number of the attempt before it. This module decides nothing: the
+executor asks it where to continue, and checkpoints keep it.
 """
 
 from __future__ import annotations
@@ -19,11 +19,14 @@ StepPath = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedAttempt:
-    """A try whose end nobody has acknowledged.
+    """An attempt whose end has not been acknowledged.
 
-    skill: or the capability, where the step names one.
-    before: the predicates as they were measured when it began.
-    head: where the audit record ended then.
+    Attributes:
+        module: id of the module.
+        skill: skill, or the capability if the step names one.
+        inputs: inputs by name (SI).
+        before: predicates as measured when it started.
+        head: end of the audit record at that time.
     """
 
     module: str
@@ -35,11 +38,12 @@ class UnfinishedAttempt:
 
 @dataclass
 class AttemptHistory:
-    """What has been tried at one place.
+    """The attempts at one step path.
 
-    tries: how many were begun.
-    begun: the one under way, if there is one.
-    last: how the last one ended, if it has.
+    Attributes:
+        attempt_count: number of attempts started.
+        unfinished: attempt that is running, if any.
+        last_result: result of the last attempt, if it has ended.
     """
 
     attempt_count: int = 0
@@ -49,11 +53,13 @@ class AttemptHistory:
 
 @dataclass
 class PlanProgress:
-    """Of one plan.
+    """Progress of one plan.
 
-    settled: places at which nothing is left to do.
-    branches: at each `if` that was decided, whether `then` is followed.
-    changed: called after what a resumed agent must know of has changed.
+    Attributes:
+        attempts: attempts by step path.
+        done_paths: step paths where nothing is left to do.
+        branch_choices: for each `if` that was decided, True if `then` is followed.
+        on_change: called after a change that a resumed agent must know of.
     """
 
     attempts: dict[StepPath, AttemptHistory] = field(default_factory=dict)
@@ -62,46 +68,91 @@ class PlanProgress:
     on_change: Callable[[], None] = lambda: None
 
     def attempt_count(self, at: StepPath) -> int:
-        """How many tries were begun at that place."""
+        """Count the attempts that were started at a step path.
+
+        Args:
+            at: step path.
+
+        Returns:
+            The number of attempts, 0 if there were none.
+        """
         return self.attempts[at].attempt_count if at in self.attempts else 0
 
     def last_result(self, at: StepPath) -> AttemptResult | None:
-        """How the last try ended there; None where there was none."""
+        """Return the result of the last attempt at a step path.
+
+        Args:
+            at: step path.
+
+        Returns:
+            The result; None if no attempt has ended.
+        """
         return self.attempts[at].last_result if at in self.attempts else None
 
     def is_done(self, at: StepPath) -> bool:
-        """Whether nothing is left to do there."""
+        """Return True if nothing is left to do at a step path.
+
+        Args:
+            at: step path.
+        """
         last = self.last_result(at)
         return at in self.done_paths or (last is not None and not last.failed)
 
     def mark_done(self, at: StepPath) -> None:
-        """Nothing is left to do there."""
+        """Mark a step path as done.
+
+        Args:
+            at: step path.
+        """
         self.done_paths.add(at)
 
-    def start_attempt(self, at: StepPath, begun: UnfinishedAttempt) -> None:
-        """A try is about to begin."""
+    def start_attempt(self, at: StepPath, attempt: UnfinishedAttempt) -> None:
+        """Record that an attempt is about to start.
+
+        Args:
+            at: step path.
+            attempt: the attempt.
+        """
         tried = self.attempts.setdefault(at, AttemptHistory())
-        tried.attempt_count, tried.unfinished, tried.last_result = tried.attempt_count + 1, begun, None
+        tried.attempt_count, tried.unfinished, tried.last_result = tried.attempt_count + 1, attempt, None
         self.on_change()
 
-    def finish_attempt(self, at: StepPath, how: AttemptResult) -> None:
-        """It has ended; but one that was stopped from outside has only been left."""
-        if not how.is_halted:
-            self.attempts[at].unfinished, self.attempts[at].last_result = None, how
+    def finish_attempt(self, at: StepPath, result: AttemptResult) -> None:
+        """Record the result of the attempt, unless the operator halted it: then it stays unfinished.
+
+        Args:
+            at: step path.
+            result: result of the attempt.
+        """
+        if not result.is_halted:
+            self.attempts[at].unfinished, self.attempts[at].last_result = None, result
             self.on_change()
 
     def drop_attempt(self, at: StepPath) -> None:
-        """It was never begun."""
+        """Remove the attempt that was recorded last: it never started.
+
+        Args:
+            at: step path.
+        """
         tried = self.attempts[at]
         tried.attempt_count, tried.unfinished = tried.attempt_count - 1, None
 
     def set_branch(self, at: StepPath, then: bool) -> None:
-        """An `if` was decided."""
+        """Record the decision of an `if`.
+
+        Args:
+            at: step path of the `if`.
+            then: True if `then` is followed, False for `else`.
+        """
         self.branch_choices[at] = then
         self.on_change()
 
     def unfinished_attempts(self) -> list[tuple[StepPath, UnfinishedAttempt]]:
-        """What was begun and not acknowledged, in the order of places."""
+        """List the attempts that were started and not acknowledged.
+
+        Returns:
+            Pairs of step path and attempt, sorted by step path.
+        """
         return [
             (at, one.unfinished) for at, one in sorted(self.attempts.items()) if one.unfinished is not None
         ]

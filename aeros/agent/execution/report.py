@@ -1,4 +1,4 @@
-"""What a run reports: every skill invocation, and what they add up to.  Data, rendered elsewhere."""
+"""Report of a run: its skill invocations and their totals, as data that is rendered elsewhere."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aeros.runtime.ports import StepStatus
 
 
 class StepRole(Enum):
-    """Why a skill was invoked."""
+    """The reason for which a skill was invoked."""
 
     STEP = "step"  # the first try of a step of the plan
     RETRY = "retry"  # a further try of the same step
@@ -20,7 +20,7 @@ class StepRole(Enum):
 
 @dataclass(frozen=True, slots=True)
 class StepRecord:
-    """One skill invocation; times in plant seconds; `outcome` None where no declared one was measured."""
+    """One skill invocation; times in plant seconds; `outcome` is None if no declared outcome was measured."""
 
     role: StepRole
     module: str
@@ -44,12 +44,18 @@ class StepRecord:
 
 @dataclass(frozen=True, slots=True)
 class RunReport:
-    """One instruction, from routing to the goal or to the reason why it was not reached.
+    """Report of one instruction, from routing to the goal or to the reason that it was not reached.
 
-    reached: whether the goal is measured as true; unknown is not reached.
-    measured: the goal's variables as last measured, JSON values, None where unknown.
-    replans: plans made because an earlier one failed or was exhausted.
-    reason: None iff reached.
+    Attributes:
+        instruction: words of the user.
+        module: module of the task.
+        task: id of the task.
+        goal: goal as written.
+        reached: True if the goal is measured as true; an unknown goal is not reached.
+        measured: the goal's variables as last measured, JSON values, None if unknown.
+        steps: skill invocations in the order of their ends.
+        replans: plans made because an earlier one failed or finished without the goal.
+        reason: why the goal was not reached; None iff it was.
     """
 
     instruction: str
@@ -64,25 +70,25 @@ class RunReport:
 
     @property
     def retries(self) -> int:
-        """Further tries of a step that had failed."""
+        """Number of further attempts of steps that had failed."""
         return sum(step.role is StepRole.RETRY for step in self.steps)
 
     @property
     def recoveries(self) -> int:
-        """Runs of an `on_failure` skill."""
+        """Number of runs of `on_failure` skills."""
         return sum(step.role is StepRole.RECOVERY for step in self.steps)
 
     @property
     def allowed(self) -> int:
-        """Actions the gate allowed as they were asked for."""
+        """Number of actions that the gate allowed as requested."""
         return sum(step.allowed for step in self.steps)
 
     @property
     def attenuated(self) -> int:
-        """Actions the gate reduced and then allowed."""
+        """Number of actions that the gate reduced and then allowed."""
         return sum(step.attenuated for step in self.steps)
 
     @property
     def denied(self) -> int:
-        """Actions the gate denied."""
+        """Number of actions that the gate denied."""
         return sum(step.denied for step in self.steps)

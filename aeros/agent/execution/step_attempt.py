@@ -1,4 +1,4 @@
-"""One skill invocation, whole: precondition, request, submission, new observation, judgement, memory."""
+"""One skill invocation: precondition, request, submission, new measurement, assessment and memory."""
 
 from __future__ import annotations
 
@@ -33,29 +33,31 @@ RAN_STATUSES: Final = frozenset(
 
 
 def _counts_toward_record(result: StepResult) -> bool:
-    """Whether what came of it says how good the skill is.
+    """Return True if the result is evidence of how good the skill is.
 
-    What others kept from its end does not, nor does a denial on account of what is measured alone: it is
-    waited out, so one person who stands nearby would count sixty times.  Any other denial does: the skill
-    asks for what it may not do, and will again.
+    An end that others caused is none, nor is a denial because of measured values alone: it is waited out, so
+        one
+    person who stands nearby would count sixty times. Any other denial counts: the skill requests what it may
+    not do, and will again.
     """
     return result.status in RAN_STATUSES or (result.status is StepStatus.DENIED and not result.is_transient)
 
 
 @dataclass(frozen=True, slots=True)
 class AttemptResult:
-    """What came of trying to run a skill.
+    """The result of an attempt to run a skill.
 
-    failed: not starting is failing too.
-    reason: why it failed.
-    repeatable: it failed in the way that retries are for: the skill ran, and failed as declared.  After
-        a denial, a refusal, an unmet precondition, an undeclared or unknown outcome the plan rests on
-        something that is not so.
-    record: None where it was not submitted.
-    outputs: what the skill gave, by name, SI.
-    hopeless: why a further try is, by what is remembered; empty where it is not.
-    may_pass: it was denied, and may be allowed later.
-    stops: it came to what it does not declare, and the site says that nothing goes on then.
+    Attributes:
+        failed: True also if the skill did not start.
+        reason: why it failed.
+        is_retryable: it ran and failed as declared, which is what retries are for. After a denial, a refusal,
+            an unmet precondition, an undeclared or unknown outcome, an assumption of the plan is wrong
+            instead.
+        record: record of the invocation; None if it was not submitted.
+        outputs: outputs of the skill by name (SI).
+        is_transient: it was denied, and may be allowed later.
+        no_retry_reason: why memory makes another attempt hopeless; empty if it does not.
+        ends_run: it ended in an undeclared outcome, and the site stops the run then.
     """
 
     failed: bool
@@ -69,18 +71,18 @@ class AttemptResult:
 
     @property
     def is_denied(self) -> bool:
-        """Whether the gate denied an action of it."""
+        """True if the gate denied an action of it."""
         return self.record is not None and self.record.status is StepStatus.DENIED
 
     @property
     def is_halted(self) -> bool:
-        """Whether the operator stopped everything, so that nothing begins any more."""
+        """True if the operator stopped everything, so that nothing more starts."""
         return self.record is not None and self.record.status is StepStatus.HALTED
 
 
 @dataclass(frozen=True, slots=True)
 class PendingAttempt:
-    """A request, and what was known when it was made; `episode`: its number in memory."""
+    """A request with the state in which it was made; `episode_id` is its number in memory."""
 
     role: StepRole
     dispatch: Dispatch
@@ -90,14 +92,14 @@ class PendingAttempt:
 
 @dataclass(frozen=True, slots=True)
 class RunningAttempt:
-    """A try under way, by the number that the runtime knows it by."""
+    """An attempt that is running, with the runtime's handle of it."""
 
     handle: StepHandle
     pending: PendingAttempt
 
 
 class StepRunner:
-    """Runs skills through the runtime, and keeps the world as last measured."""
+    """Runner of skills through the runtime, which also keeps the world as last measured."""
 
     def __init__(self, runtime: Runtime, memory: Memory, journal: Journal, task: str, seed: int = 0) -> None:
         self._runtime = runtime
@@ -118,23 +120,33 @@ class StepRunner:
         planned_in: Iterable[Mapping[str, Any]],
         avoided_skills: Iterable[tuple[str, str]],
     ) -> None:
-        """Take over what an earlier session of the same run had come to."""
+        """Restore the state of an earlier session of the same run.
+
+        Args:
+            steps: invocations so far.
+            planned_in: predicates as measured where plans were made.
+            avoided_skills: pairs of module and skill that the gate denied for good.
+        """
         self.records.extend(steps)
         self.planned_in.extend(planned_in)
         self.dispatcher.denied.update(avoided_skills)
 
     @property
     def audit_head(self) -> LogHead:
-        """Where the audit record ends now."""
+        """Current end of the audit record."""
         return self._runtime.log_head()
 
     @property
     def world(self) -> WorldModel:
-        """What is known now, by what was measured last."""
+        """World as last measured, without the values that are too old by now."""
         return self._world.at_time(self._runtime.now())
 
     def observe(self) -> WorldModel:
-        """Measure the world anew."""
+        """Measure the world again.
+
+        Returns:
+            The new world.
+        """
         # In this order: a reading is never younger than the time it is judged at.
         readings, state = self._runtime.observe(), self._runtime.site.state
         if state is not self._measuring.state:
@@ -143,7 +155,11 @@ class StepRunner:
         return self._world
 
     def planning_world(self) -> WorldModel:
-        """The world as last measured, kept as one that a plan is made in, with why steps since failed."""
+        """Return the world for a planner and remember that a plan is made in it.
+
+        Returns:
+            The world as last measured, with the causes of step failures since the previous plan.
+        """
         world = replace(self.world, failures=tuple(self._failures))
         self._failures.clear()
         if world.predicates not in self.planned_in:
@@ -151,26 +167,52 @@ class StepRunner:
         return world
 
     def has_planned_in_current_state(self) -> bool:
-        """Whether a plan of this run was made when the predicates were measured as they are now."""
+        """Return True if a plan of this run was made with the same measured predicates as now."""
         return self.world.predicates in self.planned_in
 
     def wait(self, until: float) -> EndedStep | None:
-        """The next step that ends before `until`, plant seconds; see `ports.Runtime`."""
+        """Wait for the next step to end; see `ports.Runtime`.
+
+        Args:
+            until: plant time (s) at which the wait ends.
+
+        Returns:
+            The step that ended, or None if none did before `until`.
+        """
         return self._runtime.wait(until)
 
     def idle_until(self, until: float) -> None:
-        """Let time go on while nothing is under way, and measure the world as it is then."""
+        """Let plant time pass while no step runs, then measure the world.
+
+        Args:
+            until: plant time (s).
+        """
         self._runtime.wait(until)
         self.observe()
 
     def cancel(self, handle: StepHandle, reason: str) -> None:
-        """Halt a step that is under way."""
+        """Halt a running step.
+
+        Args:
+            handle: the runtime's handle of the step.
+            reason: reason for the audit record.
+        """
         self._runtime.cancel(handle, reason)
 
     def start(
         self, role: StepRole, module: str, skill: str, inputs: Mapping[str, Any]
     ) -> RunningAttempt | AttemptResult:
-        """Start `module.skill` if it is active and its precondition is measured now."""
+        """Start a skill if it is active and its precondition is measured as true now.
+
+        Args:
+            role: reason for the invocation.
+            module: id of the module.
+            skill: skill or capability of the module.
+            inputs: inputs by name (SI).
+
+        Returns:
+            The running attempt, or its result if it did not start or ended at once.
+        """
         try:
             dispatch = self.dispatcher.dispatch(module, skill, inputs, self.world)
         except DispatchError as error:
@@ -206,7 +248,15 @@ class StepRunner:
         return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
 
     def finish(self, pending: PendingAttempt, result: StepResult) -> AttemptResult:
-        """What came of it, as the world measured now shows."""
+        """Assess a step that has ended by the world measured now, and record it in memory and audit record.
+
+        Args:
+            pending: the attempt.
+            result: result that the runtime gives.
+
+        Returns:
+            The result of the attempt.
+        """
         dispatch, role = pending.dispatch, pending.role
         request = dispatch.request
         name = f"{request.module}.{request.skill}"
@@ -273,16 +323,16 @@ class StepRunner:
         )
 
     def _ends_run(self, result: StepResult) -> bool:
-        """Whether an undeclared outcome of a step that ended so is the end of the run.
+        """Return True if this undeclared outcome ends the run.
 
-        A halt that nothing declares the state of is no outcome: the skill had none yet.
+        A halt in a state that no outcome declares is no such outcome: the skill had not ended by itself.
         """
         return result.status is StepStatus.FINISHED and self._runtime.site.stops_on_undeclared_outcome
 
     def _record_broken_assumption(
         self, made: PendingAttempt, result: StepResult, after: WorldModel, causes: list[dict[str, Any]]
     ) -> None:
-        """That what was proved of the skill's module rests on outcomes, and this is none of them."""
+        """Record an undeclared outcome, with the proofs of the module that assume the declared ones."""
         request, skill = made.dispatch.request, made.dispatch.skill
         name = f"{request.module}.{request.skill}"
         certificate = self._runtime.certificate(request.module)
@@ -321,15 +371,15 @@ class StepRunner:
             )
 
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
-        """Why nothing is to be expected of a further try in the same context; empty where something is."""
+        """Return why memory makes another attempt in this context hopeless; empty if it does not."""
         of = [option.skill for option in dispatch.options] or [dispatch.request.skill]
         records = [
             self._memory.success_record(dispatch.request.module, skill, dispatch.context) for skill in of
         ]
         if not all(record.is_hopeless for record in records):
             return ""
-        said = ", ".join(f"`{skill}` {record}" for skill, record in zip(of, records, strict=True))
-        return f"succeeded before in this context: {said}"
+        counts = ", ".join(f"`{skill}` {record}" for skill, record in zip(of, records, strict=True))
+        return f"succeeded before in this context: {counts}"
 
     def _not_started(
         self, role: StepRole, module: str, skill: str, reason: str, causes: tuple[Cause, ...]

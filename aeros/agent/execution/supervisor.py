@@ -1,7 +1,7 @@
-"""Task-level checks on the measured world: before a step its conditions, after it its outcome.
+"""Checks of a task's steps on the measured world: conditions before a step, the outcome after it.
 
-It complements the gate, which decides actions: the supervisor decides whether the step makes sense
-now and whether what was proved of the skill is what happened.  All functions are pure.
+They complement the gate, which decides actions. The supervisor decides if the step can start now, and if the
+skill did what was assumed in its proofs. All functions are pure.
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ from aeros.spec.model.model import ActionCondition, Outcome, Skill
 
 @dataclass(frozen=True, slots=True)
 class StepAssessment:
-    """What a step came to.
+    """The assessment of a step that has ended.
 
-    outcome: the declared outcome that was measured, or None.
-    failed: whether the step counts as failed.
-    undeclared: what was measured excludes every declared outcome, so an assumption of the install-time
-        proof is broken.
-    reason: why it failed; empty when it did not.
-    causes: the same as data.
-    unknown: no declared outcome was measured, and not each is excluded: a sensor is silent.
+    Attributes:
+        outcome: declared outcome that was measured, or None.
+        failed: True if the step counts as failed.
+        is_undeclared: the measured values exclude every declared outcome, so an assumption of the
+            install-time proof is broken.
+        reason: why it failed; empty if it did not.
+        causes: the same as data.
+        is_unknown: no declared outcome was measured, and not all are excluded, because a sensor is silent.
     """
 
     outcome: str | None
@@ -42,7 +43,17 @@ class StepAssessment:
 
 
 def start_obstacle(module: str, skill: Skill, world: WorldModel, inputs: Environment) -> Cause | None:
-    """Why `skill` must not start in `world`; None iff precondition and hold-condition are both measured."""
+    """Return the condition that keeps `skill` from starting in `world`.
+
+    Args:
+        module: id of the module.
+        skill: skill to start.
+        world: current state.
+        inputs: exact inputs (SI) by `inputs.NAME`.
+
+    Returns:
+        The unmet condition as a cause; None iff precondition and hold-condition are both measured as true.
+    """
     name = f"{module}.{skill.id}"
     conditions = (("precondition", skill.precondition), ("hold", skill.hold_condition))
     for kind, clause in conditions:
@@ -61,13 +72,21 @@ def _unmet_cause(
 def assess_step(
     module: str, skill: Skill, result: StepResult, after: WorldModel, before: Mapping[str, Any] | None = None
 ) -> StepAssessment:
-    """Which declared outcome `after` shows, and whether the step failed.
+    """Find the declared outcome that `after` shows, and decide if the step failed.
 
-    A step that did not run to its end has failed whatever is measured.  One that ended in a state
-    no outcome declares has failed too; one that never started ends in no outcome at all.  A success is
-    none while a failure that says more may be what happened, for all that is known.
+    A step that did not run to its end has failed, whatever is measured. A step that ended in a state which no
+    outcome declares has failed too. A step that never started has no outcome. A success does not count while
+    unknown values leave a failure with more effects possible.
 
-    before: the predicates that were measured when it began, as JSON values.
+    Args:
+        module: id of the module.
+        skill: skill that was run.
+        result: result that the runtime gives.
+        after: world measured after the step.
+        before: predicates measured when it started, as JSON values; None if unknown.
+
+    Returns:
+        The assessment, with the causes of a failure.
     """
     halted = f"{result.status.value}: {result.reason}" if result.status is not StepStatus.FINISHED else ""
     name = f"{module}.{skill.id}"
@@ -102,9 +121,9 @@ def assess_step(
 
 
 def _measured_outcome(skill: Skill, world: WorldModel) -> Outcome | None:
-    """The outcome all of whose effects are measured: the one that says most, then success over failure.
+    """Return the measured outcome with the most effects; of equals, a success before a failure.
 
-    So an outcome without effects, “nothing changed”, is what remains when no other is measured.
+    So an outcome without effects (nothing changed) is returned only if no other is measured.
     """
     matching = [one for one in skill.outcomes.values() if _is_measured(one, world)]
     return max(matching, key=lambda one: (len(one.effects), not one.failure), default=None)
@@ -112,7 +131,7 @@ def _measured_outcome(skill: Skill, world: WorldModel) -> Outcome | None:
 
 @dataclass(frozen=True, slots=True)
 class _UndeterminedOutcome:
-    """An outcome that may be what happened, and the quantity that would tell; `why` completes “`NAME` …”."""
+    """An outcome that is not excluded, and the variable that would decide it; `why` completes “`NAME` …”."""
 
     outcome: str
     name: str
@@ -125,7 +144,10 @@ class _UndeterminedOutcome:
 def _undetermined_outcome(
     skill: Skill, outcome: Outcome | None, world: WorldModel
 ) -> _UndeterminedOutcome | None:
-    """Why it is not known what happened: of a success, that a failure says more; of nothing, any outcome."""
+    """Return an outcome that unknown values leave possible and that would change the assessment.
+
+    After a success that is a failure with more effects; if no outcome is measured, it is any outcome.
+    """
     if outcome is not None and outcome.failure:
         return None
     for other in skill.outcomes.values():
@@ -138,9 +160,10 @@ def _undetermined_outcome(
 
 
 def _is_expected_after_hold_failure(skill: Skill, before: Mapping[str, Any], after: WorldModel) -> bool:
-    """Whether what is measured after a broken hold-condition is what proofs provide for (`spec.holds`).
+    """Return True if the state after a lost hold-condition is one that the proofs cover (`spec.holds`).
 
-    That is: as before, or with the effects of an outcome, whatever the condition itself reads.
+    That is the state before, or one with the effects of an outcome; variables that the condition reads are
+    free.
     """
     read = t.variables_of(skill.hold_condition.term) if skill.hold_condition is not None else {}
     outcomes = [{}, *(one.effects for one in skill.outcomes.values() if one.probability != 0)]
@@ -157,7 +180,7 @@ def _is_expected_after_hold_failure(skill: Skill, before: Mapping[str, Any], aft
 
 
 def _effect_mismatches(skill: Skill, world: WorldModel) -> list[UnmetBound]:
-    """Of each declared outcome, the first effect that is measured otherwise."""
+    """Return, for each declared outcome, the first effect that is measured otherwise."""
     found: dict[UnmetBound, None] = {}
     for outcome in skill.outcomes.values():
         for name, value in outcome.effects.items():

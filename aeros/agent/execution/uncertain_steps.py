@@ -1,7 +1,7 @@
-"""What is not begun again while it may have happened already.
+"""Steps that must not start again while they may already have succeeded.
 
-A step that was begun, and whose success nobody can exclude, is barred: for whatever planner proposes it,
-until what is measured excludes each of its successes.  Unknown excludes nothing.
+A step that was started, and whose success the measurements do not exclude, is barred for every planner until
+they exclude each of its successes. An unknown value excludes nothing.
 """
 
 from __future__ import annotations
@@ -16,28 +16,48 @@ from aeros.spec.model.model import Skill
 
 
 class UncertainSteps:
-    """The barred steps of one run, by module, skill and inputs."""
+    """Barred steps of one run, by module, skill and inputs."""
 
     def __init__(self) -> None:
         self._barred: set[str] = set()
 
     @property
     def to_checkpoint(self) -> tuple[str, ...]:
-        """What is barred, as a checkpoint holds it."""
+        """Barred steps as text for a checkpoint, sorted."""
         return tuple(sorted(self._barred))
 
     def restore(self, saved: Iterable[str]) -> None:
-        """Bar what an earlier session had barred."""
+        """Bar the steps that an earlier session had barred.
+
+        Args:
+            saved: steps as `to_checkpoint` gives them.
+        """
         self._barred.update(saved)
 
     def add(self, module: str, skill: str, inputs: Mapping[str, Any]) -> None:
-        """From now on it is begun only where it has measurably not succeeded."""
+        """Bar a step: it starts again only if measurements show that it has not succeeded.
+
+        Args:
+            module: id of the module.
+            skill: id of the skill.
+            inputs: inputs by name (SI).
+        """
         self._barred.add(_key(module, skill, inputs))
 
     def reason_not_to_start(
         self, module: str, skill: Skill, inputs: Mapping[str, Any], world: WorldModel
     ) -> str | None:
-        """Why it may not be begun in `world`; None where it may."""
+        """Return the reason that a step must not start in `world`.
+
+        Args:
+            module: id of the module.
+            skill: skill to start.
+            inputs: inputs by name (SI).
+            world: current state.
+
+        Returns:
+            The reason in words; None if the step may start.
+        """
         if not self._barred or _key(module, skill.id, inputs) not in self._barred:
             return None
         possible = possible_success(skill, world)
@@ -49,7 +69,15 @@ class UncertainSteps:
 
 
 def possible_success(skill: Skill, world: WorldModel) -> str | None:
-    """A success of `skill` that may be what happened, for all that is measured; None where there is none."""
+    """Find a success of `skill` that the measurements do not exclude.
+
+    Args:
+        skill: skill that may have run.
+        world: current state.
+
+    Returns:
+        The id of the outcome; None if all successes are excluded.
+    """
     for outcome in skill.success_outcomes:
         if all(world.known.get(name, value) == value for name, value in outcome.effects.items()):
             return outcome.id

@@ -1,9 +1,9 @@
-"""The context that a step's ending is evidence of: what must agree before a record speaks of the next try.
+"""Context of a step's ending: what must agree before a record is evidence for another try.
 
-It is the task; the code of the module, as what another version did says little of this one; and what is
-measured of the predicates that the preconditions of the step's skills read, those of all providers where
-the step names a capability, so that the records of its providers are of the same situations.
-Left out: inputs and quantities, which seldom come twice.
+It consists of the task, the code digest of the module (another version's record says little of this one), and
+the measured predicates that the preconditions of the step's skills read. If the step names a capability,
+these are the preconditions of all providers, so that their records are about the same situations. Inputs and
+quantities are left out, because they seldom repeat.
 """
 
 from __future__ import annotations
@@ -17,7 +17,17 @@ from aeros.spec.model.model import Ecm, Skill
 
 
 def evidence_context(task: str, module: Ecm, skills: Iterable[Skill], world: WorldModel) -> str:
-    """The context of a step that may run any of `skills`, as text that is equal iff the contexts are."""
+    """Encode the context of a step that may run any of `skills`.
+
+    Args:
+        task: task as MODULE.TASK.
+        module: module of the skills.
+        skills: skills that may run.
+        world: current state.
+
+    Returns:
+        Canonical JSON; two texts are equal iff the contexts are.
+    """
     conditions = [skill.precondition.term for skill in skills if skill.precondition is not None]
     read = {name for term in conditions for name in t.variables_of(term)}
     predicates = {name: world.predicates[name] for name in read & world.predicates.keys()}

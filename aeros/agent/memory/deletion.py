@@ -1,6 +1,7 @@
-"""Forgetting, at somebody's word: what is forgotten is overwritten in the file, and not only left out.
+"""Deletion of memories on request; deleted data is overwritten in the file, not only unlinked.
 
-Only while no agent is awake, as an agent decides by what it remembers.  All of it is one transaction.
+It works only while no agent is awake, because an agent decides by its memory. Each deletion is one
+transaction.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from aeros.agent.memory.schema import open_database
 
 @dataclass(frozen=True, slots=True)
 class DeletedRows:
-    """How many rows of each table are gone."""
+    """Number of rows deleted from each table."""
 
     sessions: int
     episodes: int
@@ -35,7 +36,14 @@ _TABLES: Final = ("sessions", "episodes", "events", "facts")
 
 
 def filter_by_skill(name: str) -> DeletionFilter:
-    """The episodes of MODULE.SKILL, and every event and fact that mentions it."""
+    """Select the episodes of a skill, and every event and fact that mentions it.
+
+    Args:
+        name: skill as MODULE.SKILL.
+
+    Returns:
+        A function that deletes these rows.
+    """
     mentioned = re.compile(rf"(?<![\w.]){re.escape(name)}(?!\w)")
 
     def forget(database: sqlite3.Connection) -> None:
@@ -48,12 +56,26 @@ def filter_by_skill(name: str) -> DeletionFilter:
 
 
 def filter_by_session(number: int) -> DeletionFilter:
-    """A session by its id, with all that it remembered and learned."""
+    """Select a session with its episodes and events and the facts learned in it.
+
+    Args:
+        number: id of the session.
+
+    Returns:
+        A function that deletes these rows.
+    """
     return lambda database: _forget_sessions(database, "id = ?", number)
 
 
 def filter_before(time: datetime) -> DeletionFilter:
-    """Every session that began before `time`, and what was learned before it."""
+    """Select every session that began before a time, and the facts learned before it.
+
+    Args:
+        time: the time, with its time zone.
+
+    Returns:
+        A function that deletes these rows.
+    """
     text = time.isoformat(timespec="seconds")
 
     def forget(database: sqlite3.Connection) -> None:
@@ -73,9 +95,18 @@ def _forget_sessions(database: sqlite3.Connection, which: str, value: int | str)
 
 
 def forget(folder: Path, path: Path, rows: DeletionFilter) -> DeletedRows:
-    """Forget it, in the memory at `path` of the agent whose state folder is `folder`.
+    """Delete rows of an agent's memory, and overwrite them in the file.
 
-    Raises `AgentError` where an agent is awake, or there is no memory that can be trusted.
+    Args:
+        folder: state folder of the agent.
+        path: file of the memory.
+        rows: rows to delete, as the `filter_…` functions select them.
+
+    Returns:
+        The number of rows deleted.
+
+    Raises:
+        AgentError: an agent is awake, or there is no memory that can be trusted.
     """
     if not path.exists():
         raise AgentError(f"nothing is remembered here: there is no {path}")

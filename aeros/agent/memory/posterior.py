@@ -1,4 +1,4 @@
-"""What a record of successes and failures says of the next try: a Beta posterior over a uniform prior.
+"""Chance of success of the next try: a Beta posterior over a uniform prior, from a record of tries.
 
     p | s successes, f failures ~ Beta(s + 1, f + 1)
 
@@ -21,29 +21,43 @@ HOPELESS_BELOW: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class SuccessRecord:
-    """How often something succeeded and failed."""
+    """Number of successes and failures."""
 
     successes: int
     failures: int
 
     @property
     def mean(self) -> float:
-        """The expected chance of success."""
+        """Expected chance of success."""
         return (self.successes + 1) / (self.successes + self.failures + 2)
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether a chance worth a try is less likely than `HOPELESS_BELOW`; 28 failures alone make it so."""
+        """True if P(p > `MIN_USEFUL_SUCCESS`) < `HOPELESS_BELOW`; 28 failures without a success suffice."""
         return self.probability_above(MIN_USEFUL_SUCCESS) < HOPELESS_BELOW
 
     def sample(self, random: Random) -> float:
-        """A chance of success drawn from the posterior."""
+        """Draw a chance of success from the posterior.
+
+        Args:
+            random: source of randomness.
+
+        Returns:
+            A chance in [0, 1].
+        """
         return random.betavariate(self.successes + 1, self.failures + 1)
 
     def probability_above(self, chance: float) -> float:
-        """P(p > chance) for 0 < chance < 1.
+        """Compute P(p > chance) of the posterior.
 
-        P(Beta(s+1, f+1) > x) = P(Binomial(s+f+1, x) ≤ s), summed by logarithms: large records underflow else.
+        P(Beta(s+1, f+1) > x) = P(Binomial(s+f+1, x) ≤ s), summed in logarithms, since large records would
+        underflow.
+
+        Args:
+            chance: threshold x, 0 < x < 1.
+
+        Returns:
+            A probability in [0, 1].
         """
         tries = self.successes + self.failures + 1
         return min(1.0, sum(_binomial(tries, hits, chance) for hits in range(self.successes + 1)))

@@ -1,4 +1,7 @@
-"""What memory holds, for people: summed up, searched, or whole.  Reads, and may while the agent is awake."""
+"""Queries of the memory for people: summaries, search and all rows.
+
+They only read, and may do so while the agent is awake.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +25,15 @@ _MAX_REASONS: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class EpisodeFilter:
-    """Which episodes: all that is not None must fit.
+    """Filter of episodes; every field that is not None must match.
 
-    text: part of the status, outcome, reason or inputs, in any case of ASCII letters.
-    skill: MODULE.SKILL.
+    Attributes:
+        text: part of the status, outcome, reason or inputs; ASCII letters match in either case.
+        skill: skill as MODULE.SKILL.
+        task: task as MODULE.TASK.
+        outcome: id of the measured outcome.
+        failed: True for failures, False for successes.
+        session: id of the session.
     """
 
     text: str | None = None
@@ -38,10 +46,14 @@ class EpisodeFilter:
 
 @dataclass(frozen=True, slots=True)
 class SkillSummary:
-    """What is remembered of a skill.
+    """Summary of the episodes of a skill.
 
-    record: ever; contexts: by context, None where it was not kept.
-    reasons: the commonest reasons of its failures, and how often each was given.
+    Attributes:
+        skill: skill as MODULE.SKILL.
+        record: successes and failures in all contexts.
+        typical_duration: duration of its latest successes (s); None if there are none.
+        contexts: record of each context; the context is None if it was not kept.
+        reasons: most frequent reasons of failure, with their counts.
     """
 
     skill: str
@@ -52,13 +64,20 @@ class SkillSummary:
 
 
 class MemoryReader:
-    """Reads one memory; made by `open_memory_reader`."""
+    """Reader of one memory; made by `open_memory_reader`."""
 
     def __init__(self, database: sqlite3.Connection) -> None:
         self._database = database
 
     def skills(self, name: str | None = None) -> Iterator[SkillSummary]:
-        """Every skill that was ever tried, or the one of this name, MODULE.SKILL."""
+        """Summarize the skills that were ever tried.
+
+        Args:
+            name: the one skill wanted, as MODULE.SKILL; None for all.
+
+        Yields:
+            A summary of each skill, by module and skill.
+        """
         sql = "SELECT DISTINCT module, skill FROM episodes ORDER BY module, skill"
         for module, skill in self._run(sql):
             if name in (None, f"{module}.{skill}"):
@@ -82,11 +101,21 @@ class MemoryReader:
         return [(reason, count) for reason, count in self._run(sql, module, skill, _MAX_REASONS)]
 
     def search(self, filters: EpisodeFilter, limit: int) -> list[dict[str, Any]]:
-        """The latest `limit` episodes that are wanted, newest first; all columns, JSON decoded."""
+        """Find the latest episodes that match.
+
+        Args:
+            filters: filter of episodes.
+            limit: maximum number of episodes.
+
+        Returns:
+            All columns of each episode with JSON decoded, newest first.
+        """
         text = None if filters.text is None else f"%{_escape_like(filters.text)}%"
-        said = "coalesce(status, '') || char(10) || coalesce(outcome, '') || char(10) || coalesce(reason, '')"
+        searched = (
+            "coalesce(status, '') || char(10) || coalesce(outcome, '') || char(10) || coalesce(reason, '')"
+        )
         conditions = {
-            f"{said} || char(10) || inputs LIKE ? ESCAPE '!'": text,
+            f"{searched} || char(10) || inputs LIKE ? ESCAPE '!'": text,
             "module || '.' || skill = ?": filters.skill,
             "task = ?": filters.task,
             "outcome = ?": filters.outcome,
@@ -99,7 +128,11 @@ class MemoryReader:
         return [_decode_row(row) for row in self._rows(sql, *asked.values(), limit)]
 
     def broken_assumptions(self) -> list[dict[str, Any]]:
-        """What was measured that a certificate's proofs exclude, oldest first: session, time and details."""
+        """List the recorded outcomes that the proofs of a certificate exclude.
+
+        Returns:
+            Session, time and details of each, oldest first.
+        """
         sql = "SELECT session, time, details FROM events WHERE kind = 'broken-assumption' ORDER BY id"
         return [
             {"session": session, "time": time, **json.loads(details)}
@@ -107,17 +140,29 @@ class MemoryReader:
         ]
 
     def facts(self) -> list[dict[str, Any]]:
-        """Every fact, by key."""
+        """List all facts.
+
+        Returns:
+            All columns of each fact, sorted by key.
+        """
         return [_decode_row(row) for row in self._rows("SELECT * FROM facts ORDER BY key")]
 
     def sessions(self) -> list[dict[str, Any]]:
-        """Every session, and how many episodes it has."""
+        """List all sessions.
+
+        Returns:
+            All columns of each session, and its number of `episodes`.
+        """
         sql = """SELECT sessions.*, count(episodes.id) AS episodes FROM sessions
                  LEFT JOIN episodes ON episodes.session = sessions.id GROUP BY sessions.id"""
         return self._rows(sql)
 
     def all_rows(self) -> Iterator[dict[str, Any]]:
-        """Every row there is, each with its `kind`."""
+        """Read all rows of all tables.
+
+        Yields:
+            All columns of each row; `row` is the kind of row.
+        """
         for kind, table in _TABLES.items():
             for row in self._rows(f"SELECT * FROM {table} ORDER BY 1"):  # noqa: S608  a name of the above
                 # An event has a kind of its own.
@@ -134,7 +179,17 @@ class MemoryReader:
 
 @contextmanager
 def open_memory_reader(path: Path) -> Iterator[MemoryReader]:
-    """What the memory at `path` holds; raises `AgentError` where there is none or it cannot be trusted."""
+    """Open the memory at `path` for reading.
+
+    Args:
+        path: file of the memory.
+
+    Yields:
+        A reader of it.
+
+    Raises:
+        AgentError: there is no memory, or it cannot be trusted.
+    """
     if not path.exists():
         raise AgentError(f"nothing is remembered here: there is no {path}")
     database = open_database(path)

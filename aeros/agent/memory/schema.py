@@ -1,7 +1,7 @@
-"""The database of memory: its tables, and how one that an older version wrote becomes one of today.
+"""Database schema of the memory, and migrations from older versions.
 
-The version is in `PRAGMA user_version`; 0 there means a new, empty database.  All migrations that are due,
-and the number they end in, are one transaction: after a crash the database is as it was, or as it is to be.
+The version is in `PRAGMA user_version`; 0 means a new, empty database. All migrations that are due, and the
+version that they lead to, are one transaction: after a crash the database has the old schema or the new one.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _MIGRATION_1: Final = (
 
 # `context`: NULL where it is not known, so that the episode is evidence in no context.
 # `counts`: whether the ending says how good the skill is.  Of a denial, schema 1 did not keep whether it
-# could have passed by waiting, so old denials are taken to say nothing.
+# could have passed by waiting, so old denials do not count.
 _MIGRATION_2: Final = (
     "ALTER TABLE episodes ADD COLUMN context TEXT",
     "ALTER TABLE episodes ADD COLUMN counts INTEGER",
@@ -59,9 +59,18 @@ IN_MEMORY: Final = Path(":memory:")
 
 
 def open_database(path: Path) -> sqlite3.Connection:
-    """The memory at `path`, sound and of today's schema; raises `AgentError` where it cannot be trusted.
+    """Open the memory at `path`, check it and migrate it to the current schema.
 
     Autocommit: each statement is one transaction, durable when it returns.
+
+    Args:
+        path: file of the memory, or `IN_MEMORY`.
+
+    Returns:
+        The connection.
+
+    Raises:
+        AgentError: the file is damaged, of something else, or of a newer version.
     """
     try:
         database = sqlite3.connect(path, isolation_level=None)
@@ -82,7 +91,7 @@ def open_database(path: Path) -> sqlite3.Connection:
 
 @cache
 def _empty_database() -> bytes:
-    """A memory of today's schema with nothing in it; the statements that make one take a millisecond."""
+    """Return an empty memory of the current schema, cached because its statements take a millisecond."""
     with closing(sqlite3.connect(IN_MEMORY, isolation_level=None)) as database:
         _migrate(database)
         return database.serialize()

@@ -1,9 +1,8 @@
-"""What the agent remembers, durably: sessions, one episode a step, events, and facts.
+"""Durable memory of the agent: sessions, one episode per step, events and facts.
 
-A write has reached the disk when the method returns (WAL, `synchronous=FULL`).  An episode is
-written before its step starts, so after kill -9 the step that was under way is known: it is the
-one without an ending.  A database that is damaged, foreign or newer than this code is refused
-with the reason; nothing is repaired or replaced silently.
+A write has reached the disk when its method returns (WAL, `synchronous=FULL`). An episode is written before
+its step starts, so after kill -9 the interrupted step is known: its episode has no end. A database that is
+damaged, foreign or newer than this code is refused with the reason; nothing is repaired or replaced silently.
 """
 
 from __future__ import annotations
@@ -36,10 +35,17 @@ _DURATION_SAMPLES: Final = 101
 
 @dataclass(frozen=True, slots=True)
 class EpisodeStart:
-    """What is known of a step before it starts.
+    """The part of an episode that is known before its step starts.
 
-    started: plant seconds.
-    context: what the step's ending will be evidence of; see `context.py`.
+    Attributes:
+        task: task as MODULE.TASK.
+        module: id of the module.
+        skill: id of the skill.
+        role: reason for the invocation, a value of `StepRole`.
+        inputs: inputs by name, JSON values (SI).
+        started: plant time (s).
+        before: predicates as measured, JSON values.
+        context: context in which the step's ending is evidence; see `context.py`.
     """
 
     task: str
@@ -54,11 +60,17 @@ class EpisodeStart:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeEnd:
-    """What became of the step.
+    """The part of an episode that is known when its step has ended.
 
-    outcome: None where no declared one was measured.
-    counts: whether it says how good the skill is.
-    causes: the reason as data, JSON values.
+    Attributes:
+        status: status of the step, a value of `StepStatus`.
+        outcome: declared outcome that was measured; None if none was.
+        failed: True if the step counts as failed.
+        reason: reason of a failure, in words.
+        ended: plant time (s).
+        after: predicates as measured, JSON values.
+        counts_toward_record: True if it is evidence of how good the skill is.
+        causes: the reason as data, JSON values.
     """
 
     status: str
@@ -73,9 +85,9 @@ class EpisodeEnd:
 
 @dataclass(frozen=True, slots=True)
 class DurationStats:
-    """How long the latest successes of a skill took, plant seconds: their median and quartiles.
+    """Median and quartiles of the durations of a skill's latest successes, in plant seconds.
 
-    successes: how many they are.
+    `successes` is their number.
     """
 
     median: float
@@ -89,21 +101,28 @@ class DurationStats:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """Something learned, and from whom."""
+    """A fact that was learned, and its source."""
 
     value: Any
     source: str
 
 
 class Memory:
-    """One session's hold on the database; made by `open_memory` alone."""
+    """The memory in one session; made by `open_memory` alone."""
 
     def __init__(self, database: sqlite3.Connection, session: int) -> None:
         self._database = database
         self._session = session
 
     def start_episode(self, step: EpisodeStart) -> int:
-        """Remember that a step starts; the number to end it by."""
+        """Write the start of an episode.
+
+        Args:
+            step: state before the step.
+
+        Returns:
+            The number of the episode, for `end_episode`.
+        """
         sql = """INSERT INTO episodes
                  (session, task, module, skill, role, inputs, started, before, context)
                  VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"""
@@ -115,7 +134,12 @@ class Memory:
         return episode
 
     def end_episode(self, episode: int, how: EpisodeEnd) -> None:
-        """Remember how that step ended."""
+        """Write the end of an episode.
+
+        Args:
+            episode: number of the episode.
+            how: result of the step.
+        """
         sql = """UPDATE episodes
                  SET status = ?, outcome = ?, failed = ?, reason = ?, ended = ?, after = ?, counts = ?,
                      causes = ?
@@ -124,42 +148,86 @@ class Memory:
         self._run(sql, (*what, _json(how.after), int(how.counts_toward_record), _json(how.causes), episode))
 
     def mark_interrupted(self) -> list[str]:
-        """Mark every step without an ending as interrupted; their skills, as `MODULE.SKILL`."""
+        """Mark every episode without an end as interrupted.
+
+        Returns:
+            Their skills, as MODULE.SKILL.
+        """
         sql = (
             "UPDATE episodes SET status = ?, counts = 0 WHERE status IS NULL RETURNING module || '.' || skill"
         )
         return [skill for (skill,) in self._run(sql, (INTERRUPTED,)).fetchall()]
 
     def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
-        """Keep an event of this session; `time` in plant seconds."""
+        """Write an event of this session.
+
+        Args:
+            time: plant time (s).
+            kind: kind of the event.
+            details: JSON values.
+        """
         sql = "INSERT INTO events (session, time, kind, details) VALUES (?, ?, ?, ?)"
         self._run(sql, (self._session, time, kind, _json(details)))
 
     def set_fact(self, key: str, value: Any, source: str) -> None:
-        """Keep a fact, in place of what was known under `key`; `value` is JSON."""
+        """Write a fact, replacing an earlier one of the same key.
+
+        Args:
+            key: key of the fact.
+            value: JSON value.
+            source: where it was learned.
+        """
         sql = "INSERT OR REPLACE INTO facts (key, value, source, learned) VALUES (?, ?, ?, ?)"
         self._run(sql, (key, _json(value), source, _utc_now()))
 
     def get_fact(self, key: str) -> Fact | None:
-        """The fact known under `key`."""
+        """Read a fact.
+
+        Args:
+            key: key of the fact.
+
+        Returns:
+            The fact; None if there is none.
+        """
         row = self._run("SELECT value, source FROM facts WHERE key = ?", (key,)).fetchone()
         return None if row is None else Fact(json.loads(row[0]), row[1])
 
     def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
-        """How often the skill succeeded and failed, in `context` or ever, where its ending counts."""
+        """Count the successes and failures of a skill, without endings that do not count.
+
+        Args:
+            module: id of the module.
+            skill: id of the skill.
+            context: context that must agree; None for all contexts.
+
+        Returns:
+            The counts.
+        """
         return self._query(lambda database: read_success_record(database, module, skill, context))
 
     def typical_duration(self, module: str, skill: str) -> DurationStats | None:
-        """How long the latest successes of the skill took; None where there is none."""
+        """Summarize the durations of a skill's latest successes.
+
+        Args:
+            module: id of the module.
+            skill: id of the skill.
+
+        Returns:
+            Median and quartiles (s); None if there are no successes.
+        """
         return self._query(lambda database: read_typical_duration(database, module, skill))
 
     def latest_episode(self) -> int:
-        """The number of the latest episode, 0 before the first."""
+        """Read the number of the latest episode.
+
+        Returns:
+            The number, 0 before the first.
+        """
         (latest,) = self._run("SELECT coalesce(max(id), 0) FROM episodes", ()).fetchone()
         return int(latest)
 
     def end_session(self) -> None:
-        """Mark what was under way as interrupted, and the session as over."""
+        """Mark running episodes as interrupted and the session as ended."""
         self.mark_interrupted()
         self._run("UPDATE sessions SET ended = ? WHERE id = ?", (_utc_now(), self._session))
 
@@ -176,14 +244,33 @@ class Memory:
 def read_success_record(
     database: sqlite3.Connection, module: str, skill: str, context: str | None = None
 ) -> SuccessRecord:
-    """See `Memory.success_record`."""
+    """Count successes and failures as `Memory.success_record` does.
+
+    Args:
+        database: connection to the memory.
+        module: id of the module.
+        skill: id of the skill.
+        context: context that must agree; None for all contexts.
+
+    Returns:
+        The counts.
+    """
     sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
              WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)"""
     return SuccessRecord(*database.execute(sql, (module, skill, context, context)).fetchone())
 
 
 def read_typical_duration(database: sqlite3.Connection, module: str, skill: str) -> DurationStats | None:
-    """See `Memory.typical_duration`."""
+    """Summarize durations as `Memory.typical_duration` does.
+
+    Args:
+        database: connection to the memory.
+        module: id of the module.
+        skill: id of the skill.
+
+    Returns:
+        Median and quartiles (s); None if there are no successes.
+    """
     sql = """SELECT ended - started FROM episodes
              WHERE module = ? AND skill = ? AND counts = 1 AND failed = 0 ORDER BY id DESC LIMIT ?"""
     took = [seconds for (seconds,) in database.execute(sql, (module, skill, _DURATION_SAMPLES))]
@@ -195,7 +282,18 @@ def read_typical_duration(database: sqlite3.Connection, module: str, skill: str)
 
 @contextmanager
 def open_memory(path: Path, identity: Identity) -> Iterator[Memory]:
-    """The memory at `path`, in a new session of `identity`; raises `AgentError` if it cannot be trusted."""
+    """Open the memory at `path` in a new session.
+
+    Args:
+        path: file of the memory, or `IN_MEMORY`.
+        identity: agent whose session it is.
+
+    Yields:
+        The memory; its session ends with the block.
+
+    Raises:
+        AgentError: the memory cannot be trusted or used.
+    """
     database = open_database(path)
     try:
         memory = Memory(database, _new_session(database, path, identity))

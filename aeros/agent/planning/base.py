@@ -16,26 +16,47 @@ from aeros.spec.model.model import Ecm
 
 
 class Planner(Protocol):
-    """Anything that can propose a plan; it may be wrong, and it may raise."""
+    """Port of planners. A planner proposes plans; it may be wrong, and it may raise."""
 
     @property
     def name(self) -> str:
-        """As shown in the audit record."""
+        """Name in the audit record."""
 
     def plan(self, task: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """Steps that should lead from `world` to the goal of the task, by skills of active `modules`."""
+        """Propose steps that should lead from `world` to the goal of the task.
+
+        Args:
+            task: task to plan for.
+            world: current state.
+            modules: active modules by id, whose skills the plan may use.
+
+        Returns:
+            The plan.
+        """
 
 
 class RulePlanner:
-    """The planning rules of the task's manifest (the paper's Appendix A): the same world, the same plan."""
+    """Planner by the rules of the task's manifest (the paper's Appendix A).
+
+    The same world gives the same plan.
+    """
 
     @property
     def name(self) -> str:
-        """As shown in the audit record."""
+        """Name in the audit record."""
         return "rules"
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The steps, in order, of the rules whose `satisfied_condition` is not measured; unknown is not measured."""
+        """List the skills of the rules that are not measured as satisfied, in the order of the rules.
+
+        Args:
+            routed: task to plan for.
+            world: current state; a rule with an unknown `satisfied_condition` counts as not satisfied.
+            modules: active modules by id; unused.
+
+        Returns:
+            The plan, which may be empty.
+        """
         return TaskGraph(
             tuple(
                 PlanStep(

@@ -1,9 +1,9 @@
-"""Whether a plan leads to the goal from what is measured, whoever made it: by what skills declare.
+"""Check that a plan leads to the goal from the measured state, by the declared outcomes of its skills.
 
-`verify_plan` says that a plan may be started; this, that each of its steps can start whatever successes those
-before it have, that no declared outcome leaves the states from which the goal can be reached, and that
-the goal is reached at its end.  Accepted is less than right: plans with branches at the same time, and with
-other inputs than declared defaults and what may be gone through, are not judged, and so not accepted.
+`verify_plan` decides if a plan may be started. This check is stronger: each step can start after any
+successes of the steps before it, no declared outcome leaves the states from which the goal can be reached,
+and the goal is reached at the end. The check is incomplete: plans with parallel branches, or with inputs
+other than declared defaults and values of a small finite type, are not judged and therefore not accepted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 
 class PlanChecker:
-    """Judges plans for one task from one world."""
+    """Checker of plans for one task from one world."""
 
     def __init__(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm], site: Site) -> None:
         self._task = routed.task
@@ -32,7 +32,14 @@ class PlanChecker:
         self._site = site
 
     def problems(self, graph: TaskGraph) -> list[str]:
-        """Why not to follow a plan that `verify_plan` finds no problem in; empty iff it is accepted."""
+        """List the reasons not to follow a plan.
+
+        Args:
+            graph: plan that `verify_plan` accepts.
+
+        Returns:
+            The reasons; empty iff the plan is accepted.
+        """
         also = {
             f"{step.module}.{name}".casefold()
             for step in graph.steps
@@ -86,7 +93,7 @@ def _recovery_skills(step: PlanStep) -> tuple[str, ...]:
 
 
 def _matches_inputs(choice: GroundSkill, step: PlanStep) -> bool:
-    """Whether the step gives the skill the inputs that the choice does."""
+    """Return True if the step gives the skill the same inputs as the choice."""
     try:
         given = {name: to_exact(choice.skill.inputs[name], value) for name, value in step.inputs.items()}
     except (UnusableValueError, KeyError):

@@ -1,8 +1,8 @@
-"""Has a classical planner of unified-planning solve a problem in PDDL.
+"""Classical planning of PDDL problems with the library unified-planning.
 
-The sole importer of unified-planning, which is there with `pip install 'aeros[pddl]'`; planners (“engines”)
-are packages of their own, of which that brings one.  Disjunctions and negations are compiled away first, so
-that any of them will do.
+This is the only module that imports unified-planning, which `pip install 'aeros[pddl]'` installs. Planners
+(“engines”) are packages of their own; the extra installs one. Disjunctions and negations are compiled away
+first, so that any engine can be used.
 """
 
 from __future__ import annotations
@@ -15,14 +15,11 @@ from aeros.agent.errors import AgentError
 
 
 class ClassicalEngineError(Exception):
-    """The engine has neither a plan nor found that there is none; the message says why."""
+    """An engine that neither found a plan nor decided that there is none; the message says why."""
 
 
 class UnifiedPlanningEngine:
-    """A classical planner.
-
-    name: of an installed engine; None leaves the choice to unified-planning.
-    """
+    """A classical planner. `name` is an installed engine; with None unified-planning chooses one."""
 
     def __init__(self, name: str | None = None) -> None:
         if find_spec("unified_planning") is None:
@@ -30,9 +27,17 @@ class UnifiedPlanningEngine:
         self._name = name
 
     def solve(self, domain: str, problem: str) -> list[str] | None:
-        """The names of the actions of a plan; None where the engine finds that there is none.
+        """Solve a planning problem.
 
-        Raises `ClassicalEngineError`.
+        Args:
+            domain: PDDL text of the domain.
+            problem: PDDL text of the problem.
+
+        Returns:
+            The names of the plan's actions; None if the engine finds that there is no plan.
+
+        Raises:
+            ClassicalEngineError: the engine fails or does not decide.
         """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of engines, about themselves

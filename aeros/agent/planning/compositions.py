@@ -1,4 +1,4 @@
-"""A module's composition as a task graph, and the planner that proposes it."""
+"""Compositions of modules as task graphs, and the planner that proposes them."""
 
 from __future__ import annotations
 
@@ -14,22 +14,34 @@ from aeros.spec.model.step_graph import Seq, map_graph_steps
 
 
 class CompositionUnavailableError(Exception):
-    """There is no such composition, or it cannot be run here and now; the message says why."""
+    """A composition that does not exist or cannot be run now; the message says why."""
 
 
 class CompositionPlanner:
-    """Proposes a composition of the task's module, whatever planning rules the task has."""
+    """Planner that proposes one composition of the task's module and ignores the task's planning rules."""
 
     def __init__(self, composition: str) -> None:
         self._composition = composition
 
     @property
     def name(self) -> str:
-        """As shown in the audit record."""
+        """Name in the audit record."""
         return f"composition {self._composition}"
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The composition, where its precondition is measured; raises `CompositionUnavailableError`."""
+        """Propose the composition if its precondition is measured as true.
+
+        Args:
+            routed: task to plan for.
+            world: current state.
+            modules: active modules by id.
+
+        Returns:
+            The composition as a plan.
+
+        Raises:
+            CompositionUnavailableError: it does not exist, or its precondition is not measured as true.
+        """
         composition = modules[routed.module].compositions.get(self._composition)
         if composition is None:
             raise CompositionUnavailableError(f"`{routed.module}` has no composition `{self._composition}`")
@@ -42,7 +54,15 @@ class CompositionPlanner:
 
 
 def composition_to_graph(composition: Composition, module: str) -> TaskGraph:
-    """`composition` of `module` as a task graph."""
+    """Convert a composition to a task graph.
+
+    Args:
+        composition: composition of the module.
+        module: id of the module.
+
+    Returns:
+        The task graph, with handlers and output references.
+    """
 
     def planned(step: spec.Step) -> PlanStep:
         handler = None if step.handler is None else planned(composition.handlers[step.handler])

@@ -1,11 +1,10 @@
-"""Asks a language model behind an OpenAI-compatible endpoint, and takes but a bounded text from there.
+"""Client of a language model behind an OpenAI-compatible endpoint, with bounded time and answer length.
 
-The sole importer of httpx, which is there with `pip install 'aeros[llm]'`.
+This is the only module that imports httpx, which `pip install 'aeros[llm]'` installs.
 
-Whoever answers may be slow, broken or hostile: every answer has a time by which all of it must be there and
-a greatest length, compressed answers and redirects are refused, and of what a server says of its errors only
-the status is told.  The key goes into one header, to nowhere in the clear but this machine, and is cut out
-of all that comes back.
+The server may be slow, broken or hostile. Every answer has a deadline and a maximum length. Compressed
+answers and redirects are refused. Of a server's errors only the status is reported. The key is sent in one
+header, without encryption only to this machine, and is removed from everything that comes back.
 """
 
 from __future__ import annotations
@@ -32,10 +31,7 @@ Messages = Sequence[Mapping[str, str]]
 
 
 class LlmError(Exception):
-    """There is no answer; the message says why.
-
-    may_pass: asking again may help.
-    """
+    """A request without an answer; the message says why. If `may_pass` is true, asking again may help."""
 
     def __init__(self, reason: str, *, is_transient: bool = False) -> None:
         super().__init__(reason)
@@ -44,10 +40,12 @@ class LlmError(Exception):
 
 @dataclass(frozen=True)
 class LlmEndpoint:
-    """Where a model is asked.
+    """Address of a language model.
 
-    url: of the API, up to and with its version, as in `https://host/v1`.
-    key: None where none is needed.
+    Attributes:
+        url: URL of the API, up to and with its version, as in `https://host/v1`.
+        model: name of the model.
+        api_key: key; None if none is needed.
     """
 
     url: str
@@ -80,9 +78,19 @@ class LlmEndpoint:
 def request_completion(
     endpoint: LlmEndpoint, messages: Messages, schema: Mapping[str, Any], by: float
 ) -> str:
-    """What the model says, which should be JSON of this schema.  Raises `LlmError`.
+    """Ask the model for a chat completion.
 
-    by: when all of it must be there, on the clock of `time.monotonic`.
+    Args:
+        endpoint: address of the model.
+        messages: conversation so far.
+        schema: JSON Schema that the answer should have.
+        by: deadline for the whole answer (s), on the clock of `time.monotonic`.
+
+    Returns:
+        The text of the answer, unverified.
+
+    Raises:
+        LlmError: there is no complete answer in time.
     """
     form = {"name": "plan", "strict": True, "schema": schema}
     asked = {
@@ -93,8 +101,8 @@ def request_completion(
     headers = {"Accept-Encoding": "identity"}
     if endpoint.api_key is not None:
         headers["Authorization"] = f"Bearer {endpoint.api_key}"
-    said = _post(f"{endpoint.url.rstrip('/')}/chat/completions", asked, headers, by)
-    text = _completion_text(said)
+    response = _post(f"{endpoint.url.rstrip('/')}/chat/completions", asked, headers, by)
+    text = _completion_text(response)
     return text if endpoint.api_key is None else text.replace(endpoint.api_key, "***")
 
 
@@ -131,7 +139,7 @@ def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
 
 
 def _completion_text(body: bytes) -> str:
-    """The text of a whole answer."""
+    """Extract the text of a complete answer."""
     try:
         choice = parse_strict_json(body)["choices"][0]
         reason, text = choice.get("finish_reason"), choice["message"]["content"]

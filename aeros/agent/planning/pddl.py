@@ -1,11 +1,11 @@
-"""The planner that lets a classical planner search, and checks what it finds by what skills declare.
+"""Planner that lets a classical planner search, and checks the plans that it finds.
 
-A classical planner knows one outcome for each action, the one hoped for.  What comes of the others is
-settled around it, as for the planner `smt`: it is asked for a plan from every state that any outcome leads
-to, and what leads to a state without one is excluded from then on (`cyclic`).
+A classical planner knows one outcome of each action, the hoped-for one. The other outcomes are handled around
+it, as for the planner `smt`: it is asked for a plan from every state that any outcome leads to, and an action
+that leads to a state without a plan is excluded from then on (`strong_cyclic.py`).
 
-It is not believed: each of its plans is walked through, step by step, before anything rests on it.  What it
-can do is find no plan where there is one.
+Each of its plans is simulated step by step before it is used, so its errors do no harm. It may miss a plan
+that exists.
 """
 
 from __future__ import annotations
@@ -30,14 +30,22 @@ _MAX_ENGINE_CALLS: Final = 100
 
 
 class ClassicalEngine(Protocol):
-    """A classical planner; see `classical.ClassicalEngine`."""
+    """Port of classical planners; see `classical.UnifiedPlanningEngine`."""
 
     def solve(self, domain: str, problem: str) -> list[str] | None:
-        """The names of the actions of a plan, or None; may raise `ClassicalEngineError`."""
+        """Solve a planning problem; may raise `ClassicalEngineError`.
+
+        Args:
+            domain: PDDL text of the domain.
+            problem: PDDL text of the problem.
+
+        Returns:
+            The names of the plan's actions; None if there is no plan.
+        """
 
 
 class PddlPlanner:
-    """Plans for the goal of the task, whatever its rules are."""
+    """Planner for the goal of the task that ignores its planning rules."""
 
     def __init__(self, site: Site, engine: ClassicalEngine) -> None:
         self._site = site
@@ -45,11 +53,24 @@ class PddlPlanner:
 
     @property
     def name(self) -> str:
-        """As shown in the audit record."""
+        """Name in the audit record."""
         return "pddl"
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The plan; raises `NoPlanError`, or `PlanUndecidedError` where the engine does not say or errs."""
+        """Plan with the classical planner.
+
+        Args:
+            routed: task to plan for.
+            world: current state.
+            modules: active modules by id.
+
+        Returns:
+            The plan.
+
+        Raises:
+            NoPlanError: the goal cannot be relied on to stay reachable.
+            PlanUndecidedError: the engine does not decide or errs.
+        """
         task = routed.task
         domain = domain_for(modules, self._site, world.known, task.goal, task.invariants)
         strategy, start = (
@@ -62,14 +83,14 @@ class PddlPlanner:
 
 
 class OptimisticPlanFinder:
-    """Finds plans that count on successes (`cyclic.OptimisticPlanFinder`) by asking an engine."""
+    """Finder of plans that count on successes, which asks an engine; a `strong_cyclic.PathFinder`."""
 
     def __init__(self, engine: ClassicalEngine) -> None:
         self._engine = engine
         self._asked = 0
 
     def __call__(self, domain: PlanningDomain, start: State, avoided: AvoidSet) -> PlanPath | None:
-        """A plan from `start` that keeps out of what is avoided; None where the engine finds none."""
+        """Find a plan from `start` that avoids the given states and pairs; None if the engine finds none."""
         if start in avoided.states or domain.violated_invariant(start) is not None:
             return None
         actions = {
@@ -105,7 +126,7 @@ def _simulate(
     names: list[str],
     actions: Mapping[str, tuple[GroundSkill, Outcome]],
 ) -> PlanPath | tuple[State, str]:
-    """The way that these actions go; or the first of them that may not be used, and where."""
+    """Return the path that these actions take, or the first action that must not be used, with its state."""
     path: PlanPath = []
     state = start
     for name in names:

@@ -1,12 +1,12 @@
-"""Plans as JSON: how they are shown to people and programs, and read from whom nothing is taken on trust.
+"""Plans as JSON, for people and programs, with a strict reader for untrusted input.
 
     plan ::= [part, …]
     part ::= {"skill": "MODULE.SKILL", "inputs": {…}, "retry": 0, "on_failure": "SKILL" or null,
-              "unless": "CONDITION" where the step is left out if that is measured when its turn comes}
+              "unless": "CONDITION"; the step is skipped if it is measured as true at its turn}
            | {"if": "CONDITION", "then": plan, "else": plan or null} | {"seq": plan}
 
-What is read has this form and no more: a key too many, a number where text belongs, or a condition that is
-none over the site's vocabulary is refused with its place.  Whether the plan may start is for others to say.
+The reader accepts this form only. An unknown key, a number instead of text, or a condition that is not one
+over the site's vocabulary is refused with its place. `verify_plan` decides if the plan may start.
 """
 
 from __future__ import annotations
@@ -32,11 +32,18 @@ _MAX_TEXT_CHARS: Final = 2000
 
 
 class MalformedPlanError(Exception):
-    """It has not the form of a plan; the message says where and why."""
+    """Input that is not a plan; the message says where and why."""
 
 
 def plan_to_json(graph: TaskGraph) -> list[dict[str, Any]]:
-    """The plan, as JSON values; of plans without branches at the same time, handlers and flows."""
+    """Convert a plan to JSON values.
+
+    Args:
+        graph: plan without parallel branches, handlers and flows.
+
+    Returns:
+        The list of its parts.
+    """
     return [_part_to_json(part) for part in graph.parts]
 
 
@@ -61,7 +68,17 @@ def _parts_to_json(part: Part) -> list[dict[str, Any]]:
 
 
 def parse_strict_json(text: str | bytes) -> Any:
-    """JSON values; raises `MalformedPlanError` for what is none, says a key twice or is no finite number."""
+    """Parse JSON strictly.
+
+    Args:
+        text: JSON text.
+
+    Returns:
+        The JSON values.
+
+    Raises:
+        MalformedPlanError: it is not JSON, an object has a key twice, or a number is not finite.
+    """
     try:
         return json.loads(text, object_pairs_hook=_reject_duplicate_keys, parse_constant=_reject_non_finite)
     except (ValueError, RecursionError) as error:
@@ -80,12 +97,23 @@ def _reject_non_finite(name: str) -> float:
 
 
 def plan_from_json(data: Any, site: Site) -> TaskGraph:
-    """The plan that these JSON values say; raises `MalformedPlanError`."""
+    """Read a plan from JSON values.
+
+    Args:
+        data: JSON values, untrusted.
+        site: site whose vocabulary the conditions use.
+
+    Returns:
+        The plan, not verified yet.
+
+    Raises:
+        MalformedPlanError: it does not have the form of a plan.
+    """
     return TaskGraph(_PlanReader(site).parts(data, "plan", 0))
 
 
 class _PlanReader:
-    """Reads one plan, of a bounded number of parts."""
+    """Reader of one plan with a bounded number of parts."""
 
     def __init__(self, site: Site) -> None:
         self._scope = state_scope(site)

@@ -1,8 +1,8 @@
-"""How a planner is asked: at once, or beside the plant's time for so long and no longer.
+"""Client of a planner: asks it in place, or in a separate process with a time limit.
 
-A planner that answers at once, such as the one by rules, is asked in place.  Any other thinks beside
-(`beside`): its plan comes back as data, and when it is late there is still what is left of the plan before,
-where that is found to lead to the goal from what is measured now.
+A planner that answers at once, such as the one by rules, is asked in place. Any other runs in a separate
+process (`time_limited.py`), and its plan comes back as data. When it is late, the rest of the previous plan
+can be used, if a check shows that it leads to the goal from the current state.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from aeros.runtime.ports import Runtime
 
 
 class PlannerClient:
-    """What one planner proposes.
+    """Client of one planner.
 
-    within: seconds allowed for a plan that is made beside, where the site does not allow fewer; None where
-        it is made in place.
+    `timeout_s` is the wall time (s) for a plan that is made in a separate process, if the site does not allow
+    less; with None, plans are made in place.
     """
 
     def __init__(self, runtime: Runtime, planner: Planner, timeout_s: float | None = None) -> None:
@@ -42,13 +42,23 @@ class PlannerClient:
 
     @property
     def name(self) -> str:
-        """The planner's."""
+        """Name of the planner."""
         return self._planner.name
 
     def plan(self, routed: RoutedTask, world: WorldModel, until: float = inf) -> TaskGraph:
-        """What the planner proposes; raises `PlanningTimeoutError` and `PlannerProcessError`.
+        """Ask the planner for a plan.
 
-        until: plant seconds after which it is not waited for.
+        Args:
+            routed: task to plan for.
+            world: current state.
+            until: plant time (s) at which the wait ends.
+
+        Returns:
+            The plan, not verified yet.
+
+        Raises:
+            PlanningTimeoutError: there is no plan in time.
+            PlannerProcessError: the planner fails or answers with something else.
         """
         modules = self._runtime.active_modules()
         if self._within is None:
@@ -74,7 +84,17 @@ class PlannerClient:
     def remaining_plan(
         self, previous: TaskGraph, routed: RoutedTask, world: WorldModel, until: float = inf
     ) -> TaskGraph | None:
-        """The shortest end of `previous` that leads from `world` to the goal; None unless found in time."""
+        """Find the shortest end of the previous plan that leads from `world` to the goal.
+
+        Args:
+            previous: plan that was followed.
+            routed: task of the plan.
+            world: current state.
+            until: plant time (s) at which the wait ends.
+
+        Returns:
+            That end of the plan; None if there is none, it is not found in time, or plans are made in place.
+        """
         if self._within is None:
             return None
         judge = PlanChecker(routed, world, self._runtime.active_modules(), self._runtime.site)
@@ -93,6 +113,6 @@ class PlannerClient:
         return ends[at] if type(at) is int and 0 <= at < len(ends) else None
 
     def _run(self, job: Callable[[], Any], within: float, until: float) -> Any:
-        """What `job` comes to, in the time that the site allows by now."""
+        """Run `job` in a separate process, within the time that the site allows now."""
         allowed = min(within, float(self._runtime.site.limits.planning))
         return PlannerProcess(self._runtime, allowed, until)(job)

@@ -1,8 +1,8 @@
-"""From an instruction to the one task it names, by the words that the tasks declare.
+"""Routing of an instruction to the one task that it names, by the trigger phrases of the tasks.
 
-Words match whole and in any case; a task's own name, alone or after its module's, means that task.
-Where several tasks match, or none, that is said: the agent does not guess what it was asked to do.
-Where a module that is installed and not active has the only such task, that is said, too.
+Whole words match, in any case. The task's own name, alone or after its module's, selects that task.
+If several tasks match, or none, an error says so: the agent does not guess. If an installed module that is
+not active has the only such task, the error says that, too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from aeros.spec.model.model import Ecm, Task
 
 
 class RoutingError(AgentError):
-    """The instruction names no task, or more than one."""
+    """An instruction that names no task, or more than one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,18 @@ def route(
     modules: Mapping[str, Ecm],
     inactive: Callable[[], Mapping[str, Ecm]] = dict,
 ) -> RoutedTask:
-    """The only task of the active `modules` one of whose words is in `instruction`; else `RoutingError`.
+    """Find the only task of the active modules that matches the instruction.
 
-    inactive: the other modules that are installed; called where no task matches.
+    Args:
+        instruction: words of the user.
+        modules: active modules by id.
+        inactive: returns the other installed modules; called only if no task matches.
+
+    Returns:
+        The task.
+
+    Raises:
+        RoutingError: no task matches, or several.
     """
     tasks, asked = _tasks(modules), normalized_words(instruction)
     found = _matching_tasks(asked, tasks)
@@ -60,7 +69,7 @@ def _tasks(modules: Mapping[str, Ecm]) -> list[RoutedTask]:
 
 
 def _matching_tasks(instruction: tuple[str, ...], tasks: list[RoutedTask]) -> list[RoutedTask]:
-    """The tasks whose name is what is asked, or else one of whose words is in it."""
+    """Return the tasks whose name equals the instruction, else those with a trigger phrase in it."""
     named = [
         routed
         for routed in tasks
@@ -74,7 +83,7 @@ def _matching_tasks(instruction: tuple[str, ...], tasks: list[RoutedTask]) -> li
 
 
 def _contains_words(asked: tuple[str, ...], declared: str) -> bool:
-    """Whether the words of `declared` (mostly one) stand in `asked`, side by side."""
+    """Return True if the words of `declared` occur in `asked` next to each other."""
     wanted = normalized_words(declared)
     last = len(asked) - len(wanted)
     return bool(wanted) and any(asked[at : at + len(wanted)] == wanted for at in range(last + 1))

@@ -1,8 +1,8 @@
-"""The planner that needs no rules: the shortest plan that declared outcomes cannot lead astray.
+"""Planner that needs no rules: the shortest plan that no declared outcome can lead into a dead end.
 
-It plans by preconditions and outcomes of all active skills, for any goal.  While every outcome is a
-declared one, the agent never comes to a state from which the goal cannot be reached; where no plan
-keeps that promise, it proposes none and says which outcome leads astray.
+It plans for any goal by the preconditions and outcomes of all active skills. While every outcome is a
+declared one, the agent never reaches a state from which the goal cannot be reached. If no plan guarantees
+this, the planner proposes none and says which outcome leads into a dead end.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 
 class NoPlanError(Exception):
-    """The goal cannot be relied on to stay reachable; the message says why."""
+    """A goal that cannot be relied on to stay reachable; the message says why."""
 
 
 class SmtPlanner:
-    """Plans for the goal of the task, whatever its rules are."""
+    """Planner for the goal of the task that ignores its planning rules."""
 
     def __init__(self, site: Site) -> None:
         self._site = site
@@ -32,11 +32,24 @@ class SmtPlanner:
 
     @property
     def name(self) -> str:
-        """As shown in the audit record."""
+        """Name in the audit record."""
         return "smt"
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """The plan; raises `NoPlanError`, or `PlanUndecidedError` where the search had to be given up."""
+        """Search for a plan.
+
+        Args:
+            routed: task to plan for.
+            world: current state.
+            modules: active modules by id.
+
+        Returns:
+            The plan.
+
+        Raises:
+            NoPlanError: there is no such plan.
+            PlanUndecidedError: the search was given up.
+        """
         task = routed.task
         domain = domain_for(modules, self._site, world.known, task.goal, task.invariants, self._oracle)
         strategy, start = StrongCyclicStrategy(domain), domain.state(world.known)
@@ -46,7 +59,14 @@ class SmtPlanner:
 
 
 def explain_no_plan(strategy: StrongCyclicStrategy) -> str:
-    """Why there is no plan: the first dead end that was found, and how it comes about."""
+    """Explain why there is no plan: the first dead end that was found, and the steps that lead to it.
+
+    Args:
+        strategy: strategy that does not solve the start state.
+
+    Returns:
+        The explanation in words, with the skills that were left out.
+    """
     dead_end, domain = strategy.dead_ends[0], strategy.domain
     why = f"no plan reaches the goal: {dead_end.reason}"
     if dead_end.trace:

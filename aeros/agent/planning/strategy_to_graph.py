@@ -1,9 +1,10 @@
-"""A strong cyclic strategy as a task graph: its way to the goal, unfolded as far as steps succeed.
+"""Conversion of a strong cyclic strategy to a task graph: its path to the goal, assuming that steps succeed.
 
-A step whose successes differ is followed by an `if` between what is measured then.  What a failure calls
-for becomes the step's retries and its `on_failure`, where every state that these can lead to is provided
-for by the strategy too.  Where unfolding goes round in a circle, grows too large or cannot tell what is
-measured, the graph ends: the agent plans again, from the state that it is in then.
+A step with several successes is followed by an `if` on what is measured then. Reactions to failure become the
+step's retries and its `on_failure`, if the strategy covers every state that these can lead to. The graph ends
+where the conversion runs into a cycle, grows too large, or cannot distinguish states by measurement: there
+    the
+agent plans again, from the state that it is in then.
 """
 
 from __future__ import annotations
@@ -25,15 +26,21 @@ _MAX_DEPTH: Final = 6
 
 
 def strategy_to_graph(strategy: StrongCyclicStrategy, start: State, retries: int) -> TaskGraph:
-    """What the strategy does from `start`, which it provides for; `retries`: as often as the site allows."""
+    """Convert the part of the strategy that starts in `start`.
+
+    Args:
+        strategy: strategy that solves `start`.
+        start: current state.
+        retries: maximum number of retries of a step.
+
+    Returns:
+        The plan.
+    """
     return TaskGraph(tuple(_GraphBuilder(strategy, retries).parts(start, frozenset(), 0)))
 
 
 class _GraphBuilder:
-    """One unfolding.
-
-    cures: by skill, the skills that are run where it failed.
-    """
+    """Builder of one graph. `_cures` holds, by skill, the skills that run after its failure."""
 
     def __init__(self, strategy: StrongCyclicStrategy, retries: int) -> None:
         self._strategy = strategy
@@ -43,7 +50,7 @@ class _GraphBuilder:
         self._cures: dict[str, set[str]] = {}
 
     def parts(self, state: State, above: frozenset[State], level: int) -> list[Part]:
-        """From `state` on; `above`: the states that it was come by."""
+        """Build the parts from `state` on; `above` are the states on the path to it."""
         parts: list[Part] = []
         while self._domain.goal(state) is not True and state not in above and self._left > 0:
             self._left -= 1
@@ -56,7 +63,7 @@ class _GraphBuilder:
         return parts
 
     def _step(self, state: State, choice: GroundSkill) -> tuple[PlanStep, list[State]]:
-        """The step, with the most help between tries that is provided for, and the states it succeeds in."""
+        """Return the step with the most recovery that the strategy covers, and its success states."""
         cure = self._recovery_for(state, choice)
         for retry, helper in [*([(self._retries, cure)] if cure else []), (self._retries, None), (0, None)]:
             successes, visited, is_of_use = self._attempt_states(state, choice, retry, helper)
@@ -74,7 +81,7 @@ class _GraphBuilder:
             return False
 
     def _recovery_for(self, state: State, choice: GroundSkill) -> GroundSkill | None:
-        """What the strategy does where the choice failed, if that is one skill and can be an `on_failure`."""
+        """Return the strategy's reaction to failure, if it is one skill that fits `on_failure`."""
         wanted: dict[GroundSkill, None] = {}
         for then, outcome, _ in self._domain.after(choice, state):
             chosen = self._strategy.chosen.get(then)
@@ -87,7 +94,7 @@ class _GraphBuilder:
         return cure if fits and choice.name not in self._recovery_skills(cure.name) else None
 
     def _recovery_skills(self, name: str) -> set[str]:
-        """`name`, and every skill that may run where it failed."""
+        """Return `name` and every skill that may run after its failure, transitively."""
         found, pending = {name}, [name]
         while pending:
             fresh = self._cures.get(pending.pop(), set()) - found
@@ -98,7 +105,7 @@ class _GraphBuilder:
     def _attempt_states(
         self, state: State, choice: GroundSkill, retry: int, cure: GroundSkill | None
     ) -> tuple[list[State], set[State], bool]:
-        """The states it succeeds in, all that it and the cure may come to, and whether each try can start."""
+        """Return the success states, all states that can occur, and True if every attempt can start."""
         successes: dict[State, None] = {}
         visited: set[State] = set()
         here: Iterable[State] = [state]
@@ -129,7 +136,7 @@ class _GraphBuilder:
     # Several successes.
 
     def _branch(self, states: Sequence[State], above: frozenset[State], level: int) -> list[Part]:
-        """What to do in each of `states`: what differs in an `if`, what they share at the end after it."""
+        """Build the parts after several successes: an `if` for the differences, then the common end."""
         differing = [place for place, values in enumerate(zip(*states, strict=True)) if len({*values}) > 1]
         unknown = any(one[place] is None for one in states for place in differing)
         if unknown or level > _MAX_DEPTH:
@@ -154,21 +161,21 @@ class _GraphBuilder:
         return [part, *shared] if conditional else [*rest, *shared]
 
     def _distinguishing_condition(self, members: Sequence[State], others: Sequence[State]) -> t.Term:
-        """A condition that holds in `members`, and in none of `others`."""
+        """Return a condition that holds in all of `members` and in none of `others`."""
         ways = [self._difference(state, others) for state in members]
         return ways[0] if len(ways) == 1 else t.Or(tuple(dict.fromkeys(ways)))
 
     def _difference(self, state: State, others: Sequence[State]) -> t.Term:
         places = range(len(state))
-        telling = [at for at in places if all(state[at] != other[at] for other in others)][:1]
-        telling = telling or [at for at in places if any(state[at] != other[at] for other in others)]
+        differing = [at for at in places if all(state[at] != other[at] for other in others)][:1]
+        differing = differing or [at for at in places if any(state[at] != other[at] for other in others)]
         names = self._domain.names
-        terms = [equality_condition(self._domain.variables[names[at]], state[at]) for at in telling]
+        terms = [equality_condition(self._domain.variables[names[at]], state[at]) for at in differing]
         return t.conjunction(*terms)
 
 
 def _common_suffix(ways: Sequence[list[Part]]) -> list[Part]:
-    """The longest list of parts that each of `ways` ends with."""
+    """Return the longest list of parts that all of `ways` end with."""
     first = ways[0]
     length = 0
     while length < min(map(len, ways)) and all(way[-1 - length] == first[-1 - length] for way in ways):

@@ -1,11 +1,11 @@
-"""The task graph that a planner returns, and what must be true of it before its first step.
+"""Task graph of a plan, and its verification before the first step.
 
-It is put together of the same `spec.parts` as a module's compositions.
+It consists of the same parts (`spec.model.step_graph`) as a module's compositions.
 
-A planner is untrusted, so `verify_plan` takes anything: what it finds no problem in is a
-`TaskGraph` of active skills with fitting inputs and bounded retries, whose parallel branches share no
-resource, no actuator and no effect (as `obligations.parallel` decides it of compositions).  Joint rules
-are not looked at: the gate decides them of actions.
+A planner is untrusted, so `verify_plan` accepts any object as input. A plan without problems is a `TaskGraph`
+of active skills with fitting inputs and bounded retries, whose parallel branches share no resource, no
+actuator and no effect (as `obligations.parallel` decides for compositions). Joint rules are not checked here:
+the gate checks them for each action.
 """
 
 from __future__ import annotations
@@ -40,14 +40,17 @@ PLAN_SPAN: Final = Source("plan", "plan").span(0, 4)
 class PlanStep:
     """One skill invocation of a plan.
 
-    skill: by name; or a capability of the module, any of whose providers the dispatcher may choose.
-    inputs: SI, by name; those with defaults may be left out.
-    retry: how often a failed try is repeated.
-    on_failure: the skill of the same module, run with its default inputs, between two tries.
-    unless: the step is left out where this is measured when its turn comes.
-    handler: the step run between two tries, in place of `on_failure`; where it fails for good, so has this.
-    id: the name by which other steps take its outputs.
-    flows: by input, the `id` and the output that it takes of a step that has succeeded before.
+    Attributes:
+        module: id of the module.
+        skill: id of a skill, or a capability of the module; the dispatcher chooses one of its providers.
+        inputs: inputs by name (SI); inputs with defaults may be left out.
+        retry: number of repetitions of a failed attempt.
+        on_failure: skill of the same module that runs with default inputs between two attempts.
+        unless: the step is skipped if this is measured as true at its turn.
+        handler: step that runs between two attempts instead of `on_failure`; if it fails for good, so does
+            this.
+        id: name by which other steps refer to its outputs.
+        flows: for each such input, the `id` and the output of an earlier step that has succeeded.
     """
 
     module: str
@@ -71,22 +74,19 @@ Part: TypeAlias = parts.Part[PlanStep]
 
 @dataclass(frozen=True, slots=True)
 class TaskGraph:
-    """A plan: its parts in order.
-
-    remark: what its planner says of it, for the record.
-    """
+    """A plan: its parts in order. `remark` is the planner's note for the record."""
 
     parts: tuple[Part, ...]
     remark: str = ""
 
     @property
     def body(self) -> Part:
-        """All of it, as one part."""
+        """All parts as one."""
         return Seq(self.parts)
 
     @property
     def steps(self) -> tuple[PlanStep, ...]:
-        """Every step, in the order written; handlers are not among them."""
+        """All steps in the order written, without handlers."""
         return tuple(steps_of(self.body))
 
 
@@ -104,7 +104,16 @@ _STEP_FIELD_TYPES: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
 
 
 def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[str]:
-    """Every reason not to start this plan; empty iff it may be started.  `modules`: the active ones."""
+    """List the reasons not to start a plan.
+
+    Args:
+        graph: object that a planner returned.
+        modules: active modules by id.
+        site: site whose limits apply.
+
+    Returns:
+        The reasons in words; empty iff the plan may be started.
+    """
     if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
     if type(graph.remark) is not str or len(graph.remark) > MAX_REMARK_CHARS:
@@ -136,7 +145,7 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
 
 
 def _step_and_handlers(step: PlanStep) -> Iterator[tuple[str, PlanStep]]:
-    """A step, and the handlers that its failures may lead to."""
+    """Yield a step and its handler, the handler's handler, and so on."""
     of, run = "", step
     while True:
         yield of, run
@@ -146,7 +155,7 @@ def _step_and_handlers(step: PlanStep) -> Iterator[tuple[str, PlanStep]]:
 
 
 def _shape_problems(part: object, depth: int) -> str | None:
-    """Why it is no graph of parts, whatever its steps are."""
+    """Return the reason that an object is not a graph of parts, whatever its steps are."""
     if depth > MAX_DEPTH:
         return f"the plan is nested more than {MAX_DEPTH} deep"
     match part:
@@ -221,9 +230,15 @@ def _unknown_skill(name: str, module: Ecm) -> str:
 
 
 def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[str] = ()) -> list[str]:
-    """Why `skill` cannot be run with `inputs`; empty iff it can, defaults filled in.
+    """List the reasons that a skill cannot run with these inputs.
 
-    flows: inputs that are known only when it starts.
+    Args:
+        skill: skill to run.
+        inputs: inputs by name (SI); defaults are filled in.
+        flows: names of inputs that are known only when the skill starts.
+
+    Returns:
+        The reasons in words; empty iff it can run.
     """
     problems = [f"`{name}` is no input of it" for name in (*inputs, *flows) if name not in skill.inputs]
     for name, declared in skill.inputs.items():
@@ -239,7 +254,7 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
 
 
 def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
-    """A skill that recovers, over whatever others, by itself: what failed cannot be its own cure."""
+    """Find skills that recover from their own failure through others, which the executor cannot run."""
     recoveries = [
         (f"{step.module}.{skill}", f"{step.module}.{step.on_failure}")
         for step in graph.steps
@@ -257,7 +272,7 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
 
 
 def _parallel_conflicts(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
-    """What parallel branches may not share, and do."""
+    """Find resources, actuators and effects that parallel branches share."""
     composed = _CompositionView(modules)
     # Parts in place of steps make a graph of parts again.
     body = cast("spec.Part", map_graph_steps(graph.body, composed.part))
@@ -267,7 +282,7 @@ def _parallel_conflicts(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site
 
 
 class _CompositionView:
-    """Steps of a plan as those of a composition over the skills of all its modules, by `MODULE.SKILL`."""
+    """View of a plan's steps as those of a composition over the skills of all modules, by MODULE.SKILL."""
 
     def __init__(self, modules: Mapping[str, Ecm]) -> None:
         self._modules = modules
@@ -276,7 +291,7 @@ class _CompositionView:
         self._count = 0
 
     def part(self, step: PlanStep) -> spec.Part:
-        """Of a capability every provider, one after the other: whichever runs is then looked at."""
+        """Convert a step; a capability becomes all its providers in sequence, so any choice is checked."""
         providers = self._modules[step.module].providers(step.skill)
         steps = tuple(self._step(replace(step, skill=name)) for name in providers)
         return steps[0] if len(steps) == 1 else Seq(steps)

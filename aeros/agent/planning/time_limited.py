@@ -1,14 +1,12 @@
-"""Thinks in a process of its own, while the plant's time and its monitor go on.
+"""Planning in a separate process with a time limit, while plant time and its monitor continue.
 
-Whoever thinks may hang, spin, crash or take all memory: it has a process, which is killed, with whatever it
-has started, once it has answered, is late or is not waited for any more; also when the agent dies.  Its
-answer is data (JSON of a bounded length), and no more.  Its priority is lower than that of whoever watches
-the robot.
+A planner may hang, spin, crash or use up memory. Its process, and all that it started, is killed when it has
+answered, is late or is no longer waited for, and also when the agent dies. Its answer is data (JSON of a
+bounded length). Its priority is lower than that of the processes that monitor the robot.
 
-What thinking costs: every whole second of it passes on the plant's clock, where the monitor looks at each
-control tick and protective stops work as ever.  An answer within the first second costs nothing, and one
-that never comes exactly what is allowed for it; so a simulated run is the same again wherever its plans
-come that fast.
+Each whole second of planning passes on the plant's clock too. The monitor checks each control tick meanwhile,
+and protective stops work as always. An answer within the first second costs no plant time, and a missing
+answer costs exactly the time allowed. So simulated runs are reproducible if their plans come within a second.
 """
 
 from __future__ import annotations
@@ -41,19 +39,18 @@ _PR_SET_PDEATHSIG: Final = 1
 
 
 class PlanningTimeoutError(Exception):
-    """There is no answer in time, or nobody waits for one any more; the message says which."""
+    """A plan that did not come in time or is no longer waited for; the message says which."""
 
 
 class PlannerProcessError(Exception):
-    """There is no answer, as thinking broke off; the message says how."""
+    """A planner process that ended without an answer; the message says how."""
 
 
 class PlannerProcess:
-    """Has an answer worked out while the runtime goes on.
+    """Runner of jobs in a separate process while the runtime continues.
 
-    within: seconds allowed for each.
-    until: plant seconds after which nothing is waited for any more.
-    seconds: the clock by which thinking is timed.
+    `timeout_s` is the wall time (s) for each job, `deadline` the plant time (s) at which any wait ends, and
+    `seconds` the clock that measures the wall time.
     """
 
     def __init__(
@@ -69,7 +66,18 @@ class PlannerProcess:
         self._seconds = seconds
 
     def __call__(self, job: Callable[[], Any]) -> Any:
-        """What `think` returns: JSON values.  Raises `PlanningTimeoutError` and `PlannerProcessError`."""
+        """Run a job.
+
+        Args:
+            job: function that returns JSON values.
+
+        Returns:
+            The JSON values that it returned.
+
+        Raises:
+            PlanningTimeoutError: it did not return in time, or the operator stopped everything.
+            PlannerProcessError: it failed.
+        """
         began = self._runtime.now()
         within = min(self._within, self._until - began)
         since, charged = self._seconds(), 0
@@ -89,16 +97,16 @@ class PlannerProcess:
         raise PlanningTimeoutError(f"nothing came within {within:g} s")
 
     def _advance_plant(self, until: float) -> None:
-        """Let the plant's time go on, whatever ends meanwhile: no step is the thinker's own."""
+        """Let plant time pass; steps that end meanwhile are not the planner's and are ignored."""
         while self._runtime.wait(until) is not None:
             pass
 
 
 class _Child:
-    """A process that thinks, as long as it is entered."""
+    """A process that runs a job; it is killed at the end of the `with` block."""
 
     def __init__(self, think: Callable[[], Any]) -> None:
-        self._said = bytearray()
+        self._received = bytearray()
         reading, writing = os.pipe()
         parent = os.getpid()
         self._pid = os.fork()
@@ -124,43 +132,43 @@ class _Child:
         os.waitpid(self._pid, 0)
 
     def has_finished(self, within: float) -> bool:
-        """Whether it has said all that it will, after `within` seconds at most."""
+        """Wait at most `within` seconds; return True if the process has written its whole answer."""
         if not self._poll.poll(within * 1000):
             return False
-        said = os.read(self._pipe, 1 << 16)
-        self._said += said
-        return not said or len(self._said) > MAX_ANSWER_BYTES
+        chunk = os.read(self._pipe, 1 << 16)
+        self._received += chunk
+        return not chunk or len(self._received) > MAX_ANSWER_BYTES
 
     def result(self) -> Any:
-        """What it has said; raises `PlannerProcessError`."""
-        if len(self._said) > MAX_ANSWER_BYTES:
+        """Return the answer; raises `PlannerProcessError`."""
+        if len(self._received) > MAX_ANSWER_BYTES:
             raise PlannerProcessError(f"its answer is longer than {MAX_ANSWER_BYTES} bytes")
         try:
-            said = json.loads(bytes(self._said))
+            answer = json.loads(bytes(self._received))
         except (ValueError, RecursionError) as error:
             raise PlannerProcessError("its process ended without an answer") from error
-        if type(said) is dict and said.keys() == {"answer"}:
-            return said["answer"]
-        why = said["failed"] if type(said) is dict and said.keys() == {"failed"} else "it is no answer"
+        if type(answer) is dict and answer.keys() == {"answer"}:
+            return answer["answer"]
+        why = answer["failed"] if type(answer) is dict and answer.keys() == {"failed"} else "it is no answer"
         raise PlannerProcessError(str(why))
 
 
 def _run_in_child(think: Callable[[], Any], writing: int, parent: int) -> None:
-    """In the new process: think, say it, and end without any of the agent's clean-up."""
+    """Run the job in the new process, write its answer, and exit without the agent's clean-up."""
     try:
         _isolate_child(parent)
         try:
-            said = json.dumps({"answer": think()})
+            answer = json.dumps({"answer": think()})
         except BaseException as error:  # whoever waits hears of it, whatever it is
-            said = json.dumps({"failed": describe_exception(error, MOST_REASON, one_line=True)})
+            answer = json.dumps({"failed": describe_exception(error, MOST_REASON, one_line=True)})
         with open(writing, "wb", closefd=False) as pipe:
-            pipe.write(said.encode())
+            pipe.write(answer.encode())
     finally:
         os._exit(0)
 
 
 def _isolate_child(parent: int) -> None:
-    """End with the agent and with one signal; take neither its terminal, its priority nor its memory."""
+    """Tie the process to the agent's life, and separate its terminal, signals, priority and memory."""
     os.setpgid(0, 0)
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
@@ -172,9 +180,9 @@ def _isolate_child(parent: int) -> None:
         os.dup2(nowhere, stream)
     os.nice(10)
     with open("/proc/self/statm", encoding="ascii") as file:
-        taken = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        used = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    most = taken + MAX_MEMORY_BYTES
+    most = used + MAX_MEMORY_BYTES
     resource.setrlimit(
         resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
     )

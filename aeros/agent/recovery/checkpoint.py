@@ -1,11 +1,11 @@
-"""What a resumed agent must know, kept at every step boundary and at the end, whole or not at all.
+"""Checkpoints of a run, written at every step boundary and at its end, each whole or not at all.
 
-Two generations are kept.  A checkpoint counts only if it is of this schema, its digest is right, it is of
-this agent, and the audit record holds the very record at which it was made.  One that does not is named,
-and the one before it is looked at; what happened since, the audit record tells (`recovery.py`).
+Two generations are kept. A checkpoint is valid only if it has this schema, its digest is right, it is of this
+agent, and the audit record holds the very record at which it was made. An invalid one is named, and the
+previous one is tried; the audit record says what happened since (`recover.py`).
 
-What the gate decides on (the use of quotas, histories) is not in it: that is the runtime's, which has it
-from its own record, so that nothing the agent keeps has a say in what is allowed.
+State that the gate decides on (use of quotas, histories) is not in it: the runtime restores that from its own
+record, so nothing that the agent keeps influences what is allowed.
 """
 
 from __future__ import annotations
@@ -40,20 +40,30 @@ _SERIALIZER: Final = ValueSerializer(
 
 @dataclass(frozen=True, slots=True)
 class TaskCheckpoint:
-    """Where one run stands.
+    """State of one run.
 
-    agent: its id.
-    instruction, task, goal: what it pursues, in words.
-    time: plant seconds.
-    head: the end of the audit record when this was made.
-    world: the predicates as measured last, for people; a resumed agent measures anew.
-    replans, waited: how much of its budgets is used up; until: plant seconds when its time is over.
-    denied, avoided: requests and skills that the gate denied for good; rejected: problems of the last plan.
-    barred: what may have happened already (`bars.py`).
-    planned_in: predicates as measured where plans were made.
-    steps: what was run so far.
-    plan: the plan that is followed, and how far; None where one is to be made.
-    ended: what came of it, for whoever was not told; None as long as there is something to go on with.
+    Attributes:
+        agent: id of the agent.
+        instruction: words of the user.
+        task: task as MODULE.TASK.
+        goal: goal as written.
+        time: plant time (s).
+        audit_head: end of the audit record when this was made.
+        world: predicates as last measured, for people; a resumed agent measures anew.
+        replans: re-plans so far.
+        waited_s: plant time (s) waited so far after transient denials.
+        deadline: plant time (s) at which the time for the task is over; None for no limit.
+        denied_steps: requests that the gate denied for good.
+        avoided_skills: skills that the gate denied for good.
+        uncertain_steps: steps that may have happened already (`uncertain_steps.py`).
+        last_plan_problems: problems of the last plan, if it was rejected.
+        planning_states: predicates as measured where plans were made.
+        steps: invocations so far.
+        plan: plan that is followed; None if a new one is to be made.
+        attempts: attempts at each step path.
+        done_paths: step paths where nothing is left to do.
+        branch_choices: decisions of the plan's `if`s.
+        final_report: result of the run, for a user who did not receive it; None while it can be resumed.
     """
 
     agent: str
@@ -80,17 +90,21 @@ class TaskCheckpoint:
 
     @property
     def earliest_head(self) -> LogHead:
-        """Where the audit record ended when the first of what is under way began, or else now."""
+        """End of the audit record when the earliest unfinished attempt began; without one, `audit_head`."""
         heads = [one.unfinished.head for _, one in self.attempts if one.unfinished is not None]
         return min([self.audit_head, *heads])
 
     def progress(self) -> PlanProgress:
-        """How far the plan has come."""
+        """Restore the progress of the plan.
+
+        Returns:
+            A progress object with copies of the attempts, done paths and choices.
+        """
         return PlanProgress(dict(self.attempts), set(self.done_paths), dict(self.branch_choices))
 
 
 class TaskEnd(NamedTuple):
-    """How a task ended, when on the plant's clock, and the end of the audit record then."""
+    """End of a task: its report, the plant time (s), and the end of the audit record at that time."""
 
     report: RunReport
     time: float
@@ -98,17 +112,24 @@ class TaskEnd(NamedTuple):
 
 
 class UnusableCheckpointError(ValueError):
-    """A checkpoint cannot be gone on from; the message says why."""
+    """A checkpoint that cannot be resumed from; the message says why."""
 
 
 class CheckpointStore:
-    """The checkpoints in an agent's folder; whoever makes one holds the folder's lock."""
+    """The checkpoints in an agent's folder. Its user must hold the folder's lock."""
 
     def __init__(self, folder: Path) -> None:
         self._path, self._previous = folder / _FILE, folder / _PREVIOUS_FILE
 
     def write(self, checkpoint: TaskCheckpoint) -> None:
-        """Keep it durably, and the one before it; raises `AgentError`."""
+        """Write a checkpoint durably and keep the previous one.
+
+        Args:
+            checkpoint: state of the run.
+
+        Raises:
+            AgentError: the file cannot be written.
+        """
         content = encode_checkpoint(checkpoint)
         try:
             self._save_previous()
@@ -117,7 +138,11 @@ class CheckpointStore:
             raise AgentError(f"the checkpoint {self._path} cannot be written: {error.strerror}") from error
 
     def read(self) -> Iterator[TaskCheckpoint | UnusableCheckpointError]:
-        """The newest first; or why it is none."""
+        """Read the checkpoints, the newest first.
+
+        Yields:
+            Each checkpoint, or the reason that it is unusable.
+        """
         for path in (self._path, self._previous):
             try:
                 yield decode_checkpoint(path.read_bytes(), path)
@@ -127,7 +152,14 @@ class CheckpointStore:
                 yield UnusableCheckpointError(f"{path}: {error}")
 
     def write_final(self, checkpoint: TaskCheckpoint) -> None:
-        """Keep durably how it ended, and nothing to go on with; raises `AgentError`."""
+        """Write the final checkpoint durably and delete the previous one, so that nothing is left to resume.
+
+        Args:
+            checkpoint: state of the run, with its `final_report`.
+
+        Raises:
+            AgentError: a file cannot be written or removed.
+        """
         self.write(checkpoint)
         try:
             self._previous.unlink(missing_ok=True)
@@ -135,7 +167,14 @@ class CheckpointStore:
             raise AgentError(f"{self._previous} cannot be removed: {error.strerror}") from error
 
     def read_final(self, instruction: str) -> TaskEnd | None:
-        """How that ended, if the newest says so: there is nothing to go on with, and no plant is needed."""
+        """Read the result of a run that has ended; this needs no plant.
+
+        Args:
+            instruction: instruction of the run.
+
+        Returns:
+            The result; None if the newest checkpoint is not final or is of another instruction.
+        """
         newest = next(self.read(), None)
         if (
             not isinstance(newest, TaskCheckpoint)
@@ -146,30 +185,45 @@ class CheckpointStore:
         return TaskEnd(newest.final_report, newest.time, newest.audit_head)
 
     def delete(self) -> None:
-        """Nothing is left, not even how it ended."""
+        """Delete all checkpoints, the final one included."""
         for path in (self._path, self._previous):
             path.unlink(missing_ok=True)
 
     def _save_previous(self) -> None:
-        """By a second name, so that at each moment there is a newest."""
-        beside = self._previous.with_name(self._previous.name + ".new")
-        beside.unlink(missing_ok=True)
+        """Keep the newest as the previous one, by a hard link, so that a newest one exists all the time."""
+        link = self._previous.with_name(self._previous.name + ".new")
+        link.unlink(missing_ok=True)
         with suppress(FileNotFoundError):
-            os.link(self._path, beside)
-            beside.replace(self._previous)
+            os.link(self._path, link)
+            link.replace(self._previous)
 
 
 def encode_checkpoint(checkpoint: TaskCheckpoint) -> bytes:
-    """As it is kept: JSON with the digest of its body."""
+    """Encode a checkpoint as JSON with the digest of its body.
+
+    Args:
+        checkpoint: state of the run.
+
+    Returns:
+        The content of the file.
+    """
     held = {field.name: _SERIALIZER.encode(getattr(checkpoint, field.name)) for field in fields(checkpoint)}
     body = json.dumps(held, sort_keys=True, allow_nan=False)
     return json.dumps({"schema": SCHEMA, "digest": _digest(body), "body": body}, indent=1).encode()
 
 
 def decode_checkpoint(content: bytes, path: Path) -> TaskCheckpoint:
-    """What was kept; raises `ValueError` where it is not whole or of another schema.
+    """Decode the content of a checkpoint file.
 
-    path: where it was, for messages.
+    Args:
+        content: content of the file.
+        path: path of the file, for messages.
+
+    Returns:
+        The checkpoint.
+
+    Raises:
+        ValueError: the content is damaged or of another schema.
     """
     try:
         kept = json.loads(content)

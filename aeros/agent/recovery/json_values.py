@@ -1,7 +1,7 @@
-"""Values of the agent as JSON and back, exactly: plans with their conditions, fractions, tuples, records.
+"""Exact JSON encoding of the agent's values: plans with conditions, fractions, tuples and records.
 
-A closed set of classes, so reading runs no code but theirs.  What is none of them cannot be written, and
-what does not read as one is a `ValueError`.
+The set of classes is closed, so decoding runs no code but theirs. Encoding any other class, or decoding
+anything else, is a `ValueError`.
 """
 
 from __future__ import annotations
@@ -32,13 +32,23 @@ _ENUM_NAMES: Final = {kind: name for name, kind in _ENUMS.items()}
 
 
 class ValueSerializer:
-    """Writes and reads values; `extra_classes`: dataclasses beyond those that plans are made of."""
+    """Encoder and decoder of values. `extra_classes` are dataclasses beyond those that plans consist of."""
 
     def __init__(self, extra_classes: Iterable[type[Any]] = ()) -> None:
         self._classes = {kind.__name__: kind for kind in (*_CLASSES, *extra_classes)}
 
     def encode(self, value: Any) -> Any:
-        """`value` as JSON; raises `ValueError` for what is none of the known classes."""
+        """Encode a value as JSON values.
+
+        Args:
+            value: value of a known class.
+
+        Returns:
+            The JSON values.
+
+        Raises:
+            ValueError: a part of it is of an unknown class.
+        """
         match value:
             case None | bool() | int() | float() | str():
                 return value
@@ -60,7 +70,17 @@ class ValueSerializer:
         return {"class": name, "fields": {one: self.encode(getattr(value, one)) for one in _fields(value)}}
 
     def decode(self, written: Any) -> Any:
-        """What `encode` wrote; raises `ValueError` for anything else."""
+        """Decode a value that `encode` wrote.
+
+        Args:
+            written: the JSON values.
+
+        Returns:
+            The value.
+
+        Raises:
+            ValueError: `encode` did not write this.
+        """
         try:
             return self._decode(written)
         except (KeyError, TypeError, AttributeError, ZeroDivisionError) as error:
@@ -88,5 +108,5 @@ class ValueSerializer:
 
 
 def _fields(value: Any) -> tuple[str, ...]:
-    """Of a dataclass, or of a named tuple."""
+    """Return the field names of a dataclass or named tuple."""
     return getattr(value, "_fields", None) or tuple(field.name for field in fields(value))

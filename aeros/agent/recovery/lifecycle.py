@@ -1,8 +1,8 @@
-"""The life of the agent itself, as a table: created, running, paused, stopped, recovered.
+"""Lifecycle of the agent as a table: created, running, paused, stopped, recovered.
 
-Its phase is kept in its folder.  Each change is in the audit record before it is kept, so whoever finds a
-phase in which something was under way, and holds the lock, finds an agent that ended without a word.
-What the table does not hold does not happen: it is a fault of AEROS, and raised.
+The phase is kept in the agent's folder. Each change is in the audit record before it is kept. So a holder of
+the lock that finds the phase `running` or `paused` knows that the previous agent crashed.
+A change that is not in the table is a fault of AEROS, and raised.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from aeros.spec.migrations.formats import PHASE
 
 
 class Phase(Enum):
-    """What the agent is doing with its life."""
+    """Phase of the agent's lifecycle."""
 
     CREATED = "created"  # it has an identity, and was never given a task
     RUNNING = "running"  # it pursues a task
@@ -32,7 +32,7 @@ class Phase(Enum):
 
 
 class LifecycleEvent(Enum):
-    """What makes it another phase."""
+    """Event that changes the phase."""
 
     BEGIN = "begin"  # it is given a task, or goes on with one
     PAUSE = "pause"
@@ -65,28 +65,40 @@ TransitionListener = Callable[[Phase, LifecycleEvent, Phase], None]
 
 
 class Lifecycle:
-    """The phase of the agent whose folder this is; whoever makes one holds the folder's lock.
+    """Lifecycle of the agent of a folder. Its user must hold the folder's lock.
 
-    folder: None of an agent that leaves nothing behind.
+    With `folder=None` the phase is not kept.
     """
 
     def __init__(self, folder: Path | None, on_transition: TransitionListener) -> None:
         self._path = None if folder is None else folder / _FILE
-        self._tell = on_transition
+        self._on_transition = on_transition
         self.phase = self._read_phase()
         if self.is_allowed(LifecycleEvent.CRASH):
             self.apply(LifecycleEvent.CRASH)
 
     def is_allowed(self, change: LifecycleEvent) -> bool:
-        """Whether the table knows of it from here."""
+        """Return True if the table has this event in the current phase.
+
+        Args:
+            change: the event.
+        """
         return (self.phase, change) in TRANSITIONS
 
     def apply(self, change: LifecycleEvent) -> None:
-        """Tell of the transition, then keep the phase that it leads to."""
+        """Record the transition, then keep the new phase.
+
+        Args:
+            change: the event.
+
+        Raises:
+            InternalError: the table does not have this event in the current phase.
+            AgentError: the file cannot be written.
+        """
         if not self.is_allowed(change):
             raise InternalError(f"an agent that is {self.phase.value} knows no `{change.value}`")
         then = TRANSITIONS[self.phase, change]
-        self._tell(self.phase, change, then)
+        self._on_transition(self.phase, change, then)
         self.phase = then
         if self._path is None:
             return

@@ -1,6 +1,6 @@
-"""Crash-loop quarantine: an agent that keeps crashing is left asleep until the operator lets it go on.
+"""Crash-loop quarantine: an agent that crashes repeatedly stays off until the operator releases it.
 
-Crashes are kept in the agent's folder, so a watchdog that died itself has not forgotten them.
+Crashes are kept in the agent's folder, so they survive a crash of the watchdog.
 """
 
 from __future__ import annotations
@@ -21,15 +21,22 @@ _QUARANTINE: Final = "quarantine.json"
 
 
 class Quarantine:
-    """That of the agent whose folder this is."""
+    """Quarantine of the agent whose state folder is `folder`."""
 
     def __init__(self, folder: Path) -> None:
         self._crashes, self._path = folder / _CRASHES, folder / _QUARANTINE
 
     def record_crash(self, why: str, now: float, most: int, within: float) -> str | None:
-        """Take note of a crash; the reason for a quarantine, where it makes `most` of them `within` seconds.
+        """Record a crash, and start the quarantine if there were too many.
 
-        now: seconds since 1970.
+        Args:
+            why: reason of the crash, for people.
+            now: time of the crash, seconds since 1970.
+            most: number of crashes that starts the quarantine.
+            within: time window (s) in which crashes are counted.
+
+        Returns:
+            The reason of the quarantine; None if it did not start.
         """
         recent = [one for one in self._recent_crashes() if 0.0 <= now - one[0] <= within]
         recent.append((now, why))
@@ -42,7 +49,11 @@ class Quarantine:
         return reason
 
     def reason(self) -> str | None:
-        """What is said to whoever would wake an agent in quarantine; None where it is not in any."""
+        """Return the message for a user who wants to start an agent in quarantine.
+
+        Returns:
+            The message; None if the agent is not in quarantine.
+        """
         try:
             kept = json.loads(self._path.read_text("utf-8"))
             QUARANTINE.require_current(kept, self._path)
@@ -56,7 +67,7 @@ class Quarantine:
         return f"this agent is in quarantine: {why}; `aeros release` lets it go on"
 
     def clear(self) -> bool:
-        """Let it go on; whether it was in quarantine."""
+        """Release the agent and forget its crashes; return True if it was in quarantine."""
         was = self._path.exists()
         for path in (self._crashes, self._path):
             path.unlink(missing_ok=True)

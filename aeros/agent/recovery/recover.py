@@ -1,16 +1,16 @@
-"""What became of the steps that were under way when the agent ended, decided by record and measurement.
+"""Recovery of the steps that were running when the agent ended, from the audit record and measurements.
 
-Of each step that a checkpoint says was begun:
+For each step that a checkpoint says was started:
 
-- the runtime's record does not say so: it never began, and is begun as if for the first time;
-- the record says how it ended: it is judged like any step that has ended, in the world measured now;
-- the record has its beginning alone: it was interrupted.  Where an outcome is measured that was not before,
-  that has happened.  Else, where what is measured excludes each success, or the skill is idempotent, the
-  try is made again, if its precondition is still measured.  Where neither can be told, the plan goes no
-  further, and the step is barred (`bars.py`).
+- the runtime's record has no start of it: it never started, and is started as if for the first time;
+- the record has its end: it is assessed like any step that has ended, in the world measured now;
+- the record has only its start: it was interrupted. If an outcome is measured that was not measured before,
+  that outcome happened. Otherwise, if the measurements exclude each success, or the skill is idempotent, the
+  attempt is repeated if its precondition is still measured as true. If neither can be decided, the plan goes
+  no further, and the step is barred (`uncertain_steps.py`).
 
-A step in the record of which the checkpoint knows nothing is later than the checkpoint: then the plan is
-not gone on with, the agent plans anew, and that step is barred too where it did not measurably fail.
+A step in the record that the checkpoint does not know is later than the checkpoint. Then the plan is not
+continued and the agent plans anew. That step is barred too, unless it measurably failed.
 """
 
 from __future__ import annotations
@@ -35,10 +35,14 @@ _INTERRUPTED_STATUSES: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
 
 @dataclass
 class RecordedStep:
-    """A step as the runtime's record tells of it.
+    """A step in the runtime's audit record.
 
-    sequence: the record of its beginning.
-    result: None where the record has no end of it.
+    Attributes:
+        sequence: number of the record of its start.
+        module: id of the module.
+        skill: id of the skill.
+        inputs: inputs by name (SI).
+        result: its result; None if the record has no end of it.
     """
 
     sequence: int
@@ -50,7 +54,10 @@ class RecordedStep:
 
 @dataclass
 class ProgressRecovery:
-    """Brings the progress of a plan up to date; `is_known`: whether it is known where the plan was."""
+    """Recovery of a plan's progress.
+
+    `is_position_known` becomes False if it is not known where the plan was.
+    """
 
     modules: Mapping[str, Ecm]
     world: WorldModel
@@ -61,64 +68,67 @@ class ProgressRecovery:
     def recover(
         self, progress: PlanProgress, events: Iterable[AuditEvent], records_at_checkpoint: int
     ) -> None:
-        """Account for every step that `progress` or the record says was begun.
+        """Account for every step that was started according to `progress` or the record.
 
-        known: how many records there were when `progress` was kept.
+        Args:
+            progress: progress of the plan, which is updated.
+            events: events of the runtime since the earliest unfinished attempt.
+            records_at_checkpoint: number of audit records when the checkpoint was made.
         """
-        told = recorded_steps(events)
-        for at, begun in progress.unfinished_attempts():
-            one = next((one for one in told if self._matches(begun, one)), None)
+        recorded = recorded_steps(events)
+        for at, unfinished in progress.unfinished_attempts():
+            one = next((one for one in recorded if self._matches(unfinished, one)), None)
             if one is None:
                 progress.drop_attempt(at)
-                self._record(f"{begun.module}.{begun.skill}", "it never began")
+                self._record(f"{unfinished.module}.{unfinished.skill}", "it never began")
                 continue
-            told.remove(one)
-            attempt = self._resolve_step(one, begun.before)
+            recorded.remove(one)
+            attempt = self._resolve_step(one, unfinished.before)
             if attempt is None:
                 progress.drop_attempt(at)
             else:
                 progress.finish_attempt(at, attempt)
-        for one in told:
+        for one in recorded:
             if one.sequence >= records_at_checkpoint:
                 self.is_position_known = False
                 self._resolve_step(one, {})
 
-    def _matches(self, begun: UnfinishedAttempt, told: RecordedStep) -> bool:
-        module = self.modules.get(begun.module)
+    def _matches(self, unfinished: UnfinishedAttempt, step: RecordedStep) -> bool:
+        module = self.modules.get(unfinished.module)
         return (
             module is not None
-            and told.sequence >= begun.head.records
-            and told.module == begun.module
-            and told.skill in module.providers(begun.skill)
+            and step.sequence >= unfinished.head.records
+            and step.module == unfinished.module
+            and step.skill in module.providers(unfinished.skill)
         )
 
-    def _resolve_step(self, told: RecordedStep, before: Mapping[str, Any]) -> AttemptResult | None:
-        """What came of it, None where nothing did; barred where it is not known to have succeeded."""
-        name = f"{told.module}.{told.skill}"
-        module = self.modules.get(told.module)
-        skill = None if module is None else module.skills.get(told.skill)
+    def _resolve_step(self, step: RecordedStep, before: Mapping[str, Any]) -> AttemptResult | None:
+        """Return the result of the step, None if it had none; bar it unless it is known to have succeeded."""
+        name = f"{step.module}.{step.skill}"
+        module = self.modules.get(step.module)
+        skill = None if module is None else module.skills.get(step.skill)
         if skill is None:
             self._record(name, "it is not active any more")
             return AttemptResult(failed=True, reason=f"interrupted, and `{name}` is not active any more")
-        attempt, how = self._classify(skill, told, before)
+        attempt, how = self._classify(skill, step, before)
         if (attempt is None or attempt.failed) and not skill.idempotent:
-            self.bars.add(told.module, told.skill, told.inputs)
+            self.bars.add(step.module, step.skill, step.inputs)
         self._record(name, how)
         return attempt
 
     def _classify(
-        self, skill: Skill, told: RecordedStep, before: Mapping[str, Any]
+        self, skill: Skill, step: RecordedStep, before: Mapping[str, Any]
     ) -> tuple[AttemptResult | None, str]:
-        if told.result is not None and told.result.status not in _INTERRUPTED_STATUSES:
-            judgement = assess_step(told.module, skill, told.result, self.world, before)
+        if step.result is not None and step.result.status not in _INTERRUPTED_STATUSES:
+            judgement = assess_step(step.module, skill, step.result, self.world, before)
             how = judgement.reason or f"outcome `{judgement.outcome}`"
             is_known = not (judgement.is_undeclared or judgement.is_unknown)
-            repeatable = judgement.failed and told.result.status in RAN_STATUSES and is_known
+            repeatable = judgement.failed and step.result.status in RAN_STATUSES and is_known
             attempt = AttemptResult(
-                judgement.failed, judgement.reason, repeatable, outputs=told.result.outputs
+                judgement.failed, judgement.reason, repeatable, outputs=step.result.outputs
             )
             return attempt, f"it had ended: {how}"
-        done = assess_step(told.module, skill, StepResult(StepStatus.FINISHED, ""), self.world)
+        done = assess_step(step.module, skill, StepResult(StepStatus.FINISHED, ""), self.world)
         if done.outcome is not None and self._has_new_effect(skill, done.outcome, before):
             how = f"it was interrupted, and `{done.outcome}` is measured"
             return AttemptResult(done.failed, how if done.failed else "", is_retryable=done.failed), how
@@ -131,7 +141,7 @@ class ProgressRecovery:
         return AttemptResult(failed=True, reason=why), why
 
     def _has_new_effect(self, skill: Skill, outcome: str, before: Mapping[str, Any]) -> bool:
-        """Whether anything of that outcome was measured otherwise before."""
+        """Return True if an effect of that outcome was measured otherwise before the step."""
         effects = skill.outcomes[outcome].effects
         return any(before.get(name) not in (None, to_json_value(value)) for name, value in effects.items())
 
@@ -139,26 +149,33 @@ class ProgressRecovery:
         self.journal.record("step-accounted", f"{name} was under way: {how}", skill=name, how=how)
 
 
-def recorded_steps(said: Iterable[AuditEvent]) -> list[RecordedStep]:
-    """The steps that began, in order, each with its end where the record has one."""
-    told: list[RecordedStep] = []
-    for one in said:
+def recorded_steps(events: Iterable[AuditEvent]) -> list[RecordedStep]:
+    """Read the steps that were started from events of the runtime.
+
+    Args:
+        events: events in the order of the record.
+
+    Returns:
+        The steps in the order of their starts, each with its result if the record has its end.
+    """
+    steps: list[RecordedStep] = []
+    for one in events:
         details = one.details
         match one.event:
             case "step-began":
-                told.append(
+                steps.append(
                     RecordedStep(one.sequence, details["module"], details["skill"], details["inputs"])
                 )
             case "step-ended":
-                open_one = _find_open_step(told, details)
+                open_one = _find_open_step(steps, details)
                 if open_one is not None:
                     outputs = details.get("outputs", {})
                     status = StepStatus(details["status"])
                     open_one.result = StepResult(status, details["reason"], outputs=outputs)
-    return told
+    return steps
 
 
-def _find_open_step(told: Iterable[RecordedStep], details: Mapping[str, Any]) -> RecordedStep | None:
-    """The step that an end is of."""
+def _find_open_step(steps: Iterable[RecordedStep], details: Mapping[str, Any]) -> RecordedStep | None:
+    """Find the step that an end belongs to."""
     of = (details["module"], details["skill"])
-    return next((one for one in told if one.result is None and (one.module, one.skill) == of), None)
+    return next((one for one in steps if one.result is None and (one.module, one.skill) == of), None)

@@ -1,4 +1,4 @@
-"""The world at one moment after another; of moments in columns, what differs is looked at and no more."""
+"""Incremental world snapshots: re-evaluate only the values that changed since the previous snapshot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aeros.spec.model.model import Declared
 
 
 class _PreviousSnapshot(NamedTuple):
-    """A moment, all of whose values were of its own time and cannot change, and the world as it showed it."""
+    """A snapshot whose values all had its own time and cannot change, with the world made from it."""
 
     columns: ColumnNames
     values: tuple[Any, ...]
@@ -28,7 +28,7 @@ class _PreviousSnapshot(NamedTuple):
 
 
 class IncrementalWorld:
-    """Says what `world_from_readings` says, of one site's state."""
+    """Maker of worlds of one site's state, equal to those of `world_from_readings`."""
 
     def __init__(self, state: Mapping[str, Declared]) -> None:
         self.state = state
@@ -36,7 +36,15 @@ class IncrementalWorld:
         self._before: _PreviousSnapshot | None = None
 
     def world(self, readings: Readings, now: float) -> WorldModel:
-        """The world as `readings` show it at `now`."""
+        """Make the world from readings as `world_from_readings` does.
+
+        Args:
+            readings: value (SI) and plant time (s) of state variables, by name.
+            now: plant time (s).
+
+        Returns:
+            The world at `now`.
+        """
         if not (
             type(readings) is Snapshot
             and is_finite_time(now)
@@ -76,7 +84,7 @@ class IncrementalWorld:
 def _stamps(
     state: Mapping[str, Declared], known: Mapping[str, Any], time: float
 ) -> dict[str, MeasurementStamp]:
-    """Of what was measured at one time; those of one sensor and age are the same."""
+    """Make the stamps of values measured at one time; values of one sensor and maximum age share a stamp."""
     alike: dict[tuple[str | None, int], MeasurementStamp] = {}
     stamps = {}
     for name in known:

@@ -1,4 +1,4 @@
-"""A value as it is given, checked against its declaration and made exact; or the reason it is unusable."""
+"""Check a given value against its declaration and make it exact, or say why it is unusable."""
 
 from __future__ import annotations
 
@@ -14,14 +14,24 @@ from aeros.spec.model.model import Declared
 
 
 class UnusableValueError(Exception):
-    """A value that is not what is declared; the message completes “`NAME` …”."""
+    """A value that does not fit its declaration; the message completes “`NAME` …”."""
 
 
 def to_exact(declared: Declared, value: Any) -> Value:
-    """`value` as `semantics.py` takes it: a finite double is the rational it denotes.
+    """Convert a value to one that `semantics.py` computes with; a finite double is the rational it denotes.
 
-    A look-alike (a `bool` for a number, a subclass of `float`) is refused: it may compare as it likes.
-    Raises `UnusableValueError`.
+    Look-alikes (a `bool` for a number, a subclass of `float`) are refused, because they may define
+    comparison.
+
+    Args:
+        declared: declaration of the variable.
+        value: value in SI units.
+
+    Returns:
+        The exact value.
+
+    Raises:
+        UnusableValueError: the value is of another type, not finite or out of range.
     """
     return _exact(declared, declared.variable.type, value)
 
@@ -31,13 +41,24 @@ ExactConverter = Callable[[Declared, Any], Value]
 
 
 class CachingConverter:
-    """`to_exact`, which takes what it gave last of a variable where the value is the same object again."""
+    """`to_exact` with a cache of the last value of each variable, reused if the same object comes again."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[Declared, Any, Value]] = {}
 
     def __call__(self, declared: Declared, value: Any) -> Value:
-        """See `to_exact`."""
+        """Convert as `to_exact` does.
+
+        Args:
+            declared: declaration of the variable.
+            value: value in SI units.
+
+        Returns:
+            The exact value.
+
+        Raises:
+            UnusableValueError: as `to_exact` does.
+        """
         name = declared.variable.name
         kept = self._kept.get(name)
         # A list may hold other values by now.
@@ -49,7 +70,14 @@ class CachingConverter:
 
 
 def to_json_value(value: Any) -> Any:
-    """`value` for JSON: rationals as the nearest double, tuples as lists."""
+    """Convert a value for JSON: rationals to the nearest double, tuples to lists.
+
+    Args:
+        value: exact value, or a tuple of such.
+
+    Returns:
+        The JSON value.
+    """
     if isinstance(value, Fraction):
         return float(value)
     return [to_json_value(part) for part in value] if isinstance(value, tuple) else value

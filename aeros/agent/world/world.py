@@ -1,9 +1,9 @@
-"""What the agent holds true of the world: measured values, each no older than its maximum age.
+"""World model of the agent: measured values, each no older than its maximum age.
 
-Built from `Readings` and nothing else: what a plan expects or a skill claims never gets here.
-A value that is missing, stale, from the future, non-finite, wrongly typed or outside its declared
-range is unknown, and a condition over anything unknown is itself unknown, which satisfies nothing.
-What is known grows stale as time goes on, also while nobody measures.
+It is built from `Readings` and nothing else: expectations of a plan or claims of a skill never enter it.
+A value that is missing, stale, from the future, non-finite, wrongly typed or outside its declared range is
+unknown. A condition over anything unknown is itself unknown, and an unknown condition satisfies nothing.
+Values become stale as time passes, also while nothing is measured.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NO_INPUTS: Environment = {}
 
 @dataclass(frozen=True, slots=True)
 class MeasurementStamp:
-    """When a value was measured, plant seconds, by which sensor, and for how many seconds it is known."""
+    """Time of a measurement (plant time, s), its sensor, and its maximum age (s)."""
 
     time: float
     source: str | None
@@ -38,14 +38,15 @@ class MeasurementStamp:
 
 @dataclass(frozen=True, slots=True)
 class WorldModel:
-    """What is known at one moment.
+    """The known values at one time.
 
-    time: that moment, seconds on the plant's clock.
-    known: exact values by vocabulary name.
-    unknown: why each other state variable is unknown; completes “`NAME` …”.
-    predicates: what is measured as bool or enum, for memory: JSON values, None where unknown.
-    stamps: of each known value.
-    failures: why steps failed since the plan before; for planners, and read by no condition.
+    Attributes:
+        time: plant time (s).
+        known: exact values by vocabulary name.
+        unknown: reason why each other state variable is unknown; completes “`NAME` …”.
+        predicates: measured variables of type bool or enum, for memory: JSON values, None if unknown.
+        stamps: stamp of each known value.
+        failures: causes of step failures since the previous plan; for planners, read by no condition.
     """
 
     time: float
@@ -56,7 +57,14 @@ class WorldModel:
     failures: tuple[Cause, ...] = ()
 
     def at_time(self, now: float) -> WorldModel:
-        """What is still known at `now`, with nothing measured since: never more than was."""
+        """Drop the values that are too old at a later time, with nothing measured since.
+
+        Args:
+            now: plant time (s).
+
+        Returns:
+            The world at `now`; it never knows more than this one.
+        """
         if now == self.time:
             return self
         stale: dict[str, str] = {}
@@ -74,13 +82,25 @@ class WorldModel:
         )
 
     def age(self, name: str) -> float:
-        """Seconds since a known value was measured."""
+        """Compute the age of a known value.
+
+        Args:
+            name: name of the variable.
+
+        Returns:
+            Seconds since it was measured.
+        """
         return self.time - self.stamps[name].time
 
     def evaluate(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> bool | None:
-        """Whether `condition` holds; None if any variable in it is unknown, whatever the others are.
+        """Evaluate a condition; return None if any variable in it is unknown, whatever the others are.
 
-        inputs: exact values by `inputs.NAME`, for conditions that mention a skill's inputs.
+        Args:
+            condition: boolean term.
+            inputs: exact values by `inputs.NAME`, for conditions that read a skill's inputs.
+
+        Returns:
+            The truth value, or None if it is unknown.
         """
         environment = {**self.known, **inputs}
         if any(name not in environment for name in t.variables_of(condition)):
@@ -88,7 +108,15 @@ class WorldModel:
         return is_true(condition, environment)
 
     def unmet_reason(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> str:
-        """Why `condition` is not measured as true: what is unknown in it, else the values measured."""
+        """Explain in words why a condition is not measured as true.
+
+        Args:
+            condition: boolean term.
+            inputs: exact values by `inputs.NAME`.
+
+        Returns:
+            The unknown variables and why they are unknown; if all are known, their values.
+        """
         environment = {**self.known, **inputs}
         names = t.variables_of(condition)
         missing = [name for name in names if name not in environment]
@@ -97,7 +125,15 @@ class WorldModel:
         return ", ".join(f"`{name}` = {to_json_value(environment[name])}" for name in names)
 
     def unmet_parts(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> tuple[UnmetBound, ...]:
-        """The same as data: what is unknown in it, else the parts that are not as required."""
+        """Explain as data why a condition is not measured as true.
+
+        Args:
+            condition: boolean term.
+            inputs: exact values by `inputs.NAME`.
+
+        Returns:
+            The unknown variables; if all are known, the bounds that are not met.
+        """
         environment = {**self.known, **inputs}
         read = t.variables_of(condition)
         missing = tuple(
@@ -108,16 +144,30 @@ class WorldModel:
         return missing or unmet_bounds(condition, values_by_scalar(read, environment))
 
     def measured_values(self, condition: t.Term) -> dict[str, Any]:
-        """The values of the variables of `condition` as JSON, None where unknown."""
+        """Return the values of the variables of a condition.
+
+        Args:
+            condition: boolean term.
+
+        Returns:
+            JSON values by name, None if unknown.
+        """
         return {name: to_json_value(self.known.get(name)) for name in t.variables_of(condition)}
 
 
 def world_from_readings(
     state: Mapping[str, Declared], readings: Readings, now: float, convert: ExactConverter = to_exact
 ) -> WorldModel:
-    """The world as `readings` show it at `now`; readings of undeclared names are left out.
+    """Make the world from readings; readings of undeclared names are ignored.
 
-    exactly: makes values exact as `to_exact` does.
+    Args:
+        state: declared state variables by name.
+        readings: value (SI) and plant time (s) of state variables, by name.
+        now: plant time (s).
+        convert: converter to exact values, equal to `to_exact`.
+
+    Returns:
+        The world at `now`.
     """
     known: dict[str, Value] = {}
     unknown: dict[str, str] = {}
@@ -138,7 +188,20 @@ def world_from_readings(
 def value_from_reading(
     declared: Declared, reading: Reading | None, now: float, exactly: ExactConverter
 ) -> Value:
-    """What `reading` says of a state variable at `now`; raises `UnusableValueError`."""
+    """Convert one reading to an exact value, if it is not too old.
+
+    Args:
+        declared: declaration of the state variable.
+        reading: value (SI) and plant time (s); None if it is not measured.
+        now: plant time (s).
+        exactly: converter to exact values, equal to `to_exact`.
+
+    Returns:
+        The exact value.
+
+    Raises:
+        UnusableValueError: there is no reading, or its value or its time stamp is unusable.
+    """
     if reading is None:
         raise UnusableValueError("is not measured")
     is_of_now = is_finite_time(reading.time) and is_finite_time(now) and reading.time == now
@@ -159,7 +222,14 @@ def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
 
 
 def is_finite_time(seconds: object) -> TypeGuard[float]:
-    """Whether it is a number of seconds."""
+    """Return True if the value is a finite int or float.
+
+    Args:
+        seconds: candidate for a time (s).
+
+    Returns:
+        True for a usable time; subclasses of int and float are refused.
+    """
     return type(seconds) is int or (type(seconds) is float and math.isfinite(seconds))
 
 

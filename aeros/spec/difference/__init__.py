@@ -1,1 +1,1 @@
-"""What a change of modules or of a site newly allows and newly denies."""
+"""Differences between versions of modules or sites: what is newly allowed and newly denied."""

@@ -1,6 +1,6 @@
-"""Paths → difference: reads both sides, pairs what belongs together, compares.  What `aeros diff` does.
+"""Comparison of two paths for `aeros diff`: reads both sides, pairs modules, and compares them.
 
-Neither side is verified: what is compared is what the gate would allow, which is what Φ allows too.
+Neither side is verified. What is compared is what the gate would allow, and Φ limits that, too.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from aeros.spec.text.discovery import MANIFEST, module_folders
 
 @dataclass(frozen=True)
 class PolicyDifference:
-    """Everything that differs, and why a side could not be read, in which case nothing is compared."""
+    """All changes; `problems` says why a side could not be read, and then nothing is compared."""
 
     changes: tuple[PolicyChange, ...] = ()
     problems: tuple[Diagnostic, ...] = ()
 
     @property
     def allows_more(self) -> bool:
-        """Whether anything is newly allowed."""
+        """True if anything is newly allowed."""
         return any(
             change.relation.allows_more or Relation.NEWLY_ALLOWED.value in change.witnesses
             for change in self.changes
@@ -36,20 +36,31 @@ class PolicyDifference:
 
     @property
     def undecided(self) -> bool:
-        """Whether anything could not be compared or decided."""
+        """True if anything could not be compared or decided."""
         open_ = (Relation.UNDECIDED, Relation.NOT_COMPARABLE)
         return any(change.relation in open_ for change in self.changes)
 
 
 def is_site(path: Path) -> bool:
-    """Whether `path` is meant as a site file: any file that is not a manifest."""
+    """Return True if `path` is a site file: any file that is not a manifest.
+
+    Args:
+        path: file or folder.
+    """
     return path.is_file() and path.name != MANIFEST
 
 
 def compare(old: Path, new: Path, site_path: Path, rlimit: int = DEFAULT_RLIMIT) -> PolicyDifference:
-    """What going from `old` to `new` newly allows and denies: both site files, or both of modules.
+    """Compare two site files, or two modules or folders of modules.
 
-    site_path: the site under which modules are compared; unused for sites.
+    Args:
+        old: path of the old side.
+        new: path of the new side, which decides what is compared.
+        site_path: site under which modules are compared; unused for sites.
+        rlimit: solver budget for each question (Z3 resource units).
+
+    Returns:
+        What going from `old` to `new` newly allows and denies.
     """
     sink = Diagnostics()
     if is_site(new):
@@ -65,7 +76,7 @@ def compare(old: Path, new: Path, site_path: Path, rlimit: int = DEFAULT_RLIMIT)
 
 
 def _modules(path: Path, site: Site, sink: Diagnostics) -> dict[str, Ecm]:
-    """The modules at or below `path` by id."""
+    """Load the modules at or below `path`, by id."""
     found: dict[str, Ecm] = {}
     for folder in module_folders(path, sink):
         problems = Diagnostics()
@@ -85,7 +96,7 @@ def _modules(path: Path, site: Site, sink: Diagnostics) -> dict[str, Ecm]:
 def _compare_modules(
     old: dict[str, Ecm], new: dict[str, Ecm], site: Site, rlimit: int
 ) -> Iterator[PolicyChange]:
-    """Modules are paired by id; a single one on either side is meant as the same module."""
+    """Compare modules of the same id; if each side has one module, these two."""
     if len(old) == len(new) == 1:
         ((before,), (after,)) = (old.values(), new.values())
         yield from module_changes(after.id, before, after, site, rlimit)

@@ -1,9 +1,9 @@
-"""Two versions of a module under one site: what each skill may ask for and is then allowed.
+"""Comparison of two versions of a module under one site, by the actions that each skill is allowed.
 
-For each skill and action kind the set compared is envelope and permission and Φ, and nothing where
-the gate's finite layers (overrides, access, risk) deny the kind whatever its parameters are.  Quotas,
-the age of measurements and attenuation are the site's and so the same on both sides.  Not compared:
-tasks and compositions, which only choose among what skills may do, and skill code.
+For each skill and action kind the compared set is envelope ∧ permission ∧ Φ. It is empty if the gate's finite
+layers (overrides, access, risk) deny the kind whatever its parameters are. Quotas, the age of measurements
+and attenuation belong to the site and so are the same on both sides. Not compared: tasks and compositions,
+which only choose among skills, and skill code.
 """
 
 from __future__ import annotations
@@ -42,7 +42,18 @@ class _SkillVersion:
 def module_changes(
     module: str, old: Ecm | None, new: Ecm | None, site: Site, rlimit: int
 ) -> Iterator[PolicyChange]:
-    """Every subject of either version of `module`, and how it changed; None where there is none."""
+    """Compare two versions of a module.
+
+    Args:
+        module: id of the module.
+        old: old version; None if there is none.
+        new: new version; None if there is none.
+        site: site under which they are compared.
+        rlimit: solver budget for each question (Z3 resource units).
+
+    Yields:
+        The change of each subject of either version.
+    """
     names = dict.fromkeys([*(old.skills if old else ()), *(new.skills if new else ())])
     for name in names:
         before, after = (_SkillVersion(ecm, ecm.skills.get(name) if ecm else None) for ecm in (old, new))
@@ -61,7 +72,7 @@ def module_changes(
 
 
 def _allowed(asking: _SkillVersion, site: Site, kind: ActionKind) -> ComparedSet:
-    """Every state, input and action of `kind` that the skill may ask for and the gate allows as asked."""
+    """Return the set of states, inputs and actions of `kind` that the skill may request and is allowed."""
     ecm, skill = asking.ecm, asking.skill
     if ecm is None or skill is None:
         return ComparedSet((), (SetCondition(t.FALSE, None),), ecm.span if ecm else None)
@@ -83,7 +94,7 @@ def _allowed(asking: _SkillVersion, site: Site, kind: ActionKind) -> ComparedSet
 
 
 def _is_denied_by_finite_layers(ecm: Ecm, site: Site, skill: Skill, kind: ActionKind) -> bool:
-    """Whether overrides, access or risk deny every action of the kind, as the gate's finite layers do."""
+    """Return True if overrides, access or risk deny every action of the kind, as at the gate."""
     usable = skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators
     blocked = any(block.matches(ecm.id, skill.id, kind.name) for block in site.blocks)
     return blocked or not kind.actuators <= usable or not kind.risk <= skill.risk <= site.risk_ceiling
@@ -142,7 +153,7 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
 
 
 def _condition_location(skill: Skill, clause: ActionCondition | None, site: Site) -> ComparedSet:
-    """Where a condition of the skill's holds; everywhere if there is none."""
+    """Return the set in which a condition of the skill holds; without a condition, everything."""
     declared = (*site.observed_variables.values(), *skill.inputs.values())
     conditions = () if clause is None else (SetCondition(clause.term, clause.span),)
     return ComparedSet(declared, conditions, skill.span)

@@ -1,4 +1,4 @@
-"""One entry of a difference: its relation, what to say of it, and the witnesses that show it."""
+"""One change of a policy: its relation, the diagnostics for it, and the witnesses that show it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aeros.spec.verification.witness import Witness
 
 
 class Relation(Enum):
-    """How what is allowed now relates to what was allowed before."""
+    """Relation of what is allowed now to what was allowed before."""
 
     EQUAL = "equal"
     NEWLY_ALLOWED = "newly allowed"
@@ -24,15 +24,15 @@ class Relation(Enum):
 
     @property
     def allows_more(self) -> bool:
-        """Whether something is allowed that was not."""
+        """True if something is allowed that was not."""
         return self in (Relation.NEWLY_ALLOWED, Relation.INCOMPARABLE)
 
 
 @dataclass(frozen=True)
 class PolicyChange:
-    """What became of one subject, such as `wrap/grip` or `policy/limits/retries`.
+    """The change of one subject, such as `wrap/grip` or `policy/limits/retries`.
 
-    witnesses: by `newly allowed` or `newly denied`, a state and an action that show it.
+    `witnesses` holds, under `newly allowed` and `newly denied`, a state and an action that show it.
     """
 
     subject: str
@@ -57,7 +57,18 @@ def diagnostic_for(
     new: tuple[SpanLabel, ...] = (),
     notes: tuple[str, ...] = (),
 ) -> Diagnostic:
-    """A change as a diagnostic: the new lines are primary, the old ones beside them."""
+    """Make a diagnostic of a change, with the new lines as primary place and the old ones as secondary.
+
+    Args:
+        relation: relation of new to old; not EQUAL or INCOMPARABLE.
+        headline: first line.
+        old: places on the old side.
+        new: places on the new side.
+        notes: notes below the places.
+
+    Returns:
+        The diagnostic.
+    """
     code, severity = _CODES[relation]
     places = (*new, *old)
     return Diagnostic(code, headline, places[0] if places else None, places[1:], notes, severity=severity)
@@ -70,7 +81,18 @@ def finite_change(
     old: SourceSpan | None = None,
     new: SourceSpan | None = None,
 ) -> PolicyChange:
-    """A change that no solver is needed for; INCOMPARABLE is told as both of its halves."""
+    """Make a change that needs no solver; INCOMPARABLE gets a diagnostic for each direction.
+
+    Args:
+        subject: name of the subject.
+        relation: relation of new to old.
+        headline: first line of the diagnostics.
+        old: place on the old side.
+        new: place on the new side.
+
+    Returns:
+        The change; without diagnostics if the two are equal.
+    """
     halves = [] if relation is Relation.EQUAL else [relation]
     if relation is Relation.INCOMPARABLE:
         halves = [Relation.NEWLY_ALLOWED, Relation.NEWLY_DENIED]
@@ -82,19 +104,44 @@ def finite_change(
 
 
 def sets_relation(old: Set[str], new: Set[str]) -> Relation:
-    """The relation of two sets of names of which more allows more."""
+    """Compare two sets of names, where more names allow more.
+
+    Args:
+        old: names before.
+        new: names now.
+
+    Returns:
+        The relation of new to old.
+    """
     return bounds_relation(not new <= old, not old <= new)
 
 
 def bounds_relation(allows_more: bool, allows_less: bool) -> Relation:
-    """The relation by what was found in either direction."""
+    """Combine the results of both directions.
+
+    Args:
+        allows_more: something is newly allowed.
+        allows_less: something is newly denied.
+
+    Returns:
+        The relation of new to old.
+    """
     if allows_more:
         return Relation.INCOMPARABLE if allows_less else Relation.NEWLY_ALLOWED
     return Relation.NEWLY_DENIED if allows_less else Relation.EQUAL
 
 
 def describe_set_change(what: str, old: Set[str], new: Set[str]) -> str:
-    """A headline that names what was added to a set and what was taken away."""
+    """Describe the names added to and removed from a set.
+
+    Args:
+        what: name of the set, the start of the headline.
+        old: names before.
+        new: names now.
+
+    Returns:
+        A headline.
+    """
     parts = [f"with {_join_names(new - old)}"] if new - old else []
     parts += [f"without {_join_names(old - new)}"] if old - new else []
     return f"{what}: now {' and '.join(parts)}"

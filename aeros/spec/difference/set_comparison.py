@@ -1,8 +1,8 @@
-"""Two sets of states, inputs and parameters: what is in one and not in the other, and a member of it.
+"""Comparison of two sets of states, inputs and parameters, with a member of each difference.
 
-Something is newly allowed iff `new and not old` is satisfiable over everything that either side
-declares, and newly denied iff `old and not new` is; both questions go through `discharge`, so every
-witness has been replayed.  A state variable that one side does not know may have any value there.
+Something is newly allowed iff `new and not old` is satisfiable over the variables that either side declares,
+and newly denied iff `old and not new` is. Both questions go through `discharge_obligations`, so every witness
+is replayed. A state variable that one side does not declare may have any value on that side.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from aeros.spec.verification.witness import Witness
 
 @dataclass(frozen=True)
 class SetCondition:
-    """One condition that every member of a set meets, and where it is written, if anywhere."""
+    """A condition that every member of a set meets, and its place in a file, if any."""
 
     term: t.Term
     span: SourceSpan | None
@@ -35,10 +35,12 @@ class SetCondition:
 
 @dataclass(frozen=True)
 class ComparedSet:
-    """One of the two sets: everything declared that meets all `conditions`.
+    """One of the two sets: all values of its variables that meet all `conditions`.
 
-    declared: every variable that a condition may mention; all parameters of the action.
-    where: shown where no condition of this side is the reason for a difference.
+    Attributes:
+        variables: every variable that a condition may read; all parameters of the action.
+        conditions: conditions of membership.
+        span: place to show if no condition of this side causes a difference.
     """
 
     variables: tuple[Declared, ...]
@@ -46,16 +48,32 @@ class ComparedSet:
     span: SourceSpan | None
 
     def labels(self, word: str, conditions: Iterable[SetCondition] = ()) -> tuple[SpanLabel, ...]:
-        """Where `conditions` are written, or else where this side is."""
+        """Label the places of conditions; without any, the place of this side.
+
+        Args:
+            word: label, `old` or `new`.
+            conditions: conditions to show.
+
+        Returns:
+            A label for each place.
+        """
         spans = [one.span for one in conditions if one.span is not None]
         spans = spans or ([] if self.span is None else [self.span])
         return tuple(SpanLabel(span, word) for span in dict.fromkeys(spans))
 
 
 def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, rlimit: int) -> PolicyChange:
-    """How the set `new` relates to `old`.
+    """Compare two sets.
 
-    what: names a member for people, as in ``a `grip` of `wrap` ``.
+    Args:
+        subject: name of the subject.
+        what: name of a member for people, as in ``a `grip` of `wrap` ``.
+        old: set before.
+        new: set now.
+        rlimit: solver budget for each question (Z3 resource units).
+
+    Returns:
+        The relation of new to old, with diagnostics and witnesses.
     """
     old, new = _align_empty_side(old, new), _align_empty_side(new, old)
     clash = _variable_mismatch(old, new)
@@ -89,7 +107,7 @@ def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, rl
 
 
 def _align_empty_side(side: ComparedSet, other: ComparedSet) -> ComparedSet:
-    """`side`, but where it has no members, of the same things as `other`: nothing compares with anything."""
+    """Return `side`; if it has no members, with the variables of `other`, so that they can be compared."""
     never = tuple(one for one in side.conditions if one.term == t.FALSE)
     return replace(side, variables=other.variables, conditions=never) if never else side
 
@@ -102,7 +120,7 @@ def _subset_check(
     less: tuple[SetCondition, ...],
     rlimit: int,
 ) -> ObligationResult | None:
-    """Whether every member of `more` is one of `less`; None where `less` asks for nothing else."""
+    """Decide if every member of `more` is one of `less`; None if `less` has no further condition."""
     assumed = tuple(one.term for one in more)
     further = [one.term for one in less if one.term not in assumed]
     if not further:
@@ -123,11 +141,11 @@ def _subset_check(
 def _diagnostic(
     relation: Relation, what: str, witness: Witness, old: ComparedSet, new: ComparedSet
 ) -> Diagnostic:
-    """The witness by those of its values that the changed conditions depend on."""
+    """Show the values of the witness that the changed conditions depend on."""
     before, after = ([one.term for one in side.conditions] for side in (old, new))
-    gone = [one for one in old.conditions if one.term not in after]
-    come = [one for one in new.conditions if one.term not in before]
-    depends = {name for one in (*gone, *come) for name in t.variables_of(one.term)}
+    removed = [one for one in old.conditions if one.term not in after]
+    added = [one for one in new.conditions if one.term not in before]
+    depends = {name for one in (*removed, *added) for name in t.variables_of(one.term)}
     lines = witness.lines()
     changed = [line for one, line in zip(witness.variables, lines, strict=True) if one.name in depends]
     changed = changed or lines
@@ -135,11 +153,13 @@ def _diagnostic(
     if len(changed) < len(lines):
         notes.append(f"`--format json` shows all {len(lines)} values of this witness")
     headline = f"{what} is {relation.value}"
-    return diagnostic_for(relation, headline, old.labels("old", gone), new.labels("new", come), tuple(notes))
+    return diagnostic_for(
+        relation, headline, old.labels("old", removed), new.labels("new", added), tuple(notes)
+    )
 
 
 def _variable_mismatch(old: ComparedSet, new: ComparedSet) -> str | None:
-    """Why the two sets are not of the same things, if they are not."""
+    """Return the reason that the two sets have different variables, or None."""
     before, after = ({one.name: one for one in side.variables} for side in (old, new))
     used = {name for side in (old, new) for one in side.conditions for name in t.variables_of(one.term)}
     for name in (*before, *(name for name in after if name not in before)):
@@ -154,7 +174,7 @@ def _variable_mismatch(old: ComparedSet, new: ComparedSet) -> str | None:
 
 
 def _merge_variables(old: ComparedSet, new: ComparedSet) -> tuple[Declared, ...]:
-    """Every variable of either side once, in a range that holds both of its ranges."""
+    """Return every variable of either side once, with a range that includes both of its ranges."""
     merged = {one.name: one for one in old.variables}
     for one in new.variables:
         before = merged.get(one.name)
@@ -167,7 +187,7 @@ def _merge_variables(old: ComparedSet, new: ComparedSet) -> tuple[Declared, ...]
 
 
 def _add_range_conditions(side: ComparedSet, merged: Iterable[Declared]) -> tuple[SetCondition, ...]:
-    """The side's conditions, with its own range of each variable that may go beyond it now."""
+    """Return the side's conditions, and its own range of each variable whose merged range is wider."""
     whole = {one.name: one.range for one in merged}
     used = {name for one in side.conditions for name in t.variables_of(one.term)}
     narrower = [
@@ -180,7 +200,7 @@ def _add_range_conditions(side: ComparedSet, merged: Iterable[Declared]) -> tupl
 
 
 def _in_range(one: Declared) -> t.Term:
-    """Every part of the variable lies in its declared range."""
+    """Return the term that every part of the variable is in its declared range."""
     low, high = one.range or (Fraction(0), Fraction(0))
     variable, parts = one.variable, list[t.Term]()
     dimension = one.unit.dimension

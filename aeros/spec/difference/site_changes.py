@@ -1,9 +1,10 @@
-"""Two versions of a site: what Φ and Π newly allow and newly deny, for each action kind.
+"""Comparison of two versions of a site: what Φ and Π newly allow and newly deny, for each action kind.
 
-For each action kind the set compared is the conjunction of its invariants, and nothing where an override or
-the risk ceiling denies the kind to everybody; for each joint rule, the pairs it allows. Access, overrides
-of single modules, limits, quotas and the age of measurements are compared one by one. Not decided here:
-what an attenuation makes of an action that is denied as asked; a change of one is told as such.
+For each action kind the compared set is the conjunction of its invariants; it is empty if an override or the
+risk ceiling denies the kind to every module. For each joint rule it is the set of allowed pairs. Access,
+overrides of single modules, limits, quotas and the age of measurements are compared one by one. The effect of
+an attenuation on an action that is denied as requested is not compared; a change of one is reported as
+changed.
 """
 
 from __future__ import annotations
@@ -39,7 +40,16 @@ from aeros.spec.obligations.joint import joint_variables
 
 
 def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
-    """Every subject of either site, and how it changed."""
+    """Compare two versions of a site.
+
+    Args:
+        old: site before.
+        new: site now.
+        rlimit: solver budget for each question (Z3 resource units).
+
+    Yields:
+        The change of each subject of either site.
+    """
     for name in dict.fromkeys([*old.kinds, *new.kinds]):
         before, after = _allowed(old, name), _allowed(new, name)
         yield compare_sets(f"actions/{name}", f"a `{name}`", before, after, rlimit)
@@ -63,7 +73,7 @@ def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
 
 
 def _undeclared_outcome_change(old: Site, new: Site) -> PolicyChange:
-    """Planning anew after an outcome that nothing declares lets a task go on."""
+    """Compare the reactions to undeclared outcomes; `replan` lets a task continue, so it allows more."""
     before, after = old.stops_on_undeclared_outcome, new.stops_on_undeclared_outcome
     words = ["stop" if stops else "replan" for stops in (before, after)]
     headline = f"after an outcome that no manifest declares it was `{words[0]}`, and is `{words[1]}`"
@@ -73,7 +83,7 @@ def _undeclared_outcome_change(old: Site, new: Site) -> PolicyChange:
 
 
 def _motion_change(old: Site, new: Site) -> PolicyChange:
-    """Whatever changed of what motions are decided by may allow some and deny others; nothing is compared."""
+    """Report a change of the motion model, which may allow some motions and deny others, uncompared."""
     changed = old.motion != new.motion
     relation = bounds_relation(changed and old.motion is not None, changed and new.motion is not None)
     headline = "what whole motions are decided by, the section `motion` and what it names, changed"
@@ -119,7 +129,7 @@ def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -
 
 
 def _joint_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
-    """Rules about two actions at the same time: which pairs each of them allows."""
+    """Compare the pairs of actions that each joint rule allows."""
     before, after = ({rule.id: rule for rule in site.joint_rules} for site in (old, new))
     for name in dict.fromkeys([*before, *after]):
         one, other = _pairs(old, before.get(name)), _pairs(new, after.get(name))
@@ -129,7 +139,7 @@ def _joint_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
 
 
 def _pairs(site: Site, rule: JointRule | None) -> ComparedSet:
-    """Every pair that the rule allows; without one, all."""
+    """Return the set of pairs that the rule allows; without a rule, all pairs."""
     if rule is None:
         return ComparedSet((), (), site.span)
     return ComparedSet(
@@ -166,7 +176,7 @@ def _access_changes(
 
 
 def _number_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
-    """The risk ceiling, limits and capacities: of all of these more allows more."""
+    """Compare the risk ceiling, limits and capacities; larger numbers allow more."""
     pairs: dict[str, tuple[Fraction | int, Fraction | int]] = {
         "policy/risk_ceiling": (old.risk_ceiling, new.risk_ceiling),
         "policy/limits/skill_timeout": (old.limits.skill_timeout, new.limits.skill_timeout),
@@ -188,7 +198,7 @@ def _number_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
 def _block_changes(
     old: Sequence[OperatorOverride], new: Sequence[OperatorOverride]
 ) -> Iterator[PolicyChange]:
-    """Overrides by what they match: one more denies more."""
+    """Compare overrides by what they match; a further override denies more."""
     before, after = ({(one.module, one.skill, one.action): one for one in blocks} for blocks in (old, new))
     for matched in dict.fromkeys([*before, *after]):
         block = before.get(matched) or after[matched]
@@ -205,7 +215,7 @@ _BLOCK_MATCH_FIELDS = ("module", "skill", "action")
 
 
 def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[PolicyChange]:
-    """Quotas by id: fewer kinds, more actions, a shorter window or no quota at all allow more."""
+    """Compare quotas by id; fewer kinds, more actions, a shorter window or no quota allow more."""
     before, after = ({quota.id: quota for quota in quotas} for quotas in (old, new))
     for name in dict.fromkeys([*before, *after]):
         one, other = before.get(name), after.get(name)
@@ -227,7 +237,7 @@ def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[Polic
 
 
 def _isolation_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
-    """More trust and fewer required layers allow more of what code does beside asking."""
+    """Compare isolation; more trust and fewer required layers allow code more besides requesting actions."""
     before, after = old.isolation, new.isolation
     places = [site.policy_spans.get("policy/isolation") for site in (old, new)]
     headline = describe_set_change(
@@ -255,7 +265,7 @@ def _isolation_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
 
 
 def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
-    """Less of the operator's approval, longer plans and more skills allow clients of `aeros mcp` more."""
+    """Compare rights of `aeros mcp` clients; less approval, longer plans and more skills allow more."""
     before, after = old.mcp, new.mcp
     places = [site.policy_spans.get("policy/mcp") for site in (old, new)]
     headline = f"plans of MCP clients were `{before.execute.value}` and are `{after.execute.value}`"

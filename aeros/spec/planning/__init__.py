@@ -1,1 +1,1 @@
-"""Plans for a goal from what skills declare alone: no rules, every declared outcome provided for."""
+"""Planning for a goal from the declarations of skills alone: no rules, every declared outcome covered."""

@@ -1,7 +1,7 @@
-"""The shortest plan by bounded search: “some plan of n steps exists” as a question to Z3, n growing.
+"""Bounded search for the shortest plan: Z3 decides if a plan of n steps exists, with n growing.
 
-A step is a choice and the outcome that the plan counts on, which is measured as a success.  The answer
-is replayed through the domain before anybody sees it.
+A step is a choice and the outcome that the plan counts on, which must be measured as a success. The plan
+found is simulated in the domain before it is returned.
 """
 
 from __future__ import annotations
@@ -29,13 +29,23 @@ if TYPE_CHECKING:
     from aeros.spec.backends.z3_solver import IncrementalSolver
 
 MAX_PLAN_LENGTH: Final = 40
-"""Steps of a plan that is looked for at most."""
+"""Maximum length of a plan, steps."""
 
 
 def bounded_plan(domain: PlanningDomain, start: State, avoided: AvoidSet, min_steps: int) -> PlanPath:
-    """A plan from `start` with the fewest steps there are, at least `min_steps`, that keeps out of `avoided`.
+    """Find a plan from `start` with the fewest steps.
 
-    Raises `PlanUndecidedError` where none of up to `MAX_PLAN_LENGTH` steps is found.
+    Args:
+        domain: planning domain.
+        start: first state.
+        avoided: states and pairs that the plan must avoid.
+        min_steps: lower bound of the plan's length, if one is known.
+
+    Returns:
+        The plan; none with at least `min_steps` steps is shorter.
+
+    Raises:
+        PlanUndecidedError: there is no plan of up to `MAX_PLAN_LENGTH` steps, or the solver gives up.
     """
     encoding = _Encoding(domain, start)
     for length in range(MAX_PLAN_LENGTH + 1):
@@ -51,10 +61,10 @@ def bounded_plan(domain: PlanningDomain, start: State, avoided: AvoidSet, min_st
 
 
 class _Encoding:
-    """The first steps of all plans from a start, as assumptions of one session."""
+    """Encoding of the first steps of all plans from a start, as assumptions of one solver session."""
 
     def __init__(self, domain: PlanningDomain, start: State) -> None:
-        # z3 takes 80 ms to import, which small domains need not pay.
+        # Importing z3 takes 80 ms, which small domains do not need.
         from aeros.spec.backends.z3_solver import IncrementalSolver
 
         self._domain = domain
@@ -88,7 +98,7 @@ class _Encoding:
         return t.Variable(f"{name} known after {at}", BOOL, t.VariableRole.STATE)
 
     def plan(self, length: int) -> PlanPath | None:
-        """A plan of so many steps, if there is one."""
+        """Return a plan of `length` steps, if there is one."""
         answer = self._session.check_sat(self._encode_truth(self._domain.goal, length))
         if answer.result is SatResult.UNKNOWN:
             raise PlanUndecidedError(f"the solver gave up on plans of {length} steps: {answer.reason}")
@@ -108,7 +118,7 @@ class _Encoding:
         return path
 
     def add_step(self, at: int) -> None:
-        """Assume that one more step is made after `at`."""
+        """Assume that one more step follows the first `at`."""
         pick = self._picks[at]
         touching: dict[str, list[t.Term]] = {name: [] for name in self._domain.names}
         for number, (choice, effects) in enumerate(self._edges):
@@ -133,7 +143,7 @@ class _Encoding:
             self._session.assume(t.FALSE)
 
     def exclude_avoid_set(self, at: int, avoided: AvoidSet) -> None:
-        """Assume that no invariant is broken after `at` steps, and nothing of `avoided` is met there."""
+        """Assume that after `at` steps no invariant is broken and nothing of `avoided` occurs."""
         for condition in self._domain.invariants.values():
             self._session.assume(t.Not(self._encode_failure(condition, at)))
         for state in avoided.states:
@@ -148,7 +158,7 @@ class _Encoding:
     # Conditions after a number of steps.
 
     def _encode_truth(self, condition: PartialCondition, at: int) -> t.Term:
-        """`condition` is measured as true."""
+        """Encode that `condition` is measured as true."""
         if condition.missing:
             return t.FALSE
         known = [self._is_known(name, at) for name in condition.reads]
@@ -165,7 +175,7 @@ class _Encoding:
         return t.substitute(_with_constants(condition.term, condition.constants), moved)
 
     def _is_success(self, choice: GroundSkill, at: int) -> t.Term:
-        """The outcome measured then is no failure: one that is none has as many effects as any measured."""
+        """Encode that the measured outcome is a success: no measured failure has more effects."""
         outcomes = list(choice.skill.outcomes.values())
         measured = {one.id: self._encode_effects(one.effects, at) for one in outcomes}
         ways = []
@@ -191,7 +201,7 @@ class _Encoding:
 
 
 def _edges(domain: PlanningDomain) -> Iterator[tuple[GroundSkill, Environment]]:
-    """Every outcome of every choice that can happen."""
+    """Yield each choice with the effects of each of its possible outcomes."""
     for choice in domain.choices:
         for outcome in choice.skill.outcomes.values():
             if outcome.probability != 0:
@@ -199,7 +209,7 @@ def _edges(domain: PlanningDomain) -> Iterator[tuple[GroundSkill, Environment]]:
 
 
 def _with_constants(term: t.Term, constants: Environment) -> t.Term:
-    """`term` over states alone, its constants put in."""
+    """Substitute the constants in `term`, so that it reads state variables only."""
     read = {name: one for name, one in t.variables_of(term).items() if name in constants}
     if not read:
         return term

@@ -1,14 +1,15 @@
-"""What skills declare, as a planning domain: states over what outcomes set, and what may come after each.
+"""Planning domain made from the declarations of skills: states over the variables that outcomes set.
 
-A state has a value for each quantity that some outcome sets and that bears on the goal; None is unknown,
-and a condition over anything unknown is unknown, which satisfies nothing.  Whatever no outcome sets (most
-measured numbers) stays as it is measured.
+A state has a value for each variable that some outcome sets and that is relevant to the goal. None means
+unknown; a condition over anything unknown is unknown, and an unknown condition satisfies nothing. Variables
+that no outcome sets (most measured numbers) keep their measured values.
 
-Which skills are there for planning: those of all modules, with their default inputs; an input without
-default has each of its values where they are finitely many.  Left out, with the reason, is a skill that
-the operator blocks, in whole or in part, and one with an input that nothing gives a value.  And no
-choice can start where, of an action kind of its envelope, Φ and the permission are proved to allow no
-action at all, whatever is measured of what no skill sets: there the gate could only deny.
+The domain has the skills of all modules with their default inputs; an input without default takes each of its
+values if its type is boolean or an enum. Skills are excluded, with the reason, if the operator blocks them,
+in whole or in part, or if an input has no value. A choice cannot start where Φ and the permission are proved
+to
+allow no action of some action kind of its envelope, whatever the variables are that no skill sets: there the
+gate could only deny.
 """
 
 from __future__ import annotations
@@ -30,13 +31,17 @@ from aeros.spec.model.model import ActionCondition, Declared, Ecm, Outcome, Site
 from aeros.spec.verification.queries import is_unsatisfiable
 
 MAX_COMBINATIONS: Final = 256
-"""Values of a skill's inputs, or of what its actions depend on, that are gone through at most."""
+"""Maximum number of values of a skill's inputs, or of the variables its actions depend on, to enumerate."""
 
 
 class PartialCondition:
-    """A term over a state and constants; None where anything in it is unknown.
+    """A term over a state and constants; its value is None if anything in it is unknown.
 
-    missing: what it reads that has no value in any state.
+    Attributes:
+        term: the condition.
+        reads: state variables that it reads.
+        constants: values of the other variables that it reads.
+        missing: variables that it reads and that have no value in any state.
     """
 
     def __init__(self, term: t.Term, names: Sequence[str], constants: Environment) -> None:
@@ -49,14 +54,21 @@ class PartialCondition:
         self._decided: dict[tuple[Any, ...], bool | None] = {}
 
     def __call__(self, state: State) -> bool | None:
-        """Whether it holds in `state`."""
+        """Evaluate the condition in `state`; None if it is unknown."""
         values = tuple([state[place] for place in self._places])
         if values not in self._decided:
             self._decided[values] = self.evaluate_on(values)
         return self._decided[values]
 
     def evaluate_on(self, values: tuple[Any, ...]) -> bool | None:
-        """Whether it holds where `reads` have these values."""
+        """Evaluate the condition on values of `reads`.
+
+        Args:
+            values: exact values in the order of `reads`, None if unknown.
+
+        Returns:
+            The truth value; None if it is unknown.
+        """
         if self.missing or None in values:
             return None
         return is_true(self.term, {**self.constants, **dict(zip(self.reads, values, strict=True))})
@@ -64,11 +76,16 @@ class PartialCondition:
 
 @dataclass(frozen=True, eq=False)
 class GroundSkill:
-    """A skill with its inputs.
+    """A skill with its inputs, as one choice of a planner.
 
-    inputs: those without default, by name.
-    denied: an action kind, and a situation in which every such action of the skill is denied.
-    condition: its precondition, and none of those situations.
+    Attributes:
+        module: id of the module.
+        skill: the skill.
+        inputs: values of the inputs without default, by name.
+        denied_reason: pairs of an action kind and a situation in which every such action of the skill is
+            denied.
+        condition: its precondition, and none of those situations.
+        invocation: its outcomes on states.
     """
 
     module: str
@@ -80,22 +97,27 @@ class GroundSkill:
 
     @property
     def name(self) -> str:
-        """As in reports."""
+        """Name in reports, MODULE.SKILL."""
         return f"{self.module}.{self.skill.id}"
 
     @property
     def label(self) -> str:
-        """As a step of a plan, with its inputs."""
+        """Text as a step of a plan, with the inputs."""
         return " ".join([self.name, *(f"{key}={_format_value(value)}" for key, value in self.inputs.items())])
 
 
 @dataclass(frozen=True, eq=False)
 class PlanningDomain:
-    """A planning problem without its start.
+    """A planning problem without its start state.
 
-    names: what a state has values of; variables: the same, typed.
-    settings: by name, every value that some outcome sets, or that may be left where a hold-condition broke.
-    left_out: why skills are not there for planning, by name.
+    Attributes:
+        names: names of the variables of a state, sorted.
+        variables: the same with their types.
+        settings: by name, every value that some outcome sets, or that a broken hold-condition may leave.
+        choices: skills with inputs that a plan may use.
+        goal: the goal.
+        invariants: conditions of the task that must hold in every state, by id.
+        excluded_skills: reason for each skill that is not used, by name.
     """
 
     names: tuple[str, ...]
@@ -108,30 +130,72 @@ class PlanningDomain:
     _after: dict[tuple[int, State], list[tuple[State, Outcome, Fraction]]] = field(default_factory=dict)
 
     def state(self, known: Environment) -> State:
-        """The state in which these values are measured."""
+        """Make a state from measured values.
+
+        Args:
+            known: exact values by name.
+
+        Returns:
+            The values of `names`, None if unknown.
+        """
         return tuple(known.get(name) for name in self.names)
 
     def can_start(self, choice: GroundSkill, state: State) -> bool:
-        """Whether its condition is measured as true."""
+        """Return True if the condition of the choice is true in the state.
+
+        Args:
+            choice: skill with inputs.
+            state: a state.
+        """
         return choice.condition(state) is True
 
     def after(self, choice: GroundSkill, state: State) -> list[tuple[State, Outcome, Fraction]]:
-        """Each state that `choice` may end in, the outcome that is measured there, and how likely it is."""
+        """Compute the states that a choice may end in.
+
+        Args:
+            choice: skill with inputs.
+            state: state in which it starts.
+
+        Returns:
+            Each possible state, the outcome that is measured there, and its probability.
+        """
         key = (id(choice), state)
         if key not in self._after:
             self._after[key] = choice.invocation.after(state)
         return self._after[key]
 
     def condition(self, term: t.Term, choice: GroundSkill) -> PartialCondition:
-        """`term` as a condition on states where `choice` has its inputs."""
+        """Make a condition on states from a term, with the inputs of a choice as constants.
+
+        Args:
+            term: boolean term.
+            choice: skill with inputs.
+
+        Returns:
+            The condition.
+        """
         return PartialCondition(term, self.names, choice.condition.constants)
 
     def violated_invariant(self, state: State) -> str | None:
-        """The first invariant that does not hold in `state`."""
+        """Find the first invariant that is false in a state.
+
+        Args:
+            state: a state.
+
+        Returns:
+            Its id; None if there is none.
+        """
         return next((id_ for id_, holds_in in self.invariants.items() if holds_in(state) is False), None)
 
     def format_state(self, state: State) -> str:
-        """The values of `state` as a manifest writes them."""
+        """Format a state as manifests write values.
+
+        Args:
+            state: a state.
+
+        Returns:
+            One line of text.
+        """
         pairs = zip(self.names, state, strict=True)
         return ", ".join(f"{name} = {_format_value(value)}" for name, value in pairs)
 
@@ -145,9 +209,19 @@ def domain_for(
     oracle: Oracle | None = None,
     extra_variables: Collection[str] = (),
 ) -> PlanningDomain:
-    """The domain of every skill of `modules` that can bear on `goal` or on `invariants`.
+    """Make the domain of every skill that is relevant to the goal or to invariants.
 
-    also: names, case folded, of skills that are in it whether they bear on anything or not.
+    Args:
+        modules: active modules by id.
+        site: site whose rules and blocks apply.
+        known: measured values by name, exact.
+        goal: condition to reach.
+        invariants: conditions that must hold in every state.
+        oracle: solver for the situations in which actions are denied; by default a new one.
+        extra_variables: case-folded names MODULE.SKILL of skills to include though they are not relevant.
+
+    Returns:
+        The domain.
     """
     left_out: dict[str, str] = {}
     candidates = list(_candidates(modules, site, left_out))
@@ -247,9 +321,9 @@ def _invocation(skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...])
 
 @dataclass(frozen=True)
 class _RelevanceFilter:
-    """Where a skill may be planned, by its precondition and by what the gate could ever allow.
+    """Conditions under which a skill may be planned: its precondition, and what the gate can allow.
 
-    possible: every value that what skills set may have.
+    `possible` holds every value that each variable set by skills may have.
     """
 
     site: Site
@@ -267,7 +341,7 @@ class _RelevanceFilter:
         return t.conjunction(precondition, *(t.Not(situation) for _, situation in denied)), denied
 
     def _denied(self, module: str, skill: Skill, kind: str, clause: ActionCondition) -> Iterator[t.Term]:
-        """Situations in which no action of `kind` that the skill may ask for is allowed."""
+        """Yield the situations in which no action of `kind` that the skill may request is allowed."""
         permission = self.modules[module].permitted_actions.get(kind)
         terms = [clause.term, *(rule.terms[kind] for rule in self.site.rules_for_kind(kind))]
         terms += [] if permission is None else [permission.term]
@@ -285,14 +359,33 @@ class _RelevanceFilter:
 
 
 def equality_condition(variable: t.Variable, value: Value) -> t.Term:
-    """The condition that a scalar variable has this value."""
+    """Make the condition that a scalar variable has a value.
+
+    Args:
+        variable: scalar variable.
+        value: exact value of its type.
+
+    Returns:
+        A boolean term.
+    """
     if isinstance(value, bool):
         return variable if value else t.Not(variable)
     return t.Compare("==", variable, literal_term(variable, value))
 
 
 def literal_term(variable: t.Variable, value: Value) -> t.Literal:
-    """The constant that a scalar variable with this value is."""
+    """Make the constant of a scalar variable's type.
+
+    Args:
+        variable: scalar variable.
+        value: exact value of its type.
+
+    Returns:
+        The constant.
+
+    Raises:
+        MisuseError: the variable is not scalar.
+    """
     if isinstance(value, tuple) or not isinstance(variable.type, BoolType | RealType | EnumType):
         raise MisuseError(f"`{variable.name}` is no scalar")
     return t.Literal(value, variable.type)

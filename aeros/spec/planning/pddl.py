@@ -1,9 +1,9 @@
-"""A planning domain in PDDL, for classical planners; what they find is judged by `checking`.
+"""PDDL writer of planning domains, for classical planners; `plan_check.py` checks their plans.
 
-Each success of a choice is an action of its own (the classical reading of several outcomes: a planner may
-hope for each), with what must hold for it to be measured as one.  What cannot start for want of a
-measurement is left out.  Not said: failures, and the invariants of a task; so a plan that works in PDDL
-may still be rejected.
+Each success of a choice becomes an action of its own (the usual determinization of several outcomes: a
+planner may hope for each), with the conditions under which it is measured as a success. Choices that cannot
+start for lack of a measurement are left out. Failures and the invariants of a task are not written, so a plan
+that works in PDDL may still be rejected.
 """
 
 from __future__ import annotations
@@ -20,7 +20,15 @@ from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDo
 
 
 def action_name(choice: GroundSkill, outcome: str) -> str:
-    """What a success of a choice is called in PDDL; `checking` knows it too."""
+    """Make the PDDL name of a success of a choice; `plan_check.py` reads it, too.
+
+    Args:
+        choice: skill with inputs.
+        outcome: id of the outcome.
+
+    Returns:
+        The name.
+    """
     given = [_word(value) for value in choice.inputs.values()]
     return "-".join([choice.module, choice.skill.id, *given, outcome])
 
@@ -28,18 +36,24 @@ def action_name(choice: GroundSkill, outcome: str) -> str:
 def write_pddl(
     domain: PlanningDomain, start: State, excluded: Collection[tuple[State, str]] = ()
 ) -> tuple[str, str]:
-    """The domain file and the problem file of planning from `start`.
+    """Write a planning problem as PDDL.
 
-    excluded: actions, by their names case folded, that are not to be used in a state.
+    Args:
+        domain: planning domain.
+        start: first state.
+        excluded: pairs of a state and the case-folded name of an action that must not be used in it.
+
+    Returns:
+        The text of the domain file and of the problem file.
     """
     writer = _PddlWriter(domain, start, excluded)
     return writer.domain_file(), writer.problem_file()
 
 
 class _PddlWriter:
-    """Writes one domain.
+    """Writer of one domain.
 
-    values: by name, what it may ever be; unknown: what is unknown at the start.
+    `_values` holds every value that a variable may ever have, `_unknown` the variables unknown at the start.
     """
 
     def __init__(self, domain: PlanningDomain, start: State, excluded: Collection[tuple[State, str]]) -> None:
@@ -96,7 +110,7 @@ class _PddlWriter:
             )
 
     def _success_conditions(self, choice: GroundSkill, outcome: Outcome) -> list[list[str]]:
-        """The ways in which a success is measured after it: one that is, and no failure that says more."""
+        """Return the conditions under which a success, and no failure with more effects, is measured."""
         ways = []
         every = choice.skill.outcomes.values()
         for success in every:
@@ -112,7 +126,7 @@ class _PddlWriter:
         return ways
 
     def _remaining_effects(self, measured: Outcome, happened: Outcome) -> list[str]:
-        """What has to be so already for one to be measured where the other happened."""
+        """Return the effects of `measured` that must hold before, since `happened` does not set them."""
         rest = {name: v for name, v in measured.effects.items() if name not in happened.effects}
         return [self._is(name, value) for name, value in rest.items()]
 
@@ -126,7 +140,7 @@ class _PddlWriter:
     # Conditions.
 
     def _state_facts(self, state: State) -> str:
-        """That everything is as in `state`."""
+        """Return the condition that all values are as in `state`."""
         values = zip(self._domain.names, state, strict=True)
         return _conjunction(
             [_unknown(name) if value is None else self._is(name, value) for name, value in values]
@@ -166,7 +180,7 @@ class _PddlWriter:
         return f"({name})" if self._is_truth(name) else f"({name}-is-{_word(value)})"
 
     def _values_with_atoms(self, name: str) -> tuple[Any, ...]:
-        """The values that have an atom each."""
+        """Return the values that have an atom each."""
         return (True,) if self._is_truth(name) else self._values[name]
 
     def _is_truth(self, name: str) -> bool:
@@ -186,5 +200,5 @@ def _unknown(name: str) -> str:
 
 
 def _word(value: Any) -> str:
-    """A value as part of a name."""
+    """Format a value as part of a name."""
     return str(value).lower().replace("-", "minus-").replace("/", "-over-").replace(".", "-point-")

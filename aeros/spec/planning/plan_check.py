@@ -1,9 +1,9 @@
-"""A plan that somebody else made, judged by what skills declare, on its own.
+"""Check of a given plan by the declarations of skills alone.
 
-It is accepted iff each step can start whatever successes the steps before it had, no outcome of a step,
-failures and what is done about them included, leads where the goal cannot be reached any more, conditions
-are measured where they are asked, and the goal is reached at the end.  As in the agent's loop, nothing more
-is done once it is reached, and a step that fails for good ends the plan.
+The plan is accepted iff each step can start after any successes of the steps before it, no outcome of a step
+(failures and their recoveries included) leads to a state from which the goal cannot be reached, conditions
+are known where they are evaluated, and the goal is reached at the end. As in the agent's loop, nothing more
+is done once the goal is reached, and a step that fails for good ends the plan.
 """
 
 from __future__ import annotations
@@ -23,11 +23,21 @@ from aeros.spec.planning.unreachability import unreachability_reasons
 
 
 class UnreadablePlanError(Exception):
-    """It is no plan; the message says where and why."""
+    """Text that is not a plan; the message says where and why."""
 
 
 def read_plan(text: str) -> tuple[str, ...]:
-    """The steps of a plan as classical planners write them: `(step argument …)`, one a line; `;` comments."""
+    """Read a plan as classical planners write it: `(step argument …)`, one per line; `;` starts a comment.
+
+    Args:
+        text: text of the plan.
+
+    Returns:
+        The steps, without brackets.
+
+    Raises:
+        UnreadablePlanError: a line is not a step.
+    """
     steps = []
     for number, line in enumerate(text.splitlines(), 1):
         step = line.partition(";")[0].strip()
@@ -41,12 +51,15 @@ def read_plan(text: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class PlannedStep:
-    """A step of a plan to be judged.
+    """A step of a plan to be checked.
 
-    choices: what it may come to run, any of them.
-    unusable: why it can run nothing; empty where it can.
-    retry: how often a failed try is repeated; cures: what may be run between two tries.
-    unless: where this is measured the step is left out.
+    Attributes:
+        name: name for messages.
+        choices: skills with inputs, any of which may run.
+        rejected_choices: reason that the step can run nothing; empty if it can.
+        retry: number of repetitions of a failed attempt.
+        recovery_choices: skills that may run between two attempts.
+        skip_condition: the step is skipped if this is measured as true.
     """
 
     name: str
@@ -58,7 +71,7 @@ class PlannedStep:
 
 
 class _PlanProblemError(Exception):
-    """What is wrong with the first step at which anything is."""
+    """The problems of the first step that has any."""
 
     def __init__(self, problems: list[str]) -> None:
         super().__init__()
@@ -69,7 +82,7 @@ States = dict[State, None]
 
 
 class _PlanSimulation:
-    """A plan under way through the states that its steps' successes lead to."""
+    """Simulation of a plan on all states that the successes of its steps lead to."""
 
     def __init__(self, strategy: StrongCyclicStrategy, known: Environment, plan: Part[PlannedStep]) -> None:
         self._strategy = strategy
@@ -78,7 +91,7 @@ class _PlanSimulation:
         self._numbers = {id(step): number for number, step in enumerate(steps_of(plan), 1)}
 
     def simulate(self, part: Part[PlannedStep], states: States) -> States:
-        """Where it may end, from `states`; raises `_PlanProblemError`."""
+        """Return the states in which `part` may end, from `states`; raises `_PlanProblemError`."""
         there = {state: None for state in states if self._domain.goal(state) is True}
         pending = {state: None for state in states if state not in there}
         if not pending:
@@ -133,7 +146,7 @@ class _PlanSimulation:
         return after
 
     def _retry_problems(self, step: PlannedStep, state: State, successes: States) -> Iterator[str]:
-        """Which outcomes of any try, and of what is done between two, leave no way to the goal."""
+        """Yield the outcomes of any attempt or recovery from which the goal cannot be reached."""
         here: States = {state: None}
         for left in range(step.retry, -1, -1):
             failed: States = {}
@@ -150,7 +163,7 @@ class _PlanSimulation:
                         yield problem
 
     def _outcomes(self, choices: Sequence[GroundSkill], state: State) -> Iterator[tuple[State, bool, str]]:
-        """What any of `choices` that can start may come to, whether it has failed then, and what is wrong."""
+        """Yield each state that `choices` may lead to, True for a failure, and the problem with it."""
         for choice in choices:
             if not self._domain.can_start(choice, state):
                 continue
@@ -174,9 +187,19 @@ class _PlanSimulation:
 def find_plan_problems(
     strategy: StrongCyclicStrategy, start: State, plan: Part[PlannedStep], known: Environment | None = None
 ) -> list[str]:
-    """Why not to follow the plan from `start`; empty iff it is accepted.  Raises `PlanUndecidedError`.
+    """List the reasons not to follow a plan.
 
-    known: what is measured, for conditions on what no outcome sets.
+    Args:
+        strategy: strategies of the planning domain.
+        start: first state.
+        plan: the plan.
+        known: measured values, for conditions on variables that no outcome sets.
+
+    Returns:
+        The reasons in words; empty iff the plan is accepted.
+
+    Raises:
+        PlanUndecidedError: a search for a strategy was given up.
     """
     steps = enumerate(steps_of(plan), 1)
     unusable = [
@@ -195,9 +218,18 @@ def find_plan_problems(
 
 
 def find_step_problems(strategy: StrongCyclicStrategy, start: State, steps: Sequence[str]) -> list[str]:
-    """Likewise of steps by their names, one after the other, each tried once.
+    """List the reasons not to follow a sequence of steps, each attempted once.
 
-    Raises `PlanUndecidedError`.
+    Args:
+        strategy: strategies of the planning domain.
+        start: first state.
+        steps: labels of choices, or their PDDL action names.
+
+    Returns:
+        The reasons in words; empty iff the plan is accepted.
+
+    Raises:
+        PlanUndecidedError: a search for a strategy was given up.
     """
     planned = []
     for step in steps:

@@ -1,4 +1,4 @@
-"""What a search for plans keeps out of, and what it may say instead of a plan."""
+"""Results of a search for plans, and the states that it must avoid."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ PlanPath: TypeAlias = list[tuple[State, GroundSkill]]
 
 
 class PlanUndecidedError(Exception):
-    """Whether there is a plan was not found out; the message says why."""
+    """A search that neither found a plan nor proved that there is none; the message says why."""
 
 
 @dataclass
 class AvoidSet:
-    """States without a way to the goal, and choices that may lead from a state to such a one."""
+    """States without a path to the goal, and choices that may lead from a state to such a state."""
 
     states: set[State] = field(default_factory=set)
     pairs: set[tuple[State, GroundSkill]] = field(default_factory=set)

@@ -1,8 +1,7 @@
-"""The shortest plan on which every step has the outcome that it counts on, or a proof that there is none.
+"""Shortest plan if each step has the outcome it counts on, or a proof that there is no plan.
 
-Whatever decides: where few states can be reached, all are gone through, which settles both; else Z3
-looks for plans of growing length, and that there is none is proved where even outcomes that never undo
-anything would not do.
+If few states are reachable, all are enumerated, which finds a plan or proves that there is none. Otherwise Z3
+searches plans of growing length; that there is none is proved if the delete relaxation has none.
 """
 
 from __future__ import annotations
@@ -18,19 +17,32 @@ from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDo
 from aeros.spec.planning.search_result import AvoidSet, PlanPath
 
 MAX_ENUMERATED_STATES: Final = 3000
-"""States up to which going through all of them is quicker than the solver, as docs/planning.md measures."""
+"""Number of states up to which enumeration is faster than the solver; measured in docs/planning.md."""
 
 _MAX_VALUES: Final = 4096
 
 
 class TooManyStatesError(Exception):
-    """More states can be reached than were to be looked at."""
+    """More reachable states than the limit."""
 
 
 def shortest_plan(
     domain: PlanningDomain, start: State, avoided: AvoidSet, few: int = MAX_ENUMERATED_STATES
 ) -> PlanPath | None:
-    """The plan, None where it is proved that there is none.  Raises `PlanUndecidedError`."""
+    """Find the shortest plan.
+
+    Args:
+        domain: planning domain.
+        start: first state.
+        avoided: states and pairs that the plan must avoid.
+        few: maximum number of states to enumerate.
+
+    Returns:
+        The plan; None if it is proved that there is none.
+
+    Raises:
+        PlanUndecidedError: the solver gives up or the length limit is reached.
+    """
     try:
         return breadth_first_plan(domain, start, avoided, few)
     except TooManyStatesError:
@@ -41,7 +53,20 @@ def shortest_plan(
 def breadth_first_plan(
     domain: PlanningDomain, start: State, avoided: AvoidSet, max_states: int
 ) -> PlanPath | None:
-    """Breadth first, of plans as short the likeliest; raises `TooManyStatesError` after `max_states` states."""
+    """Find the shortest plan by breadth-first search; of equally short plans, the most probable one.
+
+    Args:
+        domain: planning domain.
+        start: first state.
+        avoided: states and pairs that the plan must avoid.
+        max_states: maximum number of states.
+
+    Returns:
+        The plan; None if there is none.
+
+    Raises:
+        TooManyStatesError: more than `max_states` states are reachable.
+    """
     if start in avoided.states or domain.violated_invariant(start) is not None:
         return None
     came_from: _Predecessors = {start: None}
@@ -86,10 +111,12 @@ def _path(came_from: _Predecessors, state: State) -> PlanPath:
 
 
 class DeleteRelaxation:
-    """What can be reached if no outcome ever undid anything: at least everything that really can.
+    """Reachability if no outcome ever undid anything: an over-approximation of the real one.
 
-    values: by name, the values that it could ever have.
-    steps_to_goal: no plan is shorter; None where there is none.
+    Attributes:
+        domain: planning domain.
+        values: by name, the values that a variable could ever have.
+        steps_to_goal: lower bound of the length of any plan; None if there is no plan.
     """
 
     def __init__(self, domain: PlanningDomain, start: State) -> None:
@@ -118,7 +145,11 @@ class DeleteRelaxation:
             steps += 1
 
     def is_possible(self, condition: PartialCondition) -> bool:
-        """Whether some of the values that could be had make it true."""
+        """Return True if some combination of possible values makes the condition true.
+
+        Args:
+            condition: condition on states; with more than `_MAX_VALUES` combinations it counts as possible.
+        """
         if condition.missing:
             return False
         values = [self.values[name] for name in condition.reads]

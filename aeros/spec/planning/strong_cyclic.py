@@ -1,12 +1,12 @@
-"""Strong cyclic strategies: a choice for each state, so that the goal stays reachable whatever comes of it.
+"""Strong cyclic strategies: a choice for each state that keeps the goal reachable under every outcome.
 
-Found by planning for one outcome at a time, as Kuter, Nau, Reisner and Goldman do (“Using classical
-planners to solve nondeterministic planning problems”, ICAPS 2008): a plan that counts on successes, then a
-plan from each state that another outcome leads to.  A state without any is avoided from then on, and so
-is every choice that may lead to it.  At the end each state that the strategy can come to has a way to the
-goal, which is what Cimatti, Pistore, Roveri and Traverso call strong cyclic (“Weak, strong, and strong
-cyclic planning via symbolic model checking”, Artificial Intelligence 147, 2003); or the start is among
-what is avoided, and then there is no such strategy.
+They are found by planning for one outcome at a time, as Kuter, Nau, Reisner and Goldman do (“Using classical
+planners to solve nondeterministic planning problems”, ICAPS 2008): first a plan that counts on successes,
+then a plan from each state that another outcome leads to. A state without a plan is avoided from then on, and
+so is every choice that may lead to it. At the end each state that the strategy can reach has a path to the
+goal, which Cimatti, Pistore, Roveri and Traverso call strong cyclic (“Weak, strong, and strong cyclic
+planning via symbolic model checking”, Artificial Intelligence 147, 2003). If the start itself must be
+avoided, there is no such strategy.
 """
 
 from __future__ import annotations
@@ -29,8 +29,10 @@ PathFinder = Callable[[PlanningDomain, State, AvoidSet], PlanPath | None]
 class DeadEnd:
     """A state from which the goal cannot be reached.
 
-    trace: how it comes about: a choice and its outcome, from the start on.
-    why: in words.
+    Attributes:
+        state: the state.
+        trace: choices and outcomes that lead to it from the start.
+        reason: reason in words.
     """
 
     state: State
@@ -39,10 +41,12 @@ class DeadEnd:
 
 
 class StrongCyclicStrategy:
-    """Strong cyclic strategies of one domain: each start's is found when it is asked for.
+    """Strong cyclic strategies of one domain, found on demand for each start.
 
-    chosen: the choice for each state that is provided for; never one that may lead to a dead end.
-    dead_ends: in the order found.
+    Attributes:
+        domain: planning domain.
+        chosen: choice for each state that is covered; never one that may lead to a dead end.
+        dead_ends: dead ends in the order found.
     """
 
     def __init__(self, domain: PlanningDomain, find: PathFinder = shortest_plan) -> None:
@@ -54,9 +58,13 @@ class StrongCyclicStrategy:
         self._solved: set[State] = set()
 
     def solves(self, start: State) -> bool:
-        """Whether there is a strong cyclic strategy from `start`; then `chosen` has it.
+        """Return True if there is a strong cyclic strategy from `start`; then `chosen` has it.
 
-        Raises `PlanUndecidedError` where that is not found out.
+        Args:
+            start: first state.
+
+        Raises:
+            PlanUndecidedError: the search was given up.
         """
         if start in self._solved:
             return True
@@ -75,7 +83,14 @@ class StrongCyclicStrategy:
         return False
 
     def distance_to_goal(self, state: State) -> int:
-        """The fewest steps that `chosen` takes to the goal, where all have the outcomes hoped for."""
+        """Count the steps of `chosen` to the goal if each has the outcome that it counts on.
+
+        Args:
+            state: a covered state.
+
+        Returns:
+            The minimum number of steps.
+        """
         seen, pending = {state}, deque([(state, 0)])
         while pending:
             here, steps = pending.popleft()
@@ -88,11 +103,18 @@ class StrongCyclicStrategy:
         raise InternalError("a strategy does not lead to the goal")
 
     def reachable_from(self, start: State) -> list[State]:
-        """Every state that `chosen` may come to from `start`, breadth first."""
+        """List the states that `chosen` may lead to.
+
+        Args:
+            start: first state.
+
+        Returns:
+            The states in breadth-first order.
+        """
         return list(self._explore(start)[0])
 
     def _explore(self, start: State) -> tuple[dict[State, tuple[State, str] | None], State | None]:
-        """Where the strategy may come to, each with what led there, up to a state it does not provide for."""
+        """Return the reachable states, each with its predecessor, and the first uncovered state, if any."""
         came_from: dict[State, tuple[State, str] | None] = {start: None}
         pending = deque([start])
         while pending:

@@ -1,4 +1,4 @@
-"""Why a goal cannot be reached from a state: what no skill brings about, followed from the goal backwards."""
+"""Explanation of an unreachable goal: conditions that no skill establishes, from the goal backwards."""
 
 from __future__ import annotations
 
@@ -14,9 +14,15 @@ _MAX_REASONS = 8
 
 
 def unreachability_reasons(domain: PlanningDomain, state: State, *, risky: bool = False) -> str:
-    """Why there is no plan from `state`, which is known.
+    """Explain why there is no plan from a state, when that is already known.
 
-    risky: whether plans that may lead to a dead end were left out.
+    Args:
+        domain: planning domain.
+        state: state without a plan.
+        risky: True if plans that may lead to a dead end were excluded.
+
+    Returns:
+        The reasons in words.
     """
     broken = domain.violated_invariant(state)
     if broken is not None:
@@ -30,13 +36,13 @@ def unreachability_reasons(domain: PlanningDomain, state: State, *, risky: bool 
 
 
 class _ReasonCollector:
-    """What is said about conditions that cannot come true, each once."""
+    """Collector of reasons for conditions that cannot become true, each reported once."""
 
     def __init__(self, reachable: DeleteRelaxation) -> None:
         self._reachable = reachable
         self._domain = reachable.domain
         self._asked: set[str] = set()
-        self._said = 0
+        self._reason_count = 0
 
     def lines(self, condition: PartialCondition, whose: str) -> Iterator[str]:
         parts = condition.term.operands if isinstance(condition.term, t.And) else (condition.term,)
@@ -48,7 +54,7 @@ class _ReasonCollector:
         yield f"{whose} needs `{unparse(condition.term)}`, whose parts cannot hold together"
 
     def _part(self, condition: PartialCondition, whose: str) -> Iterator[str]:
-        self._said += 1
+        self._reason_count += 1
         needs = f"{whose} needs `{unparse(condition.term)}`"
         if condition.missing:
             yield f"{needs}: `{condition.missing[0]}` is not measured, and no skill settles it"
@@ -63,12 +69,12 @@ class _ReasonCollector:
         names = ", ".join(dict.fromkeys(f"`{choice.name}`" for choice in helpers))
         yield f"{needs}, which only {names} could bring about"
         for choice in helpers:
-            if self._said < _MAX_REASONS and choice.name not in self._asked:
+            if self._reason_count < _MAX_REASONS and choice.name not in self._asked:
                 self._asked.add(choice.name)
                 yield from self._why_not_startable(choice)
 
     def _why_not_startable(self, choice: GroundSkill) -> Iterator[str]:
-        """Why `choice` can never start."""
+        """Yield the reasons that `choice` can never start."""
         clause = choice.skill.precondition
         precondition = self._domain.condition(t.TRUE if clause is None else clause.term, choice)
         if self._reachable.is_possible(precondition):
@@ -79,7 +85,7 @@ class _ReasonCollector:
             yield from self.lines(precondition, f"`{choice.name}`")
 
     def _could_establish(self, choice: GroundSkill, condition: PartialCondition) -> bool:
-        """Whether it sets something that `one` reads to what cannot be had."""
+        """Return True if the choice sets a variable that `condition` reads to an impossible value."""
         return any(
             name in condition.reads and value not in self._reachable.values[name]
             for outcome in choice.skill.outcomes.values()

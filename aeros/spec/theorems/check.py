@@ -1,4 +1,4 @@
-"""A theorem + solvers → what became of it; each mutant has to refute an obligation, with a witness."""
+"""Check of a theorem by solvers: each obligation, and each mutant, which must refute one with a witness."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RLIMIT = 20_000_000
 
 
 class TextSolver(Protocol):
-    """As `agreement.TextSolver`: answers an SMT-LIB script that asks once."""
+    """Port of solvers of SMT-LIB scripts with one `check-sat`, as `agreement.TextSolver`."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -30,8 +30,9 @@ class TextSolver(Protocol):
 class Counterexample:
     """An input on which an obligation fails.
 
-    constants: the values of what is declared.
-    ways: by table, what the code asks on that input, with the answers, and what then comes of it.
+    Attributes:
+        constants: values of the declared constants.
+        paths: by table, the questions that the code asks on that input with the answers, and the result.
     """
 
     constants: Mapping[str, str]
@@ -40,10 +41,16 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class TheoremObligationResult:
-    """What became of the obligation `name`.
+    """The result of one obligation.
 
-    verdicts: by solver; REFUTED without a witness where only the second solver said so.
-    core, spent: z3's: assertions that are enough, and resource units; 0 where it was not asked.
+    Attributes:
+        name: name of the obligation.
+        obligation: the obligation.
+        verdicts: verdict by solver; REFUTED without a witness if only the second solver refutes it.
+        unsat_core: size of Z3's unsat core, in assertions; 0 if Z3 was not asked.
+        rlimit_used: Z3 resource units; 0 if Z3 was not asked.
+        witness: counterexample that Z3 found.
+        reason: reasons of solvers that gave up.
     """
 
     name: str
@@ -56,26 +63,26 @@ class TheoremObligationResult:
 
     @property
     def verdict(self) -> Verdict:
-        """REFUTED where one says so; PROVED where all do."""
+        """REFUTED if a solver refutes it; PROVED if all prove it."""
         ranked = (Verdict.REFUTED, Verdict.VACUOUS, Verdict.UNKNOWN)
         return next((one for one in ranked if one in self.verdicts.values()), Verdict.PROVED)
 
 
 @dataclass(frozen=True)
 class MutantResult:
-    """What became of the obligation that a mutant must refute; it fails where that is not refuted."""
+    """The result of the obligation that a mutant must refute; the mutant survives if it is not refuted."""
 
     mutant: Mutant
     checked: TheoremObligationResult
 
     @property
     def refuted(self) -> bool:
-        """Whether the theorem could tell it from the code that ships."""
+        """True if the theorem distinguishes the mutant from the code that ships."""
         return self.checked.verdict is Verdict.REFUTED
 
 
 class SolverPanel:
-    """The solvers that are to agree: Z3, a second one, or both."""
+    """Solvers that must agree: Z3, a second one, or both."""
 
     def __init__(self, *, z3: bool = True, second: TextSolver | None = None) -> None:
         self._z3 = z3
@@ -83,13 +90,24 @@ class SolverPanel:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Each with its version."""
+        """Names of the solvers with their versions."""
         from aeros.spec.backends.z3_solver import solver_version
 
         return (*([solver_version()] if self._z3 else []), *([self._second.name] if self._second else []))
 
     def check(self, name: str, obligation: TheoremObligation) -> TheoremObligationResult:
-        """What becomes of `obligation`; VACUOUS where its assumptions exclude every input."""
+        """Check an obligation with every solver.
+
+        Args:
+            name: name of the obligation.
+            obligation: the obligation.
+
+        Returns:
+            The verdicts; VACUOUS if its assumptions exclude every input.
+
+        Raises:
+            DisagreementError: one solver proves it and another refutes it.
+        """
         script = obligation.to_smtlib()
         verdicts: dict[str, Verdict] = {}
         found = ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0)
@@ -99,9 +117,9 @@ class SolverPanel:
             verdicts["z3"] = _VERDICTS[found.result]
             reasons += [f"z3: {found.reason}"] if found.reason else []
         if self._second is not None:
-            said = self._second.solve_script(script)
-            verdicts[self._second.name.partition(" ")[0]] = _VERDICTS[said.result]
-            reasons += [f"{self._second.name}: {said.reason}"] if said.reason else []
+            answer = self._second.solve_script(script)
+            verdicts[self._second.name.partition(" ")[0]] = _VERDICTS[answer.result]
+            reasons += [f"{self._second.name}: {answer.reason}"] if answer.reason else []
         decided = {name: one for name, one in verdicts.items() if one is not Verdict.UNKNOWN}
         if len(set(decided.values())) > 1:
             first, second = (f"{name} says {one.value}" for name, one in decided.items())
@@ -116,7 +134,7 @@ class SolverPanel:
         )
 
     def _check_premises(self, obligation: TheoremObligation) -> SatResult:
-        """Whether the assumptions can hold, by the first solver that is asked."""
+        """Decide with one solver if the assumptions are satisfiable."""
         if self._z3 or self._second is None:
             return _solve_with_z3(obligation.premises_to_smtlib()).result
         return self._second.solve_script(obligation.premises_to_smtlib()).result
@@ -136,7 +154,7 @@ _PREMISE_VERDICTS: Mapping[SatResult, Verdict] = {
 
 
 def _solve_with_z3(script: str) -> ScriptAnswer:
-    # z3 takes 80 ms to import, which whoever asks another solver need not pay.
+    # Importing z3 takes 80 ms, which a check with another solver does not need.
     from aeros.spec.backends.z3_solver import solve_script
 
     return solve_script(script, RLIMIT)
@@ -156,7 +174,17 @@ def _witness(name: str, obligation: TheoremObligation) -> Counterexample:
 def check_theorem(
     theorem: Theorem, shipped: ModuleSource, solvers: SolverPanel, progress: Callable[[str], None]
 ) -> list[TheoremObligationResult]:
-    """What becomes of each obligation, made of the code that ships."""
+    """Check each obligation of a theorem, made from the code that ships.
+
+    Args:
+        theorem: the theorem.
+        shipped: source of the modules that ship.
+        solvers: solvers to ask.
+        progress: called with the name of each obligation before it is checked.
+
+    Returns:
+        The results in the order of the obligations.
+    """
     checked: list[TheoremObligationResult] = []
     for name, make in theorem.obligations.items():
         progress(name)
@@ -167,7 +195,19 @@ def check_theorem(
 def check_mutants(
     theorem: Theorem, solvers: SolverPanel, progress: Callable[[str], None]
 ) -> list[MutantResult]:
-    """What becomes of the obligation that each mutant must refute, made of the mutant."""
+    """Check, for each mutant, the obligation that it must refute, made from the mutant.
+
+    Args:
+        theorem: the theorem.
+        solvers: solvers to ask.
+        progress: called with the name of each mutant before it is checked.
+
+    Returns:
+        The results in the order of the mutants.
+
+    Raises:
+        InternalError: the obligation does not load the module that the mutant changes.
+    """
     checked: list[MutantResult] = []
     for mutant in theorem.mutants:
         progress(mutant.name)

@@ -1,8 +1,8 @@
-"""Copies of modules as they ship, to be run with leaves that are symbolic, or broken on purpose.
+"""Copies of shipped modules to run with symbolic stubs, or with a deliberate fault (mutants).
 
-A copy is compiled from the very source that is imported everywhere else.  What is put in place of one
-of its names has to be a name of it, and what breaks it has to be found in it once: where the code has
-changed so that either is no longer so, nothing is proved by habit.
+A copy is compiled from the same source that is imported everywhere else. A stub must replace an existing
+name, and the text that a mutant replaces must occur exactly once. If the code has changed so that this no
+longer holds, an error says so, and nothing is proved about code that no longer exists.
 """
 
 from __future__ import annotations
@@ -21,12 +21,14 @@ from aeros.spec.diagnostics.errors import InternalError
 
 @dataclass(frozen=True)
 class Mutant:
-    """Code that is deliberately wrong in one place; the theorem must not hold of it.
+    """Code that is deliberately wrong in one place; the theorem must fail for it.
 
-    name: what it does wrong, in a few words with hyphens.
-    refutes: the obligation that must fail of it.
-    module: the module of AEROS that it breaks.
-    old, new: text that its source has exactly once, and what stands there instead.
+    Attributes:
+        name: the fault, in a few words with hyphens.
+        refuted_obligation: obligation that must fail.
+        module: module of AEROS that it changes.
+        old: text that its source has exactly once.
+        new: text that replaces it.
     """
 
     name: str
@@ -37,7 +39,7 @@ class Mutant:
 
 
 class ModuleSource:
-    """Where obligations get the code from that they are made of: as it ships, or as a mutant has it."""
+    """Source of the modules that obligations are made from: as shipped, or with one mutant."""
 
     def __init__(self, mutant: Mutant | None = None) -> None:
         self._mutant = mutant
@@ -45,10 +47,18 @@ class ModuleSource:
         self.loaded: set[str] = set()
 
     def module(self, name: str, /, *, using: Sequence[ModuleType] = (), **stubs: Any) -> ModuleType:
-        """A copy of the module `name`, fresh, with `stubs` in place of what bears their names in it.
+        """Make a fresh copy of a module with stubs.
 
-        using: copies that it imports where it would import what they are copies of.
-        stubs: builtins may be named, too.
+        Args:
+            name: full name of the module.
+            using: copies that it imports instead of the originals.
+            **stubs: replacements of names of the module; builtins may be replaced, too.
+
+        Returns:
+            The copy.
+
+        Raises:
+            InternalError: a stub's name does not exist, or the mutant does not apply.
         """
         self.loaded.add(name)
         copy = ModuleType(name)
@@ -74,7 +84,15 @@ class ModuleSource:
 
 
 def install_stubs(module: ModuleType, stubs: Mapping[str, Any]) -> None:
-    """`stubs` in place of what bears their names in `module`, or of builtins."""
+    """Replace names of a module, or builtins in it.
+
+    Args:
+        module: copy of a module.
+        stubs: replacements by name.
+
+    Raises:
+        InternalError: the module has no such name.
+    """
     for name, stub in stubs.items():
         if name not in vars(module) and name not in _BUILTINS:
             raise InternalError(f"`{module.__name__}` has no `{name}` any more that could be put aside")
@@ -85,7 +103,7 @@ _BUILTINS: Mapping[str, Any] = vars(builtins)
 
 
 def _import_hook(copies: Sequence[ModuleType]) -> Callable[..., Any]:
-    """As `__import__`, with these in place of what they are copies of."""
+    """Make an `__import__` that returns these copies instead of their originals."""
     known = {copy.__name__: copy for copy in copies}
 
     def importing(name: str, *arguments: Any, **named: Any) -> Any:
@@ -95,5 +113,5 @@ def _import_hook(copies: Sequence[ModuleType]) -> Callable[..., Any]:
 
 
 def _path(name: str) -> Path:
-    """The source file of a module, which is imported: its copies say that they are it."""
+    """Return the source file of a module; the module is imported for that."""
     return Path(str(importlib.import_module(name).__file__))

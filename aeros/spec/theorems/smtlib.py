@@ -1,6 +1,6 @@
-"""Formulas as SMT-LIB text: what obligations about AEROS's own code are written in.
+"""Formulas as SMT-LIB text, in which obligations about AEROS's own code are written.
 
-A formula is a `str`: solvers read it as it stands, and so do people.
+A formula is a `str`, which solvers and people read as it is.
 """
 
 from __future__ import annotations
@@ -13,7 +13,14 @@ FALSE = "false"
 
 
 def smt_literal(value: bool | int | Fraction) -> str:
-    """A constant; fractions are reals, whole numbers integers."""
+    """Write a constant; fractions are reals, whole numbers integers.
+
+    Args:
+        value: boolean, int or fraction.
+
+    Returns:
+        The constant.
+    """
     if isinstance(value, bool):
         return TRUE if value else FALSE
     if isinstance(value, Fraction):
@@ -23,27 +30,64 @@ def smt_literal(value: bool | int | Fraction) -> str:
 
 
 def smt_not(formula: str) -> str:
-    """`not formula`."""
+    """Negate a formula.
+
+    Args:
+        formula: boolean formula.
+
+    Returns:
+        `(not formula)`, simplified for constants.
+    """
     return {TRUE: FALSE, FALSE: TRUE}.get(formula, f"(not {formula})")
 
 
 def smt_and(formulas: Iterable[str]) -> str:
-    """All of them; true where there is none."""
+    """Join formulas by `and`.
+
+    Args:
+        formulas: boolean formulas; duplicates are dropped.
+
+    Returns:
+        The conjunction; `true` if there are none.
+    """
     return _joined("and", formulas, neutral=TRUE)
 
 
 def smt_or(formulas: Iterable[str]) -> str:
-    """Any of them; false where there is none."""
+    """Join formulas by `or`.
+
+    Args:
+        formulas: boolean formulas; duplicates are dropped.
+
+    Returns:
+        The disjunction; `false` if there are none.
+    """
     return _joined("or", formulas, neutral=FALSE)
 
 
 def smt_implies(premise: str, conclusion: str) -> str:
-    """`premise implies conclusion`."""
+    """Write an implication.
+
+    Args:
+        premise: boolean formula.
+        conclusion: boolean formula.
+
+    Returns:
+        `(=> premise conclusion)`.
+    """
     return f"(=> {premise} {conclusion})"
 
 
 def smt_apply(function: str, *arguments: str) -> str:
-    """`function` of the arguments, or itself where it has none."""
+    """Apply a function to arguments.
+
+    Args:
+        function: name of the function or operator.
+        *arguments: terms.
+
+    Returns:
+        The application; the function itself if there are no arguments.
+    """
     return f"({function} {' '.join(arguments)})" if arguments else function
 
 

@@ -1,11 +1,11 @@
-"""Runs code over every answer to whatever it asks, and keeps what came of it as a decision diagram.
+"""Symbolic execution by re-execution: runs code for every answer to its branch conditions.
 
-Symbolic execution by re-execution.  Code is given symbolic values; where it branches on one, the
-truth of that condition is asked for, and the code is run again until each question that comes up has
-been answered both ways.  Questions are formulas, so the diagram says of which inputs the code gives
-which result: it covers every input, and two results never share one, as each node asks one question.
+The code receives symbolic values. When it branches on one, the truth of that condition is asked for. The code
+is run again until each question has been answered both ways, and the results form a decision diagram.
+Questions are formulas, so the diagram maps each input to the code's result: it covers every input, and no
+input has two results, because each node asks one question.
 
-The code must be deterministic: what it asks next may depend on earlier answers and nothing else.
+The code must be deterministic: its next question may depend only on earlier answers.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.theorems.smtlib import FALSE, TRUE, smt_apply, smt_literal
 
 DecideBranch = Callable[[str], bool]
-"""Whether a formula holds of the input: as it was answered before on this run, else both ways in turn."""
+"""Answers if a formula holds of the input: as before in this run, otherwise both ways in turn."""
 
 _MAX_RUNS: Final = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class DecisionNode:
-    """A question, and what the code does on either answer to it."""
+    """A question, and the diagrams for both answers."""
 
     question: str
     if_true: DecisionDiagram
@@ -34,13 +34,13 @@ class DecisionNode:
 
 
 DecisionDiagram = DecisionNode | str
-"""What code does, by the answers to its questions; a leaf is its result, as an SMT-LIB term."""
+"""Behaviour of code by the answers to its questions; a leaf is its result, as an SMT-LIB term."""
 
 
 class SymbolicValue:
-    """A value that only a formula names; what is computed of it is a formula, what is compared is asked.
+    """A value given by a formula: arithmetic on it yields formulas, and its truth value is asked for.
 
-    Not hashable: a set or a mapping would answer by identity, without asking.
+    Not hashable: a set or a mapping would compare by identity, without asking.
     """
 
     __slots__ = ("ask", "term")
@@ -57,7 +57,7 @@ class SymbolicValue:
         return self.term
 
     def __format__(self, _: str) -> str:
-        return self.term  # in what is said to people
+        return self.term  # in messages
 
     def _apply(self, operator: str, *parts: Any) -> SymbolicValue:
         return SymbolicValue(smt_apply(operator, *map(term_of, parts)), self.ask)
@@ -106,7 +106,17 @@ class SymbolicValue:
 
 
 def term_of(value: Any) -> str:
-    """The term of a symbol or of a constant."""
+    """Write a value as an SMT-LIB term.
+
+    Args:
+        value: symbolic value or constant.
+
+    Returns:
+        The term.
+
+    Raises:
+        InternalError: the value is neither.
+    """
     if isinstance(value, SymbolicValue):
         return value.term
     if isinstance(value, bool | int | Fraction):
@@ -117,10 +127,17 @@ def term_of(value: Any) -> str:
 
 
 def execute_symbolically(run: Callable[[DecideBranch], str], raising: str | None = None) -> DecisionDiagram:
-    """What `run` does for every way in which its questions can be answered.
+    """Run code for every way in which its questions can be answered.
 
-    run: is given what answers its questions, and returns its result as an SMT-LIB term.
-    raising: the result where it raises; None where nobody expects that, and it ends everything.
+    Args:
+        run: receives the function that answers questions, and returns its result as an SMT-LIB term.
+        raising: result of runs that raise an exception; with None, exceptions propagate.
+
+    Returns:
+        The decision diagram of the results.
+
+    Raises:
+        InternalError: there are more than `_MAX_RUNS` runs, or the code is not deterministic.
     """
     explored: list[tuple[tuple[tuple[str, bool], ...], str]] = []
     forced: list[tuple[str, bool]] = []
@@ -149,7 +166,7 @@ def _result(run: Callable[[DecideBranch], str], path: DecideBranch, raising: str
 
 
 class _ForcedRun:
-    """One run: the answers that lead there, then `holds` to everything new."""
+    """One run: repeats the given answers, then answers True to every new question."""
 
     def __init__(self, forced: list[tuple[str, bool]]) -> None:
         self._forced = forced
@@ -169,7 +186,7 @@ class _ForcedRun:
 
 
 class _DiagramTable:
-    """Diagrams without repetition: equal ones are one, and no question is asked that makes no difference."""
+    """Reduced diagrams: equal ones are one object, and no question has equal results for both answers."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[str, int | str, int | str], DecisionNode] = {}
@@ -192,7 +209,16 @@ def _identity(diagram: DecisionDiagram) -> int | str:
 
 
 def smtlib_definitions(diagram: DecisionDiagram, name: str, sort: str) -> tuple[str, ...]:
-    """SMT-LIB definitions of `name`, a term of `sort`: the result of the code on any input."""
+    """Write a diagram as SMT-LIB definitions.
+
+    Args:
+        diagram: decision diagram.
+        name: name of the function to define, whose value is the result of the code.
+        sort: its sort.
+
+    Returns:
+        The commands, the definition of `name` last.
+    """
     lines: list[str] = []
     known: dict[int, str] = {}
 
@@ -210,7 +236,14 @@ def smtlib_definitions(diagram: DecisionDiagram, name: str, sort: str) -> tuple[
 
 
 def questions_in(diagram: DecisionDiagram) -> tuple[str, ...]:
-    """Everything that is asked anywhere in it."""
+    """List the questions of a diagram.
+
+    Args:
+        diagram: decision diagram.
+
+    Returns:
+        Each question once.
+    """
     found: dict[str, None] = {}
     seen: set[int] = set()
     pending = [diagram]
@@ -226,7 +259,15 @@ def questions_in(diagram: DecisionDiagram) -> tuple[str, ...]:
 def path_for_answers(
     diagram: DecisionDiagram, answers: Mapping[str, bool]
 ) -> tuple[list[tuple[str, bool]], str]:
-    """The questions that are asked and their answers, and the result, where the input answers so."""
+    """Follow a diagram for given answers.
+
+    Args:
+        diagram: decision diagram.
+        answers: answer to each question.
+
+    Returns:
+        The questions on the path with their answers, and the result.
+    """
     asked: list[tuple[str, bool]] = []
     while isinstance(diagram, DecisionNode):
         answer = answers[diagram.question]

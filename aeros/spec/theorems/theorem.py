@@ -1,4 +1,4 @@
-"""What a theorem about AEROS is: obligations made from its code, and mutants of it that refute them."""
+"""Theorems about AEROS: obligations made from its code, and mutants of the code that refute them."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from aeros.spec.theorems.symbolic_execution import DecisionDiagram, questions_in
 
 @dataclass(frozen=True)
 class SymbolicFunction:
-    """What explored code does, under the name by which formulas speak of its result.
+    """The behaviour of explored code as a function of SMT-LIB.
 
-    sort: of the result.
+    Attributes:
+        name: name by which formulas refer to the result.
+        sort: sort of the result.
+        diagram: decision diagram of the code.
     """
 
     name: str
@@ -26,12 +29,14 @@ class SymbolicFunction:
 class TheoremObligation:
     """A claim that is proved iff no input makes every assumption true and the conclusion false.
 
-    says: the claim in a sentence or two, for people.
-    declarations: SMT-LIB commands: sorts, what is uninterpreted, what is defined of it.
-    tables: what explored code does; defined after the declarations.
-    lemmas: definitions over all of these.
-    assumptions: by name; cores are counted in them.
-    logic: of SMT-LIB; one that is named lets a solver choose what it is best at.
+    Attributes:
+        statement: the claim in a sentence or two, for people.
+        declarations: SMT-LIB commands that declare sorts and functions.
+        conclusion: formula to prove.
+        tables: behaviour of explored code; defined after the declarations.
+        lemmas: definitions over all of these.
+        assumptions: formulas by name; unsat cores are counted in them.
+        logic: SMT-LIB logic; a specific one lets a solver choose its best method.
     """
 
     statement: str
@@ -43,18 +48,30 @@ class TheoremObligation:
     logic: str = "ALL"
 
     def to_smtlib(self) -> str:
-        """The question, as SMT-LIB 2.6: `unsat` is a proof."""
+        """Write the obligation as an SMT-LIB 2.6 script.
+
+        Returns:
+            The script; `unsat` is a proof.
+        """
         lines = [f"; {line}" for line in self.statement.splitlines()]
         lines += ["; unsat: proved", f"(set-logic {self.logic})", *self._premises()]
         lines += [f"(assert (! {smt_not(self.conclusion)} :named negated-conclusion))", "(check-sat)"]
         return "\n".join(lines) + "\n"
 
     def premises_to_smtlib(self) -> str:
-        """Whether the assumptions can hold at all: `unsat` would make anything provable."""
+        """Write a script that checks the assumptions alone; `unsat` would make anything provable.
+
+        Returns:
+            The script.
+        """
         return "\n".join([f"(set-logic {self.logic})", *self._premises(), "(check-sat)"]) + "\n"
 
     def to_traced_smtlib(self) -> tuple[str, dict[str, str]]:
-        """`to_smtlib`, with a constant for each question of the tables; the questions by constant."""
+        """Write `to_smtlib` with a constant for each question of the tables.
+
+        Returns:
+            The script, and the question of each constant.
+        """
         asked = dict.fromkeys(one for table in self.tables for one in questions_in(table.diagram))
         by_constant = {f"asked.{number}": one for number, one in enumerate(asked)}
         lines = [
@@ -74,10 +91,12 @@ class TheoremObligation:
 
 @dataclass(frozen=True)
 class Theorem:
-    """A theorem: the obligations that together are its proof, and mutants that each must refute one.
+    """A theorem: obligations that together are its proof, and mutants that each must refute one of them.
 
-    title: the claim, in one line.
-    obligations: by name, which is also that of a file; each is made of the code that it is given.
+    Attributes:
+        title: the claim, in one line.
+        obligations: makers of obligations by name, which is also the name of a file; each receives the code.
+        mutants: faults that the theorem must detect.
     """
 
     title: str

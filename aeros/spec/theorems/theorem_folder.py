@@ -1,8 +1,8 @@
-"""`proofs/`: a folder for each theorem, and whether what is written there is what the code says today.
+"""Folders of theorems in `proofs/`, and the check that their generated files match the code.
 
-In the folder of a theorem are `statement.md`, `theorem.py` with a `THEOREM`, the question of each
-obligation as `NAME.smt2`, and `expected.json`: verdicts, sizes of cores, what z3 spent, and the witness
-that refutes each mutant.  The last two kinds of file are generated, and held to what is generated.
+The folder of a theorem has `statement.md`, `theorem.py` with a `THEOREM`, the script of each obligation as
+`NAME.smt2`, and `expected.json`: verdicts, sizes of unsat cores, Z3's resource units, and the witness that
+refutes each mutant. The last two kinds of file are generated, and compared with what is generated now.
 """
 
 from __future__ import annotations
@@ -26,17 +26,38 @@ EXPECTED: Final = "expected.json"
 
 
 def proofs_folder() -> Path:
-    """The folder of theorems beside the package; there is none where AEROS was installed as a wheel."""
+    """Return the folder of theorems next to the package; it does not exist if AEROS was installed as a wheel.
+
+    Returns:
+        The path of `proofs/`.
+    """
     return Path(aeros.__file__).parents[1] / "proofs"
 
 
 def theorem_folders(proofs: Path) -> dict[str, Path]:
-    """The folder of each theorem, by its name."""
+    """Find the folders of theorems.
+
+    Args:
+        proofs: path of `proofs/`.
+
+    Returns:
+        The folders by name, sorted.
+    """
     return {one.parent.name: one.parent for one in sorted(proofs.glob(f"*/{MODULE}"))}
 
 
 def load_theorem(folder: Path) -> Theorem:
-    """The theorem of that folder.  Its module may import others of `proofs/`."""
+    """Load the theorem of a folder. Its module may import others of `proofs/`.
+
+    Args:
+        folder: folder of the theorem.
+
+    Returns:
+        The theorem.
+
+    Raises:
+        InternalError: the folder has no `theorem.py`, or that has no `THEOREM`.
+    """
     root = str(folder.parents[1])
     if root not in sys.path:
         sys.path.append(root)
@@ -55,9 +76,9 @@ def load_theorem(folder: Path) -> Theorem:
 
 @dataclass(frozen=True)
 class TheoremResult:
-    """What became of a theorem with everything that belongs to it.
+    """The results of a theorem: its obligations and its mutants.
 
-    seconds: how long that took.
+    `seconds` is the wall time of the check (s).
     """
 
     theorem: Theorem
@@ -68,18 +89,22 @@ class TheoremResult:
 
     @property
     def verdict(self) -> Verdict:
-        """PROVED where every obligation is; else the worst that became of one."""
+        """PROVED if every obligation is; otherwise the worst verdict of one."""
         found = {one.verdict for one in self.obligations}
         ranked = (Verdict.REFUTED, Verdict.VACUOUS, Verdict.UNKNOWN)
         return next((one for one in ranked if one in found), Verdict.PROVED)
 
     @property
     def surviving_mutants(self) -> tuple[str, ...]:
-        """The mutants of which the theorem still holds."""
+        """Mutants that the theorem does not detect."""
         return tuple(one.mutant.name for one in self.mutants if not one.refuted)
 
     def to_expected_json(self) -> dict[str, Any]:
-        """What `expected.json` has of it."""
+        """Make the content of `expected.json`.
+
+        Returns:
+            JSON values.
+        """
         return {
             "theorem": self.theorem.title,
             "solvers": list(self.solvers),
@@ -98,7 +123,14 @@ def _refutation(checked: TheoremObligationResult) -> dict[str, Any]:
 
 
 def witness_to_json(witness: Counterexample) -> dict[str, Any]:
-    """A witness as JSON: constants, and for each table the answers on the way and where that leads."""
+    """Convert a witness to JSON values.
+
+    Args:
+        witness: counterexample.
+
+    Returns:
+        The constants, and for each table the answers on the path and its result.
+    """
     return {
         "constants": dict(witness.constants),
         "ways": {
@@ -109,13 +141,28 @@ def witness_to_json(witness: Counterexample) -> dict[str, Any]:
 
 
 def generated_files(outcome: TheoremResult) -> dict[str, str]:
-    """Every generated file of the theorem, by name."""
+    """Make every generated file of the theorem.
+
+    Args:
+        outcome: results of the theorem.
+
+    Returns:
+        The texts by file name.
+    """
     texts = {f"{one.name}.smt2": one.obligation.to_smtlib() for one in outcome.obligations}
     return {**texts, EXPECTED: json.dumps(outcome.to_expected_json(), indent=2, ensure_ascii=False) + "\n"}
 
 
 def stale_files(outcome: TheoremResult, folder: Path) -> list[str]:
-    """What in the folder is not what the code says, in words; only what the solvers asked can tell."""
+    """List the files of the folder that do not match the code; comparable for the same solvers only.
+
+    Args:
+        outcome: results of the theorem.
+        folder: folder of the theorem.
+
+    Returns:
+        The problems in words.
+    """
     wanted = generated_files(outcome)
     problems = [f"{name} is not generated any more" for name in _obsolete_files(wanted, folder)]
     for name, text in wanted.items():
@@ -130,7 +177,15 @@ def stale_files(outcome: TheoremResult, folder: Path) -> list[str]:
 
 
 def write_generated(outcome: TheoremResult, folder: Path) -> list[str]:
-    """Write the generated files anew, where anything but the time differs; their names."""
+    """Write the generated files that differ in more than the time, and delete obsolete ones.
+
+    Args:
+        outcome: results of the theorem.
+        folder: folder of the theorem.
+
+    Returns:
+        The names of the files that were changed or deleted.
+    """
     changed: list[str] = []
     for name, text in generated_files(outcome).items():
         found = _read(folder / name)
@@ -166,10 +221,10 @@ def _without_time(name: str, text: str) -> object:
 
 
 def _expected_differences(recorded: Mapping[str, Any], outcome: TheoremResult) -> list[str]:
-    """Where `expected.json` says otherwise.
+    """List the parts in which `expected.json` differs.
 
-    Sizes of cores, what was spent and which witness was found are z3's, so they are compared where the
-    same z3 was asked; time never is.
+    Core sizes, resource units and witnesses are Z3's, so they are compared only if the same Z3 was asked;
+    time is never compared.
     """
     current = outcome.to_expected_json()
     if not _z3_only(outcome.solvers) or _z3_only(recorded.get("solvers", ())) != _z3_only(outcome.solvers):
