@@ -1,7 +1,7 @@
-"""The page itself: one HTML file that needs nothing else, from anywhere.
+"""The report page: one HTML file without external resources.
 
-Whatever a module, a planner or a site said is text: it is escaped here and nowhere else, and the page's
-own policy lets no script run but the one that filters the table of decisions, by its digest.
+Texts from modules, planners and sites are escaped here and nowhere else.  The page's content security policy
+allows a single script by its digest, which filters the table of decisions.
 """
 
 from __future__ import annotations
@@ -52,11 +52,16 @@ _MAX_TEXT_CHARS = 1000
 
 
 def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> str:
-    """The page about a run.
+    """Render the page about a run.
 
-    name: how the run is called, for instance its folder.
-    sites: by digest, those under which it ran that are at hand; bounds are drawn of no other.
-    signed: what is known of signatures.
+    Args:
+        run: Data of the run.
+        name: Title of the run, such as the name of its folder.
+        sites: Sites of the run that are available, by digest; bounds are drawn only for these.
+        signed: Result of the check of signatures, as text.
+
+    Returns:
+        An HTML document.
     """
     marks = collect_marks(run)
     series = build_series(run, sites)
@@ -85,13 +90,13 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
     )
 
 
-def _text(told: object, most: int = _MAX_TEXT_CHARS) -> str:
-    """Anything that was said, as text that is no markup."""
-    return escape(shortened(told if isinstance(told, str) else json.dumps(told, default=str), most))
+def _text(value: object, max_chars: int = _MAX_TEXT_CHARS) -> str:
+    """Escape a value as text, shortened to `max_chars` characters."""
+    return escape(shortened(value if isinstance(value, str) else json.dumps(value, default=str), max_chars))
 
 
 def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
-    """Cells are HTML."""
+    """Build a table from cells that are HTML already."""
     top = "<thead><tr>" + "".join(f"<th>{one}</th>" for one in head) + "</tr></thead>" if head else ""
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     return f'<table class="{kind}">{top}<tbody>{body}</tbody></table>'
@@ -134,7 +139,7 @@ def _ended(details: Mapping[str, Any] | None) -> str:
 
 
 def _plans(left: RunData) -> Iterator[str]:
-    """The latest plan, and all in order; one that was made again, as while the agent waited, is said once."""
+    """Draw the latest plan and list all; consecutive equal plans are listed once."""
     latest = plan_diagram(left)
     yield "<p>No plan is told in the trace.</p>" if latest is None else svg(latest)
     plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan"]
@@ -263,15 +268,15 @@ def _rounded(value: Any) -> str:
 
 def _reasons_html(row: DecisionRow) -> str:
     one = row.first
-    told = []
+    lines = []
     for code, rule, text in one.reasons:
         summary = CODES[code].summary if code in CODES else "not a code of this version"
-        told.append(
+        lines.append(
             f'<b title="{_text(summary)}">{_text(code)}</b> <code>{_text(rule)}</code>: {_text(text)}'
         )
     if one.decision == "ATTENUATE":
-        told.append(f"reduced to <code>{_arguments(one.decided)}</code>")
-    return "<br>".join(told)
+        lines.append(f"reduced to <code>{_arguments(one.decided)}</code>")
+    return "<br>".join(lines)
 
 
 # Configuration
@@ -286,8 +291,8 @@ def _configuration(left: RunData) -> Iterator[str]:
             ("site", _digest_rows(site if type(site) is dict else {}, ("id", "digest"))),
         ]
         for name, module in (modules if type(modules) is dict else {}).items():
-            told = _digest_rows(module if type(module) is dict else {}, ("version", "manifest", "code"))
-            rows.append((f"module {_text(name)}", told))
+            digests = _digest_rows(module if type(module) is dict else {}, ("version", "manifest", "code"))
+            rows.append((f"module {_text(name)}", digests))
         yield "<p>As the run began:</p>" if number == 0 else "<p>Then:</p>"
         yield _table(rows)
     written = datetime.now().astimezone().isoformat(" ", "seconds")
