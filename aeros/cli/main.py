@@ -1,4 +1,4 @@
-"""`aeros`: parses arguments, calls one command, and turns whatever happens into an exit code."""
+"""`aeros`: parse arguments, call one command, and map errors to exit codes."""
 
 from __future__ import annotations
 
@@ -51,22 +51,34 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "approve": ("robot.approve", "list and approve what clients of `aeros mcp` ask for"),
     "migrate": ("project.migrate", "rewrite files of older AEROS versions to the current format"),
     "new": ("author.new", "start a module that is proved and runs as it stands"),
-    "schema": ("author.schema", "print the JSON Schema of manifests, site, people, faults and scene files, or reports"),
+    "schema": (
+        "author.schema",
+        "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
+    ),
 }
 """Module below `aeros.cli` and summary of each command; a module is imported only to run a command of it."""
 
 _SHARED_MODULES: Final = frozenset(("robot.modules", "robot.operator"))
-"""Modules with several commands, which are told the name of theirs."""
+"""Modules with several commands; their `add_to` also gets the command's name."""
 
 _DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
-"""What the system says of writing to a file that is open, without its name."""
+"""Error numbers of writes to an open file, whose errors lack the file's name."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; never lets a traceback out unless AEROS_DEBUG is set."""
+    """Run one command.  Tracebacks are printed only if AEROS_DEBUG is set.
+
+    Args:
+        arguments: Command line without the program's name; None for `sys.argv`.
+
+    Returns:
+        The exit code.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a terminal of another alphabet is no failure
+            stream.reconfigure(
+                errors="backslashreplace"
+            )  # a terminal with another encoding must not cause a failure
     given = sys.argv[1:] if arguments is None else list(arguments)
     parsed = _parser(given).parse_args(given)
     try:
@@ -81,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("interrupted", file=sys.stderr)
         return Exit.INTERRUPTED
     except BrokenPipeError:
-        # The reader went away; nothing more can be said, and Python must not try at exit.
+        # The reader has closed the pipe, and Python must not flush into it at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Exit.INTERRUPTED
     except Exception as error:

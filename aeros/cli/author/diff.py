@@ -1,4 +1,4 @@
-"""`aeros diff`: what a change of modules or of a site newly allows and newly denies."""
+"""`aeros diff`: compare two modules or sites; list newly allowed and newly denied actions."""
 
 from __future__ import annotations
 
@@ -33,7 +33,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "diff", __doc__, _EXAMPLES)
     for name in ("old", "new"):
         parser.add_argument(
@@ -82,8 +86,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 def _as_text(difference: PolicyDifference, *, colour: bool) -> str:
     changed = [one for one in difference.changes if one.relation is not Relation.EQUAL]
-    told = [*difference.problems, *(diagnostic for one in changed for diagnostic in one.diagnostics)]
-    parts = [render_all(told, colour=colour)] if told else []
+    diagnostics = [*difference.problems, *(diagnostic for one in changed for diagnostic in one.diagnostics)]
+    parts = [render_all(diagnostics, colour=colour)] if diagnostics else []
     width = max((len(one.subject) for one in changed), default=0)
     lines = [f"{escape_invisible(one.subject):{width}}  {one.relation.value}" for one in changed]
     if difference.changes:

@@ -1,4 +1,4 @@
-"""`aeros new`: starts a module for its author, one that is proved and runs as it stands."""
+"""`aeros new`: create a module from a template, one that is proved and runs unchanged."""
 
 from __future__ import annotations
 
@@ -41,21 +41,25 @@ examples:
 """
 
 _RESERVED: Final = frozenset({"aeros", "null"})
-"""Names that no module may have, whatever the site: ours, and what YAML takes for nothing."""
+"""Names that no module may have under any site: the name of AEROS, and `null` of YAML."""
 
 _WORDS: Final = re.compile(r"[^\W_][\w-]*( [\w-]+)*")
-"""What routes an instruction: words with single blanks between them."""
+"""Trigger phrases: words with single blanks between them."""
 
 _MAX_NAME_CHARS: Final = 60
-"""The most characters of a name or of the words; file systems stop at about 250 bytes."""
+"""Largest number of characters of a name or phrase; file systems allow about 250 bytes."""
 
 
 class _NewModuleError(Exception):
-    """Nothing was made; the message says why and what to do."""
+    """A module that is not created; the message says why and what to do."""
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "new", __doc__, _EXAMPLES)
     parser.add_argument("what", choices=("ecm",), help="what to start: a capability module")
     parser.add_argument("name", type=_name, metavar="NAME", help="its name and that of its folder")
@@ -120,7 +124,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _check_name(name: str, site: Site) -> None:
-    """A policy that speaks of `name` means another module: a new one must not inherit its grants."""
+    """Reject a name that the site's policy mentions: a new module must not inherit another's grants."""
     if name in site.grants or any(block.module == name for block in site.blocks):
         raise _NewModuleError(
             f"the policy of `{site.id}` already speaks of a module `{name}`; choose another name"
@@ -152,12 +156,12 @@ def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, s
 
 
 def _relative_path(place: Path, site: Path) -> str:
-    """From the folder `place` to the file `site`."""
+    """Return the path from the folder `place` to the file `site`."""
     return os.path.relpath(site.resolve(), place.resolve())
 
 
 def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> None:
-    """Write `files` into `place`, all or none, if `site` has what they speak of."""
+    """Write `files` into `place`, all or none, if `site` declares the vocabulary that they use."""
     with tempfile.TemporaryDirectory(prefix=".aeros-new-", dir=place) as stage:
         staged = Path(stage)
         (staged / name).mkdir()
@@ -169,7 +173,7 @@ def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> 
 
 
 def _check_site_vocabulary(folder: Path, site: Site) -> None:
-    """A site need not have the vocabulary that the templates speak of; says what it lacks."""
+    """Reject a site that lacks vocabulary of the templates; the message lists it."""
     sink = Diagnostics()
     load_ecm(folder, site, sink)
     lacking = dict.fromkeys(escape_invisible(problem.headline) for problem in sink)

@@ -1,4 +1,4 @@
-"""`aeros plan`: the shortest plan for a goal that no declared outcome leads astray, or why there is none."""
+"""`aeros plan`: find the shortest plan from which the goal always stays reachable, or check a given plan."""
 
 from __future__ import annotations
 
@@ -61,7 +61,11 @@ A plan from elsewhere is as classical planners write them: one `(module.skill)` 
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "plan", __doc__, _EXAMPLES)
     parser.usage = "aeros plan [INSTRUCTION] [options]\n       aeros plan check FILE [INSTRUCTION] [options]"
     parser.add_argument(
@@ -102,7 +106,7 @@ def _setting(text: str) -> tuple[str, str]:
 
 
 def _parse_words(words: list[str]) -> tuple[Path | None, str | None]:
-    """The plan to be judged, if one is, and the instruction, if there is one."""
+    """Split the arguments into the plan to check, if any, and the instruction, if any."""
     check = None
     if words[:1] == ["check"] and len(words) > 1:
         try:
@@ -206,9 +210,9 @@ def _check_result(strategy: StrongCyclicStrategy, start: State, steps: tuple[str
 def _load(
     arguments: argparse.Namespace,
 ) -> tuple[Site, Mapping[str, Ecm], Callable[[], Mapping[str, Ecm]]]:
-    """The site, the modules to plan with and those that are there and not active.
+    """Load the site, the modules to plan with, and the inactive modules.
 
-    On a robot, what is in force; or what the arguments name, which is read and not proved.
+    Without options the robot's registry is used if there is one; files named by options are read, not proved.
     """
     registry = Registry(arguments.state)
     if arguments.ecms is None and arguments.site is None and registry.exists:
@@ -231,7 +235,7 @@ def _task_goal(task: Task | None) -> ActionCondition:
 
 
 def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str, Value]:
-    """What is known at the start, by name."""
+    """Return the known values at the start, by name."""
     initial = {} if task is None else to_doubles(task.initial)
     known = {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
     for name, text in given.items():

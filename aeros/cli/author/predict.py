@@ -1,4 +1,4 @@
-"""`aeros predict`: how likely a task succeeds and how much work it takes, exactly, from its manifest."""
+"""`aeros predict`: compute a task's success probability and expected work exactly, from its manifest."""
 
 from __future__ import annotations
 
@@ -53,7 +53,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "predict", __doc__, _EXAMPLES)
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the folder of a module")
     parser.add_argument("--task", help="one of its tasks (default: all)")
@@ -137,7 +141,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 def _apply_overrides(
     ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace
 ) -> tuple[Ecm, list[Task]]:
-    """The module and `tasks` of it, as --set and --retry want them."""
+    """Apply --set and --retry to the module and its tasks."""
     chances: dict[str, dict[str, Fraction]] = {}
     for skill, outcome, value in arguments.set:
         chances.setdefault(skill, {})[outcome] = value
@@ -145,7 +149,7 @@ def _apply_overrides(
 
 
 def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:
-    """The prediction for JSON."""
+    """Compute a prediction as JSON."""
     try:
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
         values = initial_values(site, to_doubles(task.initial))
@@ -166,7 +170,7 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
 
 
 def _number(value: Fraction) -> dict[str, Any]:
-    # By way of Decimal: Python refuses to write integers of more than 4,300 digits.
+    # Via Decimal: Python does not print integers of more than 4,300 digits.
     parts = [str(Decimal(part)) for part in value.as_integer_ratio()]
     return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": float(value)}
 

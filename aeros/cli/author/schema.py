@@ -1,4 +1,4 @@
-"""`aeros schema`: prints the JSON Schema of manifests, site, people, faults and scene files, or reports."""
+"""`aeros schema`: print the JSON Schema of manifests, site, people, faults and scene files, or reports."""
 
 from __future__ import annotations
 
@@ -29,7 +29,11 @@ _REPORT: Final = "report"
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "schema", __doc__, _EXAMPLES)
     parser.add_argument("name", choices=(*FILES, _REPORT), help="which schema")
     parser.set_defaults(command=_command)
@@ -42,7 +46,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def report_schema() -> dict[str, Any]:
-    """The published schema of `aeros verify --format json`."""
+    """Read the published schema of `aeros verify --format json`.
+
+    Returns:
+        The JSON Schema.
+    """
     text = (resources.files("aeros") / "schemas" / "report.json").read_text(encoding="utf-8")
     schema: dict[str, Any] = json.loads(text)
     return schema

@@ -1,4 +1,4 @@
-"""`aeros verify`: proves modules under a site's policy and writes their certificates."""
+"""`aeros verify`: prove modules under a site's policy and write their certificates."""
 
 from __future__ import annotations
 
@@ -51,7 +51,11 @@ _FORMATS: Final = ("text", "json", "sarif", "junit")
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "verify", __doc__, _EXAMPLES)
     parser.add_argument(
         "paths", nargs="+", type=existing_path, metavar="PATH", help="a module, or a folder of modules"
@@ -129,7 +133,7 @@ def _verify(arguments: argparse.Namespace) -> Report:
 
 
 def _renderer(name: str) -> Callable[[VerifyResult], str]:
-    """Of the formats, most runs need none but text."""
+    """Import the renderer of a format; most runs need none but text."""
     match name:
         case "json":
             from aeros.cli.author.reports.json_report import as_json
@@ -148,7 +152,7 @@ def _renderer(name: str) -> Callable[[VerifyResult], str]:
 
 
 def _disagreement(error: DisagreementError) -> str:
-    """What to report; the question itself is kept in a file, as nobody else could ask it again."""
+    """Describe a disagreement of the solvers, and save the query in a file for a bug report."""
     lines = [
         f"aeros: the solvers disagree about {escape_invisible(error.about)}:",
         *(f"  {escape_invisible(answer)}" for answer in error.answers),
@@ -166,7 +170,7 @@ def _disagreement(error: DisagreementError) -> str:
 
 
 def _write_report(path: Path, text: str) -> bool:
-    """Whether the report could be written to `path`; says so where it could not."""
+    """Write a report; print the reason and return False if it cannot be written."""
     try:
         path.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
@@ -180,9 +184,9 @@ def _progress(name: str) -> None:
 
 
 def _update_certificates(report: Report, *, write: bool) -> list[LocatedDiagnostic]:
-    """Write or check the certificate of each proved module; what is wrong with any of them.
+    """Write or check the certificate of each proved module, and return the problems.
 
-    That of a rejected module stays as it is: it is stale now, so nothing runs on the strength of it.
+    The certificate of a rejected module is kept.  It is stale now, so no agent loads the module.
     """
     problems: list[LocatedDiagnostic] = []
     for module in report.modules:

@@ -1,4 +1,4 @@
-"""`aeros mcp`: lets a client of the Model Context Protocol look, propose plans, and have them executed."""
+"""`aeros mcp`: serve the robot to an MCP client, which can read state and propose plans to execute."""
 
 from __future__ import annotations
 
@@ -55,7 +55,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = commands.add_parser(
         "mcp",
         description=__doc__,
@@ -91,11 +95,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
         with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)
             former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())
-            heard = LatestMeasurements()
+            measurements = LatestMeasurements()
 
             @contextmanager
             def opened() -> Iterator[RobotParts]:
-                with _open_robot(arguments, configuration, run_governor, routed, out, signing, heard) as one:
+                with _open_robot(
+                    arguments, configuration, run_governor, routed, out, signing, measurements
+                ) as one:
                     yield one
 
             robot = McpRobotThread(opened, arguments.instruction, run_governor.interrupt)
@@ -103,7 +109,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
                 folder = Registry(arguments.state).folder
                 tools = Tools(
                     robot,
-                    heard,
+                    measurements,
                     routed,
                     Approvals(arguments.state),
                     lambda command: request_command(folder, command),
@@ -131,9 +137,9 @@ def _open_robot(
     routed: RoutedTask,
     out: Path,
     signing: SigningConfiguration | None,
-    heard: LatestMeasurements,
+    measurements: LatestMeasurements,
 ) -> Iterator[RobotParts]:
-    """Open everything that acts, as `aeros run` does."""
+    """Open plant, gate, audit log and agent, as `aeros run` does."""
     planner = ClientPlanner(ClientPlanChecker(lambda: robot.executor.site))
     setup = SessionSetup(
         configuration=configuration,
@@ -143,7 +149,7 @@ def _open_robot(
         warn=print_warning,
         stream=sys.stderr,
         signing=signing,
-        listeners=(heard,),
+        listeners=(measurements,),
         planner=planner,
         seed=arguments.seed,
     )

@@ -1,4 +1,4 @@
-"""`aeros experiment`: the paper's experiments and others, measured in trials beside what is exact."""
+"""`aeros experiment`: run seeded trials of experiments and compare them with exact predictions."""
 
 from __future__ import annotations
 
@@ -48,11 +48,15 @@ _PROGRESS_DELAY_S: Final = 2.0
 _PROGRESS_INTERVAL_S: Final = 0.2
 
 _REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
-"""What writes the report, imported once it is written."""
+"""Packages of the report writer, imported only when it runs."""
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "experiment", __doc__, _EXAMPLES)
     parser.add_argument("experiments", nargs="+", metavar="list|N|all", help="which, or a condition of one")
     parser.add_argument(
@@ -125,7 +129,7 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
         if sys.stderr.isatty():
             print("proving the modules …", end="\r", file=sys.stderr, flush=True)
         premises = load_inputs(where)
-        told = f"what is finished is in {out}; go on with --out {out} --resume"
+        hint = f"what is finished is in {out}; go on with --out {out} --resume"
         try:
             with executor_at(arguments.executor, arguments.workers or available_cpus()) as (
                 executor,
@@ -136,13 +140,13 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
             results = results_of(experiments, store.trials, premises, seeds, arguments.plant, again)
             write_report(results, out)
         except KeyboardInterrupt:
-            print(f"\naeros: {told}", file=sys.stderr)
+            print(f"\naeros: {hint}", file=sys.stderr)
             return Exit.INTERRUPTED
         except BrokenExecutor as broken:
-            print(f"\naeros: a worker ended without a word ({broken}); {told}", file=sys.stderr)
+            print(f"\naeros: a worker ended without a word ({broken}); {hint}", file=sys.stderr)
             return Exit.REJECTED
         except (InputsMismatchError, OSError) as refused:
-            print(f"\naeros: {refused}; {told}", file=sys.stderr)
+            print(f"\naeros: {refused}; {hint}", file=sys.stderr)
             return Exit.REJECTED
     off = [row["id"] for one in results["experiments"] for row in one["rows"] if _interval_misses(row)]
     rows = sum(len(one.rows) for one in experiments)
@@ -155,7 +159,7 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
 
 
 def _import_report_writer() -> Callable[..., dict[str, Any]]:
-    """What makes results of trials; raises `UsageError` where it cannot, and so before anything is tried."""
+    """Import the report writer before any trial runs; raise `UsageError` if a package is missing."""
     try:
         from aeros.experiments.report.results import compute_results
 
@@ -173,7 +177,7 @@ def _interval_misses(row: dict[str, object]) -> bool:
 
 
 def _rerun_options(arguments: argparse.Namespace) -> str:
-    """The options that run a row again."""
+    """Return the options that repeat a row."""
     options = [f"--plant {arguments.plant} --trials {arguments.trials}"]
     options += [f"--first {arguments.first}"] if arguments.first else []
     options += [f"--enter {quote(name)}" for name in arguments.enter]
@@ -183,7 +187,7 @@ def _rerun_options(arguments: argparse.Namespace) -> str:
 
 
 def _folder(arguments: argparse.Namespace) -> Path:
-    """Where everything is left; raises `UsageError` where trials are there and nobody said to take them."""
+    """Return the output folder; raise `UsageError` if it holds trials and --resume is not given."""
     out: Path | None = arguments.out
     if out is None:
         if arguments.resume:
@@ -195,7 +199,7 @@ def _folder(arguments: argparse.Namespace) -> Path:
 
 
 def _progress_printer() -> Callable[[RunProgress], None]:
-    """Shows progress on a terminal, once it takes a while: in one line, with the time that is left."""
+    """Return a printer of progress: one line with the remaining time, after some seconds."""
     is_seen = sys.stderr.isatty()
     last, is_ending = 0.0, False
 

@@ -1,4 +1,4 @@
-"""`aeros audit`: whether a run's record is whole, what it says, and whether it comes out the same again."""
+"""`aeros audit`: verify, show and replay the audit log of a run."""
 
 from __future__ import annotations
 
@@ -86,7 +86,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command, its own commands and their arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "audit", __doc__, _EXAMPLES)
     own = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
@@ -183,7 +187,7 @@ def _verify(arguments: argparse.Namespace) -> Exit:
 
 
 def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchored: bool) -> list[str]:
-    """What could have been done to this log that was not looked for, or that nobody could notice."""
+    """List changes to the log that this check cannot detect."""
     if signed is None:
         return ["a tail cut off", "a log or its end rewritten with new hashes"]
     found = []
@@ -201,10 +205,10 @@ def _format_verification(
     chain: AuditReport, signed: SignatureReport | None, checkpoints: int, unnoticed: list[str]
 ) -> list[str]:
     counts = chain.decisions
-    told = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
+    counts_text = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
     if not chain.is_sound:
-        return [f"NOT SOUND: {chain.reason}", f"before it    {chain.records} sound records: {told}"]
-    lines = [f"chain        sound, {chain.records} records: {told}", f"head         {chain.head}"]
+        return [f"NOT SOUND: {chain.reason}", f"before it    {chain.records} sound records: {counts_text}"]
+    lines = [f"chain        sound, {chain.records} records: {counts_text}", f"head         {chain.head}"]
     if signed is None:
         there = f", though {checkpoints} checkpoints are in the log" if checkpoints else ""
         lines.append(f"signatures   not checked: no --public-key{there}")
@@ -250,8 +254,8 @@ def _show(arguments: argparse.Namespace) -> Exit:
             else None
         )
         if site is not None and type(opened) is dict and opened.get("digest") != site.digest:
-            told = f"record {record['sequence']} opens a session that another site file governed"
-            print(f"aeros: {told}; what is said of rules may not fit", file=sys.stderr)
+            warning = f"record {record['sequence']} opens a session that another site file governed"
+            print(f"aeros: {warning}; what is said of rules may not fit", file=sys.stderr)
         if not matches_filters(record, arguments):
             return
         if arguments.format == "json":

@@ -1,4 +1,4 @@
-"""`aeros report`: a finished run as one HTML file, to be opened anywhere, without a network."""
+"""`aeros report`: write a finished run as one HTML file that needs no network."""
 
 from __future__ import annotations
 
@@ -39,7 +39,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "report", __doc__, _EXAMPLES)
     parser.add_argument("folder", type=existing_path, help="the folder that the run left, as of `--out`")
     parser.add_argument(
@@ -78,7 +82,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: str) -> Exit:
-    """Write the page about a run, and say so."""
+    """Write the page about a run, and print a summary.
+
+    Args:
+        left: Data of the run.
+        path: The HTML file.
+        sites: Available sites of the run, by digest.
+        signed: Result of the check of signatures, as text.
+
+    Returns:
+        The exit code: rejected if the file cannot be written or the audit log is not sound.
+    """
     page = page_of(left, path.resolve().parent.name, sites, signed)
     try:
         replace_durably(path, page.encode("utf-8", "backslashreplace"))
@@ -91,7 +105,7 @@ def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: s
 
 
 def _signature_text(left: RunData, log: Path, key: Path | None, anchor: Path | None) -> str:
-    """What the signatures say; where they do not fit, the chain of `left` is not sound."""
+    """Check the signatures; if they do not match, mark the chain of `left` as not sound."""
     if key is None:
         return "not checked: no --public-key was given, so a log that was rewritten whole goes unnoticed"
     found = verify_signed(log, read_public_key(key), anchor)
@@ -110,7 +124,15 @@ def _read_site(path: Path) -> Site:
 
 
 def available_sites(state: Path, given: Path | None) -> Iterable[Site]:
-    """`given`, the reference site, and whatever was in force on this robot as far as it can still be read."""
+    """Yield the sites under which a run may have been, as far as their files can be read.
+
+    Args:
+        state: The agent's state folder.
+        given: A further site file; None for none.
+
+    Yields:
+        The given site, the reference site, and each site that was in force on this robot.
+    """
     if given is not None:
         yield _read_site(given)
     yield from _with_blocks(reference_site_path(), ())

@@ -1,4 +1,4 @@
-"""`aeros why`: why a run failed, a step was denied, a plan was rejected or the robot stopped."""
+"""`aeros why`: explain why a run failed, a step was denied, a plan was rejected or the robot stopped."""
 
 from __future__ import annotations
 
@@ -34,7 +34,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "why", __doc__, _EXAMPLES)
     parser.add_argument(
         "run",
@@ -105,7 +109,7 @@ def _as_json(log: Path, why: CausalExplanation) -> str:
         for links in (why.chain, why.broken_assumptions)
     )
     failed = [asdict(step) for step in why.failed]
-    said: dict[str, Any] = {
+    answer: dict[str, Any] = {
         "log": str(log),
         "headline": why.headline,
         "chain": chain,
@@ -113,4 +117,4 @@ def _as_json(log: Path, why: CausalExplanation) -> str:
         "broken": broken,
         "failed": failed,
     }
-    return json.dumps(said, indent=2)
+    return json.dumps(answer, indent=2)

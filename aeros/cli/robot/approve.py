@@ -1,4 +1,4 @@
-"""`aeros approve`: what clients of `aeros mcp` ask for, and the operator's yes or no."""
+"""`aeros approve`: list, approve or reject requests of clients of `aeros mcp`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "approve", __doc__, _EXAMPLES)
     parser.add_argument("id", nargs="?", help="what to approve, as it is listed (default: list what waits)")
     parser.add_argument("--refuse", action="store_true", help="say no to it")
@@ -67,8 +71,8 @@ def _format_request(one: Mapping[str, Any]) -> str:
     steps = one.get("steps")
     for step in steps if type(steps) is list else []:
         given = step.get("inputs") if type(step) is dict else None
-        told = f" {json.dumps(given)}" if given else ""
-        lines.append(f"    {step.get('skill') if type(step) is dict else step}{told}")
+        inputs_text = f" {json.dumps(given)}" if given else ""
+        lines.append(f"    {step.get('skill') if type(step) is dict else step}{inputs_text}")
     if one.get("goal"):
         lines.append(f"    until {one['goal']}")
     return "\n".join(escape_invisible(line) for line in lines)

@@ -1,4 +1,4 @@
-"""`aeros memory`: what the agent remembers, shown, searched, exported, or forgotten at your word."""
+"""`aeros memory`: show, search, export or delete the agent's memory."""
 
 from __future__ import annotations
 
@@ -42,7 +42,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "memory", __doc__, _EXAMPLES)
     actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
     show = _action(actions, "show", "Sum up what is remembered of each skill, and the facts.", _show)
@@ -190,11 +194,11 @@ def _search(arguments: argparse.Namespace) -> Exit:
 def _line(episode: Mapping[str, Any]) -> str:
     ended = episode["ended"]
     took = "" if ended is None else f", {ended - episode['started']:.1f} s"
-    said = episode["reason"] or (
+    ending = episode["reason"] or (
         f"outcome `{episode['outcome']}`" if episode["outcome"] else "no ending is known"
     )
     where = f"{episode['id']} (session {episode['session']}, {episode['task']}{took})"
-    return escape_invisible(f"{where} {episode['role']} {episode['module']}.{episode['skill']}: {said}")
+    return escape_invisible(f"{where} {episode['role']} {episode['module']}.{episode['skill']}: {ending}")
 
 
 def _export(arguments: argparse.Namespace) -> Exit:
@@ -214,7 +218,7 @@ def _forget(arguments: argparse.Namespace) -> Exit:
         what, which = f"what is older than {since:%Y-%m-%d %H:%M} UTC", filter_before(since)
     if not arguments.yes:
         raise UsageError(f"{what} would be forgotten for good; say so with --yes")
-    gone = forget(arguments.state, arguments.state / MEMORY_FILE, which)
-    counts = ", ".join(f"{count} {table}" for table, count in asdict(gone).items())
+    deleted = forget(arguments.state, arguments.state / MEMORY_FILE, which)
+    counts = ", ".join(f"{count} {table}" for table, count in asdict(deleted).items())
     print(f"forgot {what}: {counts}")
     return Exit.SUCCESS

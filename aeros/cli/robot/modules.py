@@ -68,7 +68,12 @@ _EXAMPLES: Final = {
 
 
 def add_to(commands: Subparsers, name: str) -> None:
-    """Add the command `name` and its arguments."""
+    """Add one of this module's commands and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+        name: The command's name.
+    """
     examples = f"{_LIFECYCLE_HELP}\nexamples:\n{_EXAMPLES[name]}"
     parser = add_command(commands, name, _DESCRIPTIONS[name], examples)
     if name == "install":
@@ -140,11 +145,11 @@ def _list(arguments: argparse.Namespace) -> Exit:
 
 
 _Broken = dict[tuple[str, str], list[dict[str, Any]]]
-"""What was measured that certificates exclude, by module and version."""
+"""Measured events that certificates exclude, by module and version."""
 
 
 def _broken_assumptions(state: Path) -> _Broken:
-    """As the agent of this robot remembers."""
+    """Read the broken assumptions from the agent's memory."""
     found: _Broken = {}
     if not (state / MEMORY_FILE).exists():
         return found
@@ -158,7 +163,7 @@ def _broken_assumptions(state: Path) -> _Broken:
 
 
 def _broken_lines(broken: list[dict[str, Any]]) -> list[str]:
-    """A line for each skill, of its latest."""
+    """Format the latest broken assumption of each skill."""
     lines = []
     for skill in dict.fromkeys(one["skill"] for one in broken):
         every = [one for one in broken if one["skill"] == skill]

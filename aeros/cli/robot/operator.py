@@ -43,7 +43,12 @@ _EXAMPLES: Final = {
 
 
 def add_to(commands: Subparsers, name: str) -> None:
-    """Add the command `name` and its arguments."""
+    """Add one of this module's commands and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+        name: The command's name.
+    """
     parser = add_command(commands, name, _DESCRIPTIONS[name], f"examples:\n{_EXAMPLES[name]}")
     if name == "block":
         parser.add_argument("--id", required=True, help="a short name for it")

@@ -1,4 +1,4 @@
-"""`aeros decide`: the gate as a filter.  One request per line of JSON in, one decision per line out."""
+"""`aeros decide`: decide action requests: one request per line of JSON in, one decision per line out."""
 
 from __future__ import annotations
 
@@ -48,7 +48,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "decide", __doc__, _EXAMPLES)
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
@@ -105,7 +109,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _lines(stream: BinaryIO) -> Iterator[bytes]:
-    """Each line; of a line beyond the limit only as much as shows that it is too long."""
+    """Yield each line; of a line beyond the limit only enough to show that it is too long."""
     while line := stream.readline(MAX_LINE + 2):
         rest = line
         while rest and not rest.endswith(b"\n"):

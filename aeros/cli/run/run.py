@@ -1,4 +1,4 @@
-"""`aeros run`: one agent pursues an instruction on a plant, every action decided by the gate."""
+"""`aeros run`: run one agent that pursues an instruction on a plant; the gate decides every action."""
 
 from __future__ import annotations
 
@@ -71,11 +71,15 @@ examples:
 
 
 _AGENT_EXIT_TIMEOUT_S: Final = 30.0
-"""Seconds for an earlier agent to end."""
+"""Seconds to wait for an earlier agent to end."""
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = commands.add_parser(
         "run",
         description=__doc__,
@@ -247,8 +251,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             return _run_watchdog(arguments)
         if not arguments.resume:
             return _run_agent(arguments)
-        # One process after the other, from the first to the last that it does: an agent whose watchdog was
-        # killed may still be about to end.
+        # Wait for an earlier agent: one whose watchdog was killed may still be ending.
         with lock_folder(arguments.state / "task", arguments.instruction, _AGENT_EXIT_TIMEOUT_S):
             return _run_agent(arguments)
     except (AgentError, PlantSetupError) as refusal:
@@ -257,7 +260,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _run_watchdog(arguments: argparse.Namespace) -> Exit:
-    """Have the task pursued by an agent under a watchdog, of which there is one."""
+    """Run the task under a watchdog; there is at most one for each state folder."""
     if arguments.bag is not None or arguments.mcap is not None:
         raise UsageError("--bag and --mcap are written by one process: they do not go with --watchdog")
     with lock_folder(arguments.state / "watchdog", arguments.instruction):
@@ -268,9 +271,9 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
             with lock_folder(arguments.state, arguments.instruction):
                 arguments.out = create_output_folder(arguments.out, "watched")
                 arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
-                # What an earlier task left is not this one's.
+                # The checkpoint of an earlier task must not be resumed.
                 CheckpointStore(arguments.state).delete()
-                # A stop ended an earlier run; from here on it is meant for this one.
+                # An earlier stop ended an earlier run; from here on a stop is for this one.
                 OperatorCommands(Registry(arguments.state).folder, resumed=False).close()
                 save_run_options(arguments)
         return run_watchdog(arguments)
@@ -299,6 +302,6 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     except ConnectionLostError as lost:
-        # Whoever supervises this process may try it again.
+        # A supervisor may restart this process.
         print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
         return Exit.INTERNAL_ERROR
