@@ -119,7 +119,7 @@ def second_solver(text: str) -> SecondSolver:
     try:
         from aeros.spec.backends.cvc5_solver import Cvc5
     except ImportError as error:
-        raise argparse.ArgumentTypeError("cvc5 is not here: pip install 'aeros[cvc5]'") from error
+        raise argparse.ArgumentTypeError("cvc5 is not installed: pip install 'aeros[cvc5]'") from error
     return Cvc5()
 
 

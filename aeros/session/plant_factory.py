@@ -85,7 +85,7 @@ def load_faults(
         return ()
     if plant != "physics":
         raise PlantSetupError(
-            f"`--faults` needs the physics plant: what goes wrong on the {plant} plant are declared outcomes"
+            f"`--faults` needs `--plant physics`; on {plant}, failures are declared outcomes"
         )
     with _physics_import_errors():
         from aeros.sim.faults.faults_file import read_faults
@@ -128,9 +128,7 @@ def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> 
     if name_or_path is None:
         return ()
     if plant != "physics":
-        raise PlantSetupError(
-            f"`--scene` needs the physics plant: on the {plant} plant nothing is in the way"
-        )
+        raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
     with _physics_import_errors():
         from aeros.sim.bullet.scene_file import read_bodies
         from aeros.sim.physics import make_plant
@@ -186,8 +184,8 @@ def open_viewer(plant: str) -> Viewer:
 def _require_physics(option: str, plant: str) -> None:
     if plant != "physics":
         raise PlantSetupError(
-            f"`{option}` needs the physics plant: the {plant} plant has nothing to be seen; "
-            "`--mcap` keeps what is measured on any plant"
+            f"`{option}` needs the physics plant: the {plant} plant has no image; "
+            "`--mcap` records measurements on any plant"
         )
 
 
@@ -234,7 +232,7 @@ def open_plant(
         try:
             plant.close()
         except OSError as failure:
-            raise PlantSetupError(f"the film cannot be written: {failure}") from failure
+            raise PlantSetupError(f"the video cannot be written: {failure}") from failure
 
 
 def connect_plant(path: Path) -> RemotePlant:
@@ -259,8 +257,8 @@ def connect_plant(path: Path) -> RemotePlant:
                 latest = min(latest, time.monotonic() + _LISTEN_TIMEOUT_S)
             if time.monotonic() >= latest:
                 raise PlantSetupError(
-                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process ended, so did "
-                    "the simulated plant: begin the task anew, by its instruction"
+                    f"no plant at `{path}` ({failure.strerror}); the simulated plant has ended, "
+                    "so start the task again"
                 ) from failure
         time.sleep(_POLL_INTERVAL_S)
 

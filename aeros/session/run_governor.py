@@ -14,7 +14,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.session.sd_notify import Notifier
 
 _STDERR: Final = 2
-_STOP_MESSAGE: Final = b"stopping; Ctrl-C again ends at once\n"
+_STOP_MESSAGE: Final = b"stopping the robot; press Ctrl-C again to exit at once\n"
 
 
 class RunGovernor:

@@ -75,7 +75,7 @@ class Approvals:
         if known in self._waiting:
             return str(known)
         if len(self._waiting) >= MAX_PENDING:
-            raise ApprovalError(f"{MAX_PENDING} things wait for the operator's approval already")
+            raise ApprovalError(f"too many pending approvals ({MAX_PENDING})")
         id_ = secrets.token_hex(4)
         content = json.dumps({"id": id_, "asked": time.time(), **what}, indent=1).encode()
         replace_durably(self._folder / f"{id_}.json", content)
@@ -184,7 +184,7 @@ def reject(state: Path, id_: str) -> None:
 def _request(state: Path, id_: str) -> Path:
     path = state / APPROVALS_FOLDER / f"{id_}.json"
     if _ID.fullmatch(id_) is None or not path.is_file():
-        raise ApprovalError(f"nothing called `{id_}` waits for approval")
+        raise ApprovalError(f"no pending approval `{id_}`")
     return path
 
 

@@ -72,7 +72,7 @@ class ClientPlanChecker:
         try:
             return find_step_problems(StrongCyclicStrategy(domain), domain.state(known), labels)
         except PlanUndecidedError as why:
-            return [f"undecided, so it is not accepted: {why}"]
+            return [f"rejected: acceptance could not be decided: {why}"]
 
 
 def _policy_problems(steps: Sequence[ProposedStep], site: Site) -> list[str]:
@@ -93,7 +93,7 @@ def _repeated_defaults(steps: Sequence[ProposedStep], modules: Mapping[str, Ecm]
         skill = modules[module].skills.get(name) if module in modules else None
         given = [] if skill is None else [one for one in step.inputs if one in skill.inputs]
         found += [
-            f"step {number}: leave `{one}` out: plans are judged with its default"
+            f"step {number}: omit `{one}`; plans are checked with its default"
             for one in given
             if skill is not None and skill.inputs[one].default_value is not None
         ]

@@ -49,10 +49,10 @@ class ClientPlanner:
         """
         plan, self.plan_to_follow = self.plan_to_follow, None
         if plan is None:
-            raise PlanWithdrawnError("the client's plan is over; it may propose another")
+            raise PlanWithdrawnError("the plan has ended; propose a new one")
         problems = self.judge.problems(plan, routed, world, modules)
         if problems:
-            raise PlanWithdrawnError("not accepted as things are now: " + "; ".join(problems))
+            raise PlanWithdrawnError("no longer valid in the current state: " + "; ".join(problems))
         return plan.graph
 
 

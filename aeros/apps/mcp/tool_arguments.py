@@ -46,7 +46,7 @@ SCHEMAS: Final[Mapping[str, Mapping[str, Any]]] = {
         "goal": {"type": "string", "description": "a condition over the state; the task's goal if absent"},
     },
     "execute_plan": {
-        "plan": {"type": "string", "description": "what propose_plan called it"},
+        "plan": {"type": "string", "description": "id of the plan, as propose_plan returned it"},
         "wait": {
             "type": "number",
             "minimum": 0,
@@ -135,7 +135,7 @@ def read_text(arguments: Mapping[str, Any], name: str) -> str | None:
     """
     text = arguments.get(name)
     if text is not None and type(text) is not str:
-        raise ToolCallError(f"`{name}` is a text")
+        raise ToolCallError(f"`{name}` must be a string")
     return text
 
 
@@ -168,7 +168,7 @@ def _step(number: int, step: Any) -> ProposedStep:
         raise ToolCallError(f"{where}: {error}") from None
     skill, inputs = step["skill"], step.get("inputs", {})
     if type(skill) is not str or type(inputs) is not dict:
-        raise ToolCallError(f"{where}: `skill` is a text, and `inputs` an object")
+        raise ToolCallError(f"{where}: `skill` must be a string, and `inputs` an object")
     return ProposedStep(skill, inputs)
 
 
@@ -206,7 +206,7 @@ def _value_problem(value: Any, depth: int) -> Iterator[str]:
                 yield from _value_problem(name, depth + 1)
                 yield from _value_problem(part, depth + 1)
         case _:
-            yield f"a {type(value).__name__} is no JSON value"
+            yield f"{type(value).__name__} is not a JSON value"
 
 
 def _suggestion(name: str, known: Mapping[str, Any]) -> str:

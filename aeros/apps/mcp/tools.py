@@ -38,14 +38,14 @@ from aeros.spec.model.model import ActionCondition, Declared, Ecm, Execute, Site
 MAX_PLANS: Final = 32
 
 DESCRIPTIONS: Final = {
-    "list_skills": "The skills that plans may have: preconditions, outcomes, inputs; and the task's goal.",
-    "state": "What is measured now, with ages; what is executed; whether it is held; what waits.",
-    "propose_plan": "Have a plan judged: accepted under a name, or what is wrong with it. Nothing moves.",
-    "execute_plan": "Execute an accepted plan, once. Unless the site says otherwise the operator approves "
-    "first; then ask again. Answers at once, or after `wait` seconds; `state` says how it goes.",
-    "pause": "Let nothing begin; what moves ends first.",
-    "stop": "Bring what moves to rest and end the plan.",
-    "resume": "Ask the operator to let actions begin again.",
+    "list_skills": "Skills that plans may use, with preconditions, outcomes and inputs; and the task's goal.",
+    "state": "Current measurements with ages, running plan, pause/stop state, pending approvals.",
+    "propose_plan": "Check a plan. Returns an id if accepted, otherwise the problems. Nothing moves.",
+    "execute_plan": "Execute an accepted plan, once. Unless the site says otherwise the operator must "
+    "approve first; then call again. Returns at once, or after `wait` seconds; `state` shows the progress.",
+    "pause": "Pause: no new action starts; running motions finish.",
+    "stop": "Stop all motion and end the plan.",
+    "resume": "Request the operator's approval to let actions start again.",
 }
 
 
@@ -197,10 +197,10 @@ class Tools:
             return running
         kept = self._plans.get(name)
         if kept is None:
-            raise ToolCallError("there is no accepted plan of that name: propose_plan gives one")
+            raise ToolCallError("unknown plan; call propose_plan first")
         self._require_idle()
         if self._site.mcp.execute is Execute.DENIED:
-            raise ToolCallError("this site lets no client have a plan executed")
+            raise ToolCallError("this site does not allow MCP clients to execute plans")
         if self._command() is not OperatorCommand.RUN:
             raise ToolCallError(f"{self._hold_reason()}: the operator resumes it with `aeros resume`")
         approval = None
@@ -275,7 +275,7 @@ class Tools:
 
     def _resume(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
         if self._command() is OperatorCommand.RUN:
-            return {"status": "nothing is held"}
+            return {"status": "the robot is neither paused nor stopped"}
         if self._robot.is_busy and self._command() is OperatorCommand.STOP:
             raise ToolCallError("the plan that was stopped has not ended yet")
         with self._lock:

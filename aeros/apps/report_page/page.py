@@ -68,7 +68,7 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
     sections = [
         ("Summary", _summary(run, signed)),
         ("Task graph", _plans(run)),
-        ("What followed what", [svg(run_diagram(run))]),
+        ("Skill sequence", [svg(run_diagram(run))]),
         ("Timeline", [timeline(run, marks), _legend(), *_marks(marks)]),
         ("Distances, speeds and forces against their bounds", _plots(run, series, sites, marks)),
         ("Decisions", _decisions(run)),
@@ -83,7 +83,7 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
             f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             f"<title>{title}</title><style>{_STYLE}</style></head><body><h1>{title}</h1>",
             *(f"<h2>{heading}</h2>\n" + "\n".join(parts) for heading, parts in sections),
-            f'<p class="quiet">Made by aeros {aeros.__version__} from what the run left.</p>',
+            f'<p class="quiet">Made by aeros {aeros.__version__} from the files of the run.</p>',
             f"<script>{_SCRIPT}</script></body></html>",
             "",
         ]
@@ -141,7 +141,7 @@ def _ended(details: Mapping[str, Any] | None) -> str:
 def _plans(left: RunData) -> Iterator[str]:
     """Draw the latest plan and list all; consecutive equal plans are listed once."""
     latest = plan_diagram(left)
-    yield "<p>No plan is told in the trace.</p>" if latest is None else svg(latest)
+    yield "<p>The trace has no plan.</p>" if latest is None else svg(latest)
     plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan"]
     folded = [list(group) for _, group in groupby(plans, key=lambda plan: json.dumps(plan[1]))]
     items = []
@@ -179,13 +179,13 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
     missing = {one.site for one in left.decisions} - sites.keys()
     if missing:
         digests = ", ".join(_text(one) for one in sorted(map(str, missing)))
-        yield f'<p class="bad">No bounds are drawn under a site that is not at hand: {digests}</p>'
+        yield f'<p class="bad">No bounds are drawn under sites that are not available: {digests}</p>'
     if not left.samples:
-        yield "<p>Values are those of decisions alone: the run left no samples of what it measured.</p>"
+        yield "<p>The run has no samples; values are only those of decisions.</p>"
     else:
-        yield "<p>Values are samples: ten a second, and those of decisions.</p>"
+        yield "<p>Values are samples, ten a second, and those of decisions.</p>"
     if series.sample_step > 1:
-        yield f"<p>Bounds are worked out at each {series.sample_step}th sample, and at each decision.</p>"
+        yield f"<p>Bounds are evaluated at each {series.sample_step}th sample, and at each decision.</p>"
     shown = [one for one in series.quantities.values() if one.is_single and (one.upper or one.lower)]
     for quantity in sorted(shown, key=lambda one: (one.is_requested, one.name)):
         yield plot(quantity, [one for one in marks if one.category in ("stopped", "fault")], left.ends_at)
@@ -193,7 +193,7 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
         series.closest_approaches.values(), key=lambda one: (one.margin / (abs(one.bound) or 1), one.rule)
     )
     if nearest:
-        yield "<p>How near each rule came to being broken, at the moments above, the nearest first:</p>"
+        yield "<p>Smallest margin of each rule at the times above, smallest first:</p>"
         yield _table(
             (
                 (
@@ -227,7 +227,7 @@ def _decisions(left: RunData) -> Iterator[str]:
         f'{options}</select></label><label>with the words <input name="words"></label>'
         '<span id="shown"></span></form>'
     )
-    yield "<p>Decisions of one skill that follow each other and say the same share a row.</p>"
+    yield "<p>Consecutive equal decisions of a skill share a row.</p>"
     if left_out:
         yield f"<p>{left_out} more are left out, plain ALLOWs first: `aeros audit show` has them all.</p>"
     head = ("records", "time", "verdict", "skill", "action", "why")

@@ -160,7 +160,7 @@ def read_run_data(folder: Path) -> RunData:
     ]
     traced = [(one.kind, one.details) for one in left.events if one.kind not in _TRACE_ONLY_EVENTS]
     if left.events and _canonical_events(traced) != _canonical_events(left.notes):
-        left.problems.append(f"{TRACE} does not say what the record says that the agent told")
+        left.problems.append(f"{TRACE} disagrees with the audit log")
     left.samples = [
         sample for line in _lines(folder / SAMPLES, formats.MEASURED, left) if (sample := parse_sample(line))
     ]
@@ -192,7 +192,7 @@ def _lines(path: Path, format_: Format, left: RunData) -> Iterator[Mapping[str, 
     except FormatVersionError as error:
         left.problems.append(str(error))
     if bad:
-        left.problems.append(f"{path.name} has {bad} lines that say nothing that is known")
+        left.problems.append(f"{path.name}: {bad} lines not understood")
 
 
 class RecordReader:

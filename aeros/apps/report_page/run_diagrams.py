@@ -81,7 +81,7 @@ def run_diagram(left: RunData) -> Diagram:
     nodes = [Node("n0", (shortened(_instruction(left), _MAX_TEXT_CHARS),), "start")]
     nodes += [Node(ids[skill], tuple(_skill_text(skill, tries[skill]))) for skill in skills]
     return Diagram(
-        "what followed what",
+        "skill sequence",
         (*nodes, Node("end", (ended,), shape)),
         tuple(
             Edge(source, target, f"{how} ×{count}" if how and count > 1 else how, failed)

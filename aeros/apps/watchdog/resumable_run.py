@@ -66,7 +66,7 @@ def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
     except FormatVersionError as error:
         raise AgentError(str(error)) from error
     except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
-        raise AgentError(f"what was asked for cannot be read from `{path}`: {error}") from error
+        raise AgentError(f"cannot read run options from `{path}`: {error}") from error
     own = {name: one for name, one in vars(arguments).items() if name in _NOT_SAVED_OPTIONS}
     return argparse.Namespace(**restored, **own)
 

@@ -100,7 +100,7 @@ class _Watchdog:
                 limits = (self._arguments.crashes, self._arguments.within)
                 reason = quarantine.record_crash(why, time.time(), *limits)
                 if reason is not None:
-                    print(f"aeros: it is left in quarantine: {reason}", file=sys.stderr)
+                    print(f"aeros: agent quarantined: {reason}", file=sys.stderr)
                     return Exit.REJECTED
 
     def _start(self, *role: str, output: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
@@ -145,7 +145,7 @@ class _Watchdog:
                 elif time.monotonic() >= latest:
                     agent.kill()
                     agent.wait()
-                    return f"it gave no sign of life for {self._arguments.silence:g} s and was killed"
+                    return f"no heartbeat for {self._arguments.silence:g} s; killed"
         finally:
             os.close(handle)
         code = agent.wait()

@@ -105,7 +105,7 @@ class RunLog:
                 listed = details.get("obligations")
                 rest = f"{len(listed)} obligations" if isinstance(listed, list) else "what"
                 certificate = _text(details, "certificate")[:12] or "none"
-                text = f"{_text(details, 'skill')} came to what it does not declare"
+                text = f"{_text(details, 'skill')} ended with an undeclared outcome"
                 text += f"; {rest} of certificate {certificate} rest on what it does"
                 yield CausalLink(place, text, _causes(details))
 
@@ -120,7 +120,7 @@ class RunLog:
             return CausalExplanation(text, (CausalLink(place, text),))
         goal = _goal(details)
         if details.get("reached") is True:
-            return CausalExplanation(f"{_text(details, 'task')}: the goal is measured{goal}", failed=failed)
+            return CausalExplanation(f"{_text(details, 'task')}: goal reached{goal}", failed=failed)
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
         chain = [CausalLink(place, _text(details, "reason")), *self._cause_of_end(place)]
         return CausalExplanation(headline, tuple(chain), failed)
@@ -137,7 +137,7 @@ class RunLog:
         how = "failed" if step.failed else "did not fail"
         if step.end_index is None:
             return CausalExplanation(
-                f"step {step.number}, {step.skill}: the record ends before it did", failed=(step,)
+                f"step {step.number}, {step.skill}: the log ends before the step ended", failed=(step,)
             )
         return CausalExplanation(f"step {step.number}, {step.skill}, {how}", tuple(self._step_links(step)))
 
@@ -158,7 +158,7 @@ class RunLog:
                 None,
             )
             if ended is None:
-                yield StepTrace(number, skill, at, None, True, "the record ends before it did")
+                yield StepTrace(number, skill, at, None, True, "the log ends before the step ended")
             else:
                 place, end_details = ended
                 yield StepTrace(
@@ -201,9 +201,7 @@ class RunLog:
             runtime_details = self._records[ended]["details"]
             found = _causes(runtime_details)
             text = _ended(runtime_details) if not found else f"ended as {_status(runtime_details)}"
-            deeper.append(
-                CausalLink(ended, f"the runtime says that it {text}", () if denial is not None else found)
-            )
+            deeper.append(CausalLink(ended, f"runtime status: {text}", () if denial is not None else found))
             judged = tuple(one for one in judged if one not in found)
         if denial is not None:
             decision = self._records[denial]["details"]
@@ -279,13 +277,13 @@ def _changes(cause: Cause) -> Iterator[str]:
     """Yield the values that would have to differ, one line each."""
     for part in cause.shortfalls:
         if not part.quantity:
-            yield f"{cause.rule} never allows it"
+            yield f"`{cause.rule}` denies it in every state"
         elif part.value is None:
             yield f"`{part.quantity}` {part.reason}; `{cause.rule}` needs it measured"
         else:
             value, bound = part.formatted_values()
             asked = bound if isinstance(part.bound, bool) else f"{part.required_op} {bound}"
-            yield f"{part.quantity} is {value}; {asked} is asked by `{cause.rule}`"
+            yield f"{part.quantity} is {value}; {asked} required by `{cause.rule}`"
 
 
 def _ended(details: Mapping[str, Any]) -> str:

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-Each skill and action kind (of sites: each action kind) is compared over all states, parameters and
-inputs: is anything allowed now that was denied, is anything denied that was allowed?  The witnesses
-are replayed.  Neither side is verified: that is `aeros verify`.
+Each skill and action kind (for sites: each action kind) is compared over all states, parameters and
+inputs.  The report lists what is newly allowed and what is newly denied, with witnesses that were
+replayed.  Neither side is verified; use `aeros verify`.
 
 examples:
   aeros diff released/wrap ecms/wrap                          two versions of a module
@@ -59,7 +59,7 @@ def add_to(commands: Subparsers) -> None:
         "--rlimit",
         type=solver_budget,
         default=DEFAULT_RLIMIT,
-        help="the solver's budget for one question, in z3 resource units (default: %(default)s)",
+        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
     )
     parser.set_defaults(command=_command)
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 examples:
   aeros explain AE501                 the page of one code
-  aeros explain invariant-violated    likewise, by its name
+  aeros explain invariant-violated    the same, by its name
   aeros explain                       all codes by group
 """
 

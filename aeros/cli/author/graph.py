@@ -25,11 +25,11 @@ MAX_NODES = 400
 
 _FORMATS = {"mermaid": mermaid, "dot": dot, "svg": svg}
 _EXAMPLES = """\
-rules: the planning rules in order, each with what it is left out for, its retries and its recovery.
+rules: the planning rules in order, each with the condition that skips it, its retries and its recovery.
 closed-loop: the states that the agent may measure when it plans or runs a step, and every declared
 outcome between them, as `aeros verify` explores them.  Dashed: a failure.
-composition: steps and handlers with the outcomes that lead from one to the next, conditions, and
-where parallel branches part and meet.
+composition: steps and handlers, the outcomes that lead from one to the next, conditions, and the
+points where parallel branches split and join.
 
 examples:
   aeros graph ecms/make_dumplings                                     for a Markdown page
@@ -125,7 +125,7 @@ def closed_loop_drawing(ecm: Ecm, explored: ReachableStates) -> Diagram:
         StateSpaceError: There are more than `MAX_NODES` states.
     """
     if len(explored.graph) > MAX_NODES:
-        raise StateSpaceError(f"it has {len(explored.graph)} nodes, and nobody reads more than {MAX_NODES}")
+        raise StateSpaceError(f"it has {len(explored.graph)} nodes; at most {MAX_NODES} are drawn")
     names = {node: f"n{index}" for index, node in enumerate(explored.graph)}
     stuck = set(explored.nodes_that_can_miss_goal())
     nodes, edges = [], []

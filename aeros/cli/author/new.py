@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-The module picks up a piece of clutter.  Its folder holds ecm.yaml, which declares it, and skills.py;
-beside the folder stands test_NAME.py.  docs/tutorial.md goes on from there.
+The module picks up a piece of clutter.  Its folder holds the manifest ecm.yaml and the code skills.py.
+Its tests are in test_NAME.py next to the folder.  Continue with docs/tutorial.md.
 
 examples:
   aeros new ecm tidy                          the folder tidy/ and test_tidy.py, here
@@ -61,16 +61,18 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "new", __doc__, _EXAMPLES)
-    parser.add_argument("what", choices=("ecm",), help="what to start: a capability module")
-    parser.add_argument("name", type=_name, metavar="NAME", help="its name and that of its folder")
+    parser.add_argument("what", choices=("ecm",), help="what to create: a capability module")
+    parser.add_argument("name", type=_name, metavar="NAME", help="name of the module and of its folder")
     parser.add_argument(
         "--in", dest="place", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
     )
     parser.add_argument(
-        "--site", type=existing_path, help="the site it is for (default: the reference site, a Panda cell)"
+        "--site",
+        type=existing_path,
+        help="the site file for which it is (default: the reference site, a Panda cell)",
     )
     parser.add_argument(
-        "--task", type=_task, metavar="WORDS", help="the words that ask for its task (default: NAME)"
+        "--task", type=_task, metavar="WORDS", help="the instruction that starts its task (default: NAME)"
     )
     parser.set_defaults(command=_command)
 
@@ -133,7 +135,7 @@ def _check_name(name: str, site: Site) -> None:
 
 def _check_absent(path: Path) -> None:
     if os.path.lexists(path):
-        raise _NewModuleError(f"`{path}` is there already; choose another name, or another place with --in")
+        raise _NewModuleError(f"`{path}` exists already; choose another name, or another folder with --in")
 
 
 def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, str]:
@@ -179,9 +181,9 @@ def _check_site_vocabulary(folder: Path, site: Site) -> None:
     lacking = dict.fromkeys(escape_invisible(problem.headline) for problem in sink)
     if lacking:
         raise _NewModuleError(
-            f"`{site.id}` lacks what the module would speak of:\n"
+            f"`{site.id}` lacks vocabulary that the template uses:\n"
             + "".join(f"  {headline}\n" for headline in lacking)
-            + "start from the reference site and change the module's words to those of yours"
+            + "use the reference site, then replace its vocabulary by yours"
         )
 
 

@@ -43,10 +43,10 @@ SCHEMA = "aeros/plan/1"
 CHECK_SCHEMA = "aeros/plan-check/1"
 
 _EXAMPLES = """\
-Planning rules are not looked at: preconditions and outcomes of the skills of all modules are, as in
-`aeros run --planner smt`.  While every outcome is a declared one, what is planned never comes to a state
-from which the goal cannot be reached; among such plans it is the shortest.  It starts where the
-symbolic plant does: from the task's `initial`, or from harmless values where no instruction is given.
+The search uses preconditions and outcomes of the skills of all modules, not planning rules, as
+`aeros run --planner smt` does.  As long as only declared outcomes occur, the plan never leads to a state
+from which the goal cannot be reached; it is the shortest such plan.  It starts from the same state as the
+symbolic plant: the task's `initial`, or harmless values if no instruction is given.
 
 examples:
   aeros plan "make dumplings"
@@ -54,9 +54,9 @@ examples:
   aeros plan "clean the table" --start wiping_area_clear=unknown
   aeros plan --goal "object_grasped and not object_delivered" --format json
   aeros plan "make dumplings" --pddl pddl/
-  aeros plan check dumplings.plan "make dumplings"       accept a plan from elsewhere, or say what is wrong
+  aeros plan check dumplings.plan "make dumplings"       accept a given plan, or list its problems
 
-A plan from elsewhere is as classical planners write them: one `(module.skill)` a line, or action of the PDDL.
+A given plan has the format of classical planners: one `(module.skill)`, or PDDL action, on each line.
 """
 
 
@@ -72,16 +72,16 @@ def add_to(commands: Subparsers) -> None:
         "words",
         nargs="*",
         metavar="INSTRUCTION",
-        help='whose task to plan, as in "make dumplings"; after `check FILE`, whose task that plan is for',
+        help='the task to plan, as in "make dumplings"; after `check FILE`, the task of that plan',
     )
-    parser.add_argument("--goal", metavar="EXPR", help="plan for this condition, not for the task's goal")
+    parser.add_argument("--goal", metavar="EXPR", help="goal condition that replaces the task's goal")
     parser.add_argument(
         "--start",
         type=_setting,
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="start where this is measured, or `unknown`; may be repeated",
+        help="initial value of a state variable, or `unknown` (repeatable)",
     )
     parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
     parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
@@ -92,7 +92,7 @@ def add_to(commands: Subparsers) -> None:
         "--pddl",
         type=Path,
         metavar="FOLDER",
-        help="write domain.pddl and problem.pddl for a classical planner, and make no plan",
+        help="write domain.pddl and problem.pddl for a classical planner instead of planning",
     )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
@@ -122,9 +122,9 @@ def _parse_words(words: list[str]) -> tuple[Path | None, str | None]:
 def _command(arguments: argparse.Namespace) -> Exit:
     check, instruction = _parse_words(arguments.words)
     if instruction is None and arguments.goal is None:
-        raise UsageError("there is nothing to plan for: give an instruction, or --goal")
+        raise UsageError("give an instruction or --goal")
     if check is not None and arguments.pddl is not None:
-        raise UsageError("a plan is judged, or a problem is written: `check` does not go with --pddl")
+        raise UsageError("`check` cannot be combined with --pddl")
     site, modules, others = _load(arguments)
     task: Task | None = None
     if instruction is not None:

@@ -39,10 +39,10 @@ _LABELS = {
 }
 
 _EXAMPLES = """\
-Nothing is sampled: the agent's loop with its retries, recoveries and re-plans is a Markov chain over
-the declared outcomes, and it is solved in fractions.  A run starts where the symbolic plant does: from
-the task's `initial`, everything else false.  With --set the other outcomes of the skill share what is
-left in the proportions that they have.  Nothing is proved here; that is `aeros verify`.
+The agent's loop with its retries, recoveries and re-plans is a Markov chain over the declared outcomes.
+It is solved exactly, in fractions, without sampling.  A run starts from the same state as the symbolic
+plant: the task's `initial`, everything else false.  With --set the other outcomes of the skill keep their
+proportions.  The module is not proved; use `aeros verify`.
 
 examples:
   aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
@@ -67,16 +67,18 @@ def add_to(commands: Subparsers) -> None:
         action="append",
         default=[],
         metavar="SKILL.OUTCOME=P",
-        help="another probability: a decimal, a fraction or a percentage; may be repeated",
+        help="override an outcome probability, as 0.7, 7/10 or 70%% (repeatable)",
     )
-    parser.add_argument("--replans", type=_count, metavar="N", help="at most so many (default: the site's)")
+    parser.add_argument(
+        "--replans", type=_count, metavar="N", help="maximum number of re-plans (default: the site's)"
+    )
     parser.add_argument(
         "--retry",
         type=_retry,
         action="append",
         default=[],
         metavar="SKILL=N",
-        help="another retry budget of the steps that run this skill; may be repeated",
+        help="override the number of retries of steps with this skill (repeatable)",
     )
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"

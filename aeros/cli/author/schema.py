@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 examples:
-  aeros schema ecm > .vscode/ecm.schema.json      then, on top of an ecm.yaml, for yaml-language-server:
+  aeros schema ecm > .vscode/ecm.schema.json      then, as first line of an ecm.yaml:
                                                   # yaml-language-server: $schema=../.vscode/ecm.schema.json
-  aeros schema site > .vscode/site.schema.json    likewise for a site file
-  aeros schema people > .vscode/people.schema.json  and for who walks about in `aeros run --person`
-  aeros schema faults > faults.schema.json        likewise for a faults file
-  aeros schema scene > scene.schema.json          likewise for a scene file
-  aeros schema report                             what `aeros verify --format json` prints
+  aeros schema site > .vscode/site.schema.json    the same for a site file
+  aeros schema people > .vscode/people.schema.json  the same for a people file
+  aeros schema faults > faults.schema.json        the same for a faults file
+  aeros schema scene > scene.schema.json          the same for a scene file
+  aeros schema report                             the output of `aeros verify --format json`
 """
 
 _REPORT: Final = "report"

@@ -40,11 +40,11 @@ _EXAMPLES = """\
 examples:
   aeros verify ecms/                          every module below, under the reference site
   aeros verify my_module --site cell.yaml     one module under another site
-  aeros verify ecms/ --format json            for programs; `aeros schema report` describes it
+  aeros verify ecms/ --format json            for programs; `aeros schema report` prints its schema
   aeros verify ecms/ --format sarif --output verify.sarif
-                                              text here, and a file for code scanning
+                                              text, and a file for code scanning
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
-  aeros verify ecms/ --second-solver cvc5     ask another solver everything again
+  aeros verify ecms/ --second-solver cvc5     check every obligation with cvc5 too
 """
 
 _FORMATS: Final = ("text", "json", "sarif", "junit")
@@ -68,7 +68,7 @@ def add_to(commands: Subparsers) -> None:
         "--output",
         type=writable_path,
         metavar="FILE",
-        help="write the report of that format to FILE, and the text to standard output",
+        help="write the report of that format to FILE, and text to standard output",
     )
     parser.add_argument(
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
@@ -78,22 +78,20 @@ def add_to(commands: Subparsers) -> None:
         "--rlimit",
         type=solver_budget,
         default=DEFAULT_RLIMIT,
-        help="the solver's budget for one question, in z3 resource units (default: %(default)s)",
+        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
     )
-    parser.add_argument(
-        "--no-cache", action="store_true", help="ask the solver again what earlier runs asked"
-    )
+    parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
     parser.add_argument(
         "--jobs",
         type=process_count,
         metavar="N",
-        help="how many processes prove modules, where there are many (default: one for each processor)",
+        help="number of processes that prove modules (default: one for each processor)",
     )
     parser.add_argument(
         "--second-solver",
         type=second_solver,
         metavar="cvc5",
-        help="put every question to cvc5 too, as SMT-LIB text; a disagreement ends with exit code 4",
+        help="also check every obligation with cvc5; a disagreement exits with code 4",
     )
     parser.set_defaults(command=_command)
 
@@ -156,7 +154,7 @@ def _disagreement(error: DisagreementError) -> str:
     lines = [
         f"aeros: the solvers disagree about {escape_invisible(error.about)}:",
         *(f"  {escape_invisible(answer)}" for answer in error.answers),
-        "One of them, or aeros, is wrong, so nothing is proved and nothing was written.",
+        "One of the solvers or aeros is wrong; nothing was proved or written.",
     ]
     try:
         handle, name = tempfile.mkstemp(prefix="aeros-disagreement-", suffix=".smt2")

@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 SCHEMA: Final = "aeros/migration/1"
 
 _EXAMPLES: Final = """\
-A file says its format and version in `schema`, as in `schema: aeros/ecm/1`.  In a folder every file of a
-known format is looked at, in folders below it too; other files, links and hidden folders are left alone.
-Databases migrate themselves when they are opened.  docs/formats.md lists formats and their versions.
+A file says its format and version in `schema`, as in `schema: aeros/ecm/1`.  Folders are
+searched recursively for files of known formats; other files, links and hidden folders are skipped.
+Databases are migrated when they are opened.  docs/formats.md lists formats and their versions.
 
 examples:
   aeros migrate ecms/ cell.yaml       rewrite manifests and a site file
-  aeros migrate .aeros                likewise the files of a state folder, while no agent runs
+  aeros migrate .aeros                the files of a state folder, while no agent runs
   aeros migrate ecms/ --diff          show what would change, and write nothing
-  aeros migrate ecms/ --check         write nothing; exit with 1 where a file is of an older version
+  aeros migrate ecms/ --check         write nothing; exit with 1 if a file has an older version
   aeros migrate ecms/ --format json   for programs
 """
 _PINNED: Final = (
@@ -84,7 +84,7 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument("paths", nargs="+", type=existing_path, metavar="PATH", help="a file, or a folder")
     parser.add_argument(
-        "--check", action="store_true", help="write nothing; exit with 1 where a file is of an older version"
+        "--check", action="store_true", help="write nothing; exit with 1 if a file has an older version"
     )
     parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")

@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 examples:
-  aeros prove                                 every theorem in proofs/, by both solvers
-  aeros prove gate_soundness                  one of them
-  aeros prove --solver z3                     by one solver
+  aeros prove                                 all theorems in proofs/, with both solvers
+  aeros prove gate_soundness                  one theorem
+  aeros prove --solver z3                     with one solver
   aeros prove --format json                   for programs
-  aeros prove --update                        write the generated files of proofs/ anew
+  aeros prove --update                        rewrite the generated files of proofs/
 """
 
 
@@ -52,14 +52,12 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help="a theorem (default: all of them)")
     parser.add_argument("--solver", choices=("z3", "cvc5", "both"), default="both", help="default: both")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
-    parser.add_argument(
-        "--update", action="store_true", help="write the SMT-LIB texts and expected.json anew"
-    )
+    parser.add_argument("--update", action="store_true", help="rewrite the SMT-LIB files and expected.json")
     parser.add_argument(
         "--jobs",
         type=process_count,
         metavar="N",
-        help="how many theorems are proved at a time (default: one for each processor)",
+        help="number of theorems proved in parallel (default: one for each processor)",
     )
     parser.add_argument(
         "--proofs",
@@ -75,7 +73,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     folders = _select_theorems(arguments.proofs, arguments.names)
     update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
     if update and arguments.solver != "both":
-        raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
+        raise UsageError("`--update` requires `--solver both`")
     _solvers(arguments.solver)  # a missing solver is reported here, not by each process
     found: list[dict[str, Any]] = []
     exits: list[Exit] = []
@@ -182,8 +180,8 @@ def _problems(outcome: TheoremResult) -> list[str]:
         if one.verdict is not Verdict.PROVED
     ]
     if not outcome.mutants:
-        problems.append("it has no mutant, so nothing shows that it could fail")
-    return problems + [f"it still holds of the mutant {name}" for name in outcome.surviving_mutants]
+        problems.append("it has no mutant, so it is not shown that it can fail")
+    return problems + [f"the theorem also holds for the mutant {name}" for name in outcome.surviving_mutants]
 
 
 def _exit(outcome: TheoremResult, problems: Sequence[str]) -> Exit:
@@ -203,7 +201,7 @@ def _text(outcome: TheoremResult, name: str, problems: Sequence[str], rewritten:
     lines += [f"  {problem}" for problem in problems]
     for one in outcome.obligations:
         if one.witness is not None:
-            lines += [f"  {one.name} fails where"]
+            lines += [f"  {one.name} is refuted by"]
             ways = witness_to_json(one.witness)["ways"]
             lines += [f"    {table}: {'; '.join(way)}" for table, way in ways.items()]
     return "\n".join([*lines, *(f"  wrote {one}" for one in rewritten)])

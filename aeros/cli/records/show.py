@@ -27,13 +27,13 @@ def add_filters(parser: argparse.ArgumentParser) -> None:
     Args:
         parser: Parser of the command.
     """
-    group = parser.add_argument_group("which records (of one option any, of several options all must fit)")
+    group = parser.add_argument_group("record filters (repeat an option for OR; different options are ANDed)")
     group.add_argument(
-        "--verdict", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="decided so"
+        "--verdict", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="with this verdict"
     )
-    group.add_argument("--module", action="append", help="asked for, or run, by this module")
-    group.add_argument("--skill", action="append", help="by this skill, SKILL or MODULE.SKILL")
-    group.add_argument("--kind", action="append", help="asking for an action of this kind")
+    group.add_argument("--module", action="append", help="of this module")
+    group.add_argument("--skill", action="append", help="of this skill, SKILL or MODULE.SKILL")
+    group.add_argument("--kind", action="append", help="with an action of this kind")
     group.add_argument("--rule", action="append", help="with this rule, field or AE code among the reasons")
     group.add_argument("--event", action="append", help="of this kind, as `decision`, `step-ended`, `note`")
     group.add_argument("--from", type=int, dest="first", metavar="N", help="from this sequence number on")
@@ -135,11 +135,9 @@ def explain_record(record: Record, site: Site | None) -> list[str]:
             lines += [f"   {line}" for line in _rule_lines(record, code, rule, site)]
     joint_records = record["details"].get("beside")
     if lines and type(joint_records) is list:
-        lines.append(
-            f"it was asked for beside the actions of these records: {', '.join(map(str, joint_records))}"
-        )
+        lines.append(f"decided jointly with the actions of records {', '.join(map(str, joint_records))}")
     if record["details"].get("verdict") == "ATTENUATE" and lines:
-        lines.append(f"so it was reduced to {_action(record['details'].get('decided'))}")
+        lines.append(f"attenuated to {_action(record['details'].get('decided'))}")
     return lines
 
 
@@ -178,7 +176,7 @@ def _rule_inputs(rule: Rule, details: Mapping[str, Any], site: Site) -> Iterator
     kind = site.kinds[asked["kind"]]
     for name, variable in sorted(t.variables_of(rule.terms[kind.name]).items()):
         if variable.role is t.VariableRole.PARAMETER:
-            yield f"`{name}` was asked to be {_value(kind.parameters[name], asked['parameters'].get(name))}"
+            yield f"requested `{name}` = {_value(kind.parameters[name], asked['parameters'].get(name))}"
         elif name in site.observed_variables:
             yield _measured(site.observed_variables[name], details)
 

@@ -46,9 +46,7 @@ def module_source(given: str) -> Iterator[Path]:
         for found in entry_points(group=ENTRY_POINT_GROUP, name=given):
             yield _package_folder(found)
             return
-        raise _error(
-            f"`{given}` is no folder, no file, and no entry point of the group `{ENTRY_POINT_GROUP}`"
-        )
+        raise _error(f"`{given}` is not a folder, a file or an entry point of `{ENTRY_POINT_GROUP}`")
 
 
 def _package_folder(found: EntryPoint) -> Path:

@@ -32,7 +32,7 @@ def explanation_text(explanation: Explanation) -> str:
     lines = [*_decision_lines(explanation.decision), *_layer_lines(explanation)]
     lines += _clause_lines(explanation.conditions)
     if explanation.attenuated_parameters:
-        lines += ["  decided again, as attenuated", *_clause_lines(explanation.attenuated_parameters)]
+        lines += ["  re-decided after attenuation", *_clause_lines(explanation.attenuated_parameters)]
     return "\n".join([*lines, ""])
 
 
@@ -58,12 +58,12 @@ def _clause_lines(clauses: Sequence[EvaluatedCondition]) -> Iterator[str]:
     proved = [one for one in clauses if one.obligation and one.holds is None and not one.missing]
     width = max((len(one.name) for one in clauses), default=0)
     if proved:
-        yield "  proved at install, not evaluated"
+        yield "  proved at installation"
         for one in proved:
             yield f"    {one.name:<{width}}  by {one.obligation}"
     rest = [one for one in clauses if one not in proved]
     if rest:
-        yield "  evaluated now"
+        yield "  runtime-checked"
         for one in rest:
             yield f"    {one.name:<{width}}  {_result(one):<7}  {one.text}{_at(one)}"
 

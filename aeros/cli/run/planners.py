@@ -38,20 +38,18 @@ def build_planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Pla
     """
     composition, by_rules = arguments.composition, arguments.planner == "rules"
     if composition is not None and (arguments.planner or arguments.goal) is not None:
-        raise UsageError("--composition is followed as it is: neither --planner nor --goal goes with it")
+        raise UsageError("--composition cannot be combined with --planner or --goal")
     if arguments.goal is not None and by_rules:
-        raise UsageError("planning rules pursue their own task's goal: --goal goes with --planner smt")
+        raise UsageError("--goal requires --planner smt, pddl or llm")
     if (arguments.planner == "llm") is not (
         arguments.llm_url is not None and arguments.llm_model is not None
     ):
-        raise UsageError("--planner llm, --llm-url and --llm-model go together")
+        raise UsageError("--planner llm, --llm-url and --llm-model must be given together")
     if arguments.engine is not None and arguments.planner != "pddl":
-        raise UsageError("--engine goes with --planner pddl")
+        raise UsageError("--engine requires --planner pddl")
     by_search = arguments.goal is not None or arguments.planner in ("smt", "pddl", "llm")
     if arguments.plan_within is not None and not by_search:
-        raise UsageError(
-            "what is declared is at hand at once: --plan-within goes with --planner smt, pddl or llm"
-        )
+        raise UsageError("--plan-within requires --planner smt, pddl or llm")
     if arguments.planner == "llm":
         return _llm_planner(arguments, site)
     if arguments.planner == "pddl":

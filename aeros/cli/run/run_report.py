@@ -32,7 +32,8 @@ def summary(proof_report: Report, report: RunReport, plant: str, simulated: floa
             "",
             f"{report.module}.{report.task}: {outcome}",
             f"goal       {report.goal}; measured on the {plant} plant: {measured}",
-            f"modules    {len(proof_report.modules)} proved, {obligations} obligations, {guarded} left to the gate",
+            f"modules    {len(proof_report.modules)} proved, {obligations} obligations, "
+            f"{guarded} runtime-checked",
             f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "
             f"{report.replans} re-plans",
             f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",

@@ -134,7 +134,7 @@ def _report_past_end(staged: PlantSetup, request: RunRequest, ended: TaskEnd) ->
     with Notifier() as notifier:
         notifier.send(READY)
         notifier.send(STOPPING)
-    print("The task had ended.")
+    print("The task had already ended.")
     code = _report_run(staged, request, ended.report, ended.time, 0.0, None)
     if not arguments.supervised:
         end_task(arguments.state, arguments.plant_at)
@@ -164,14 +164,14 @@ def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> Non
     """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
     if arguments.record is not None and arguments.record.exists():
-        print(f"film       {arguments.record}")
+        print(f"video      {arguments.record}")
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
-        print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
+        print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
         write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound)
-    print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 
 
 def _fault_event(one: FaultEvent) -> AgentEvent:

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 SCHEMA: Final = "aeros/top/1"
 
 _EXAMPLES = """\
-Shows the plan and where it is, the latest decisions with their reasons, what is measured and how old it
-is, quotas, and how near each rule is to being broken.  On a terminal it goes on until Ctrl-C, from run to
-run; elsewhere it says what has changed until the run has ended.  Exits with 1 where there is no run.
+Shows the plan and its progress, the latest decisions with their reasons, measurements with their ages,
+quotas, and the smallest margins to the rules.  On a terminal it continues until Ctrl-C, from run to run;
+otherwise it prints each change until the run has ended.  Exits with 1 if there is no run.
 
 examples:
   aeros top
@@ -56,10 +56,10 @@ def add_to(commands: Subparsers) -> None:
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
     )
     parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros report`)")
-    parser.add_argument("--once", action="store_true", help="say how it is now, and end")
+    parser.add_argument("--once", action="store_true", help="print the current state once and exit")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.add_argument(
-        "--every", type=_seconds, default=0.5, metavar="SECONDS", help="how often to look (default: 0.5)"
+        "--every", type=_seconds, default=0.5, metavar="SECONDS", help="refresh interval (default: 0.5)"
     )
     parser.set_defaults(command=_command)
 
@@ -195,7 +195,7 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
 
 def _print(view: dict[str, Any] | None, form: str) -> Exit:
     if view is None:
-        print("aeros: nothing was run from here yet", file=sys.stderr)
+        print("aeros: no runs found", file=sys.stderr)
         return Exit.REJECTED
     print(json.dumps(view) if form == "json" else "\n".join(_lines(view)) + "\n", flush=True)
     return Exit.SUCCESS
@@ -216,7 +216,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     if ended is not None:
         how = "goal reached" if ended["reached"] is True else f"goal not reached: {ended['reason']}"
     elif not view["is_running"]:
-        how = "its process is gone, and no end is recorded"
+        how = "process ended without recording an end"
     yield f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}"
     yield (
         f"decisions  {counts['ALLOW']} allowed, {counts['ATTENUATE']} attenuated, {counts['DENY']} denied"
@@ -226,7 +226,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     yield from _section(
         "under way", (f"{one['skill']}  {view['time'] - one['since']:.2f} s" for one in view["under_way"])
     )
-    yield from _section("nearest to their bounds", map(_bound, view["bounds"][:_BOUNDS]))
+    yield from _section("smallest margins", map(_bound, view["bounds"][:_BOUNDS]))
     yield from _section("latest decisions", map(_decision, reversed(view["decisions"])))
     yield from _section("agent", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["events"])))
     yield from _section("measured", _world(view["world"]))
@@ -286,7 +286,7 @@ def _alternate_screen() -> Iterator[None]:
 
 def _draw(view: dict[str, Any] | None) -> None:
     columns, rows = shutil.get_terminal_size()
-    lines = ["nothing was run from here yet"] if view is None else list(_lines(view))
+    lines = ["no runs found"] if view is None else list(_lines(view))
     shown = [line[: columns - 1] + _END_OF_LINE for line in lines[: rows - 1]]
     sys.stdout.write(_HOME + "\n".join(shown) + "\n" + _BELOW)
     sys.stdout.flush()

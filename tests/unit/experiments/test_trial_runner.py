@@ -365,7 +365,7 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     assert process.stderr is not None
     said = ""
-    while "Ctrl-C again does not wait" not in said:
+    while "press Ctrl-C again to abort" not in said:
         said += (line := process.stderr.readline())
         assert line
     process.send_signal(signal.SIGINT)

@@ -57,7 +57,7 @@ def _add_runtime_checked(case: ET.Element, rule: str, boundary: str) -> None:
     guard = escape_invisible(rule)
     properties = ET.SubElement(case, "properties")
     ET.SubElement(properties, "property", name="guarded", value=guard)
-    note = f"not implied, so the gate decides `{guard}` each time"
+    note = f"not proved; `{guard}` is runtime-checked"
     allowed = f"; allowed while {escape_invisible(boundary)}" if boundary else ""
     ET.SubElement(case, "system-out").text = note + allowed
 

@@ -47,7 +47,7 @@ def _agreement(result: VerifyResult) -> list[str]:
         f"  {escape_invisible(about)}: {escape_invisible(reason)}"
         for about, reason in found.undecided_queries
     ]
-    return ["", f"{agreement}; {len(beyond)} undecided by it, where Z3's word stands:", *beyond]
+    return ["", f"{agreement}; {len(beyond)} undecided by it (Z3's verdict used):", *beyond]
 
 
 def _summary(subject: SubjectReport, width: int) -> str:

@@ -136,7 +136,7 @@ def test_the_operator_lists_approves_and_refuses(tmp_path: Path, capsys: pytest.
     state = ["--state", str(tmp_path)]
     assert main(["approve", *state]) == Exit.SUCCESS
     listed = capsys.readouterr().out
-    assert f"{one}  execute, asked for by evil\\x1b[2J, 0 s ago\n    a.b\n    until x\n" in listed
+    assert f"{one}  execute, requested by evil\\x1b[2J, 0 s ago\n    a.b\n    until x\n" in listed
     assert f"{other}  resume" in listed
     assert main(["approve", one, *state]) == Exit.SUCCESS
     assert main(["approve", other, "--refuse", *state]) == Exit.SUCCESS

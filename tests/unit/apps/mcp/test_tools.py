@@ -297,7 +297,7 @@ def test_after_a_failure_the_client_is_to_propose_again(configuration: Configura
     with cell(configuration, tmp_path, FREE, seed=7) as one:
         found = one.call("execute_plan", plan=one.proposed(), wait=30)
         assert found["status"] == "goal not reached"
-        assert "the client's plan is over; it may propose another" in found["reason"]
+        assert "the plan has ended; propose a new one" in found["reason"]
         assert [step["outcome"] for step in found["steps"]] == ["missed"]
         assert one.call("execute_plan", plan=one.proposed(), wait=30)["status"] == "goal reached"
 
@@ -322,7 +322,7 @@ def test_a_plan_is_judged_again_when_it_is_executed(free: Cell) -> None:
     found = free.call("execute_plan", plan=name, wait=30)
     assert found["status"] == "goal not reached"
     assert free.noted("plan-rejected")[0]["problems"] == [
-        "the planner failed: PlanIsOverError: not accepted as things are now: step 1: this site's "
+        "the planner failed: PlanWithdrawnError: no longer valid in the current state: step 1: this site's "
         "`policy.mcp.skills` does not have `make_dumplings.prepare`"
     ]
     assert free.decisions() == 0
@@ -364,7 +364,7 @@ def test_to_resume_needs_the_operator_whatever_the_site_says(
     policy: McpPolicy, configuration: Configuration, tmp_path: Path
 ) -> None:
     with cell(configuration, tmp_path, policy) as one:
-        assert one.call("resume") == {"status": "nothing is held"}
+        assert one.call("resume") == {"status": "the robot is neither paused nor stopped"}
         assert one.call("pause") == {"status": "paused"}
         id_ = one.call("resume")["operator"].split()[-1]
         assert one.call("resume")["operator"].split()[-1] == id_

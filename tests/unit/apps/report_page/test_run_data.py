@@ -34,9 +34,7 @@ def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Pat
     out = run_symbolic(tmp_path)
     trace = out / "trace.jsonl"
     trace.write_text(trace.read_text().replace('"missed"', '"laid_out"'))
-    assert read_run_data(out).problems == [
-        "trace.jsonl does not say what the record says that the agent told"
-    ]
+    assert read_run_data(out).problems == ["trace.jsonl disagrees with the audit log"]
 
 
 def test_a_fault_that_the_plant_told_is_no_contradiction(tmp_path: Path) -> None:

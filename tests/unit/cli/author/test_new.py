@@ -165,7 +165,7 @@ def test_what_is_there_already_stays(
             path.symlink_to("nowhere")
     assert _new(tmp_path) == Exit.REJECTED
     said = capsys.readouterr().err
-    assert f"`{path}` is there already; choose another name, or another place with --in" in said
+    assert f"`{path}` exists already; choose another name, or another folder with --in" in said
     assert _below(tmp_path) == [taken]
 
 

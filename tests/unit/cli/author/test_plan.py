@@ -58,7 +58,7 @@ def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        ([], Exit.USAGE, "there is nothing to plan for: give an instruction, or --goal"),
+        ([], Exit.USAGE, "give an instruction or --goal"),
         (["--goal", "table_wipd"], Exit.REJECTED, "did you mean `table_wiped`?"),
         (["--goal", "tool_speed > 3 m"], Exit.REJECTED, "--goal:1:14"),
         (["fly away"], Exit.REJECTED, "no installed module provides"),
@@ -167,7 +167,7 @@ def test_a_plan_from_elsewhere_is_judged(
     ("arguments", "said"),
     [
         (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
-        (["check", "ecms"], "there is nothing to plan for"),
+        (["check", "ecms"], "give an instruction or --goal"),
         (["make", "dumplings"], 'an instruction is one argument: "make dumplings"'),
         (["check", "ecms", "make dumplings", "--pddl", "out"], "`check` does not go with --pddl"),
     ],

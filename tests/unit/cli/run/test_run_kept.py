@@ -251,7 +251,7 @@ def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_
     run = moving(tmp_path, name)
     run.send_signal(signal.SIGINT)
     _, said = run.communicate(timeout=120.0)
-    assert b"stopping; Ctrl-C again ends at once" in said
+    assert b"stopping the robot; press Ctrl-C again to exit at once" in said
     assert run.returncode == Exit.INTERRUPTED
     assert len(frames_of(tmp_path / name)) > 3
     told = told_in(tmp_path / "run.mcap")
