@@ -57,7 +57,7 @@ def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
         "trace.jsonl cannot be read: No such file or directory",
         "measured.jsonl cannot be read: No such file or directory",
     ]
-    assert "the run left no samples" in page_of(left, "r", {}, "")
+    assert "The run has no samples" in page_of(left, "r", {}, "")
 
 
 def test_a_skill_that_did_not_come_to_its_own_end_is_told_by_how_it_ended() -> None:

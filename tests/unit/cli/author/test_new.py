@@ -206,9 +206,9 @@ def test_a_site_without_the_words_is_told_which_it_lacks(
 ) -> None:
     assert _new(tmp_path, "--site", str(OTHER_SITE)) == Exit.REJECTED
     said = capsys.readouterr().err
-    assert "lacks what the module would speak of" in said
+    assert "lacks vocabulary that the template uses" in said
     assert "`move_tool` is not an action kind of this site" in said
-    assert "start from the reference site" in said
+    assert "use the reference site" in said
     assert _below(tmp_path) == []
 
 

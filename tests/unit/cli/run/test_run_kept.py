@@ -195,7 +195,7 @@ def test_a_plant_in_which_there_is_nothing_to_be_seen_refuses_to_show_it(
     plant: str, given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(arguments(tmp_path, "--plant", plant, *given)) == Exit.REJECTED
-    assert f"`{given[0]}` needs the physics plant: the {plant} plant has nothing" in capsys.readouterr().err
+    assert f"`{given[0]}` needs the physics plant: the {plant} plant has no image" in capsys.readouterr().err
     assert not (tmp_path / "out" / "audit.jsonl").exists()
 
 
