@@ -207,7 +207,7 @@ def test_accepted_plans_are_kept_up_to_a_number(usual: Cell) -> None:
     first = usual.proposed()
     for _ in range(MAX_PLANS):
         usual.proposed()
-    with pytest.raises(ToolCallError, match="no accepted plan of that name"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         usual.call("execute_plan", plan=first)
 
 
@@ -251,7 +251,7 @@ def test_what_the_operator_refuses_is_not_executed(usual: Cell) -> None:
     reject(usual.folder / "state", id_)
     with pytest.raises(ToolCallError, match="the operator did not approve it"):
         usual.call("execute_plan", plan=name)
-    with pytest.raises(ToolCallError, match="no accepted plan"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         usual.call("execute_plan", plan=name)
     assert usual.decisions() == 0
 
@@ -263,7 +263,7 @@ def test_a_site_may_let_plans_be_executed_at_once(free: Cell) -> None:
 
 def test_a_site_may_let_nothing_be_executed(configuration: Configuration, tmp_path: Path) -> None:
     with cell(configuration, tmp_path, McpPolicy(Execute.DENIED)) as one:
-        with pytest.raises(ToolCallError, match="lets no client have a plan executed"):
+        with pytest.raises(ToolCallError, match="does not allow MCP clients to execute plans"):
             one.call("execute_plan", plan=one.proposed())
         assert one.noted("mcp-refused")[0]["tool"] == "execute_plan"
 
@@ -306,7 +306,7 @@ def test_a_site_that_changes_is_followed(free: Cell) -> None:
     name = free.proposed()
     stricter = replace(free.operator.in_force.site, mcp=McpPolicy(Execute.DENIED, max_steps=1))
     free.operator.in_force = replace(free.operator.in_force, site=stricter, digest="another")
-    with pytest.raises(ToolCallError, match="lets no client have a plan executed"):
+    with pytest.raises(ToolCallError, match="does not allow MCP clients to execute plans"):
         free.call("execute_plan", plan=name)
     with pytest.raises(ToolCallError, match="this site allows 1"):
         free.call("propose_plan", steps=PREPARE * 2)
@@ -332,7 +332,7 @@ def test_a_plan_that_was_executed_is_not_there_to_be_executed_again(free: Cell) 
     first, second = free.proposed(), free.proposed()
     for name in (first, second):
         free.call("execute_plan", plan=name, wait=30)
-    with pytest.raises(ToolCallError, match="no accepted plan of that name"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         free.call("execute_plan", plan=first)
 
 
@@ -354,7 +354,7 @@ def test_a_stop_voids_what_was_accepted_and_approved(usual: Cell) -> None:
     approve(usual.folder / "state", id_)
     assert usual.call("stop") == {"status": "stopped"}
     usual.operator.ask(OperatorCommand.RUN)
-    with pytest.raises(ToolCallError, match="no accepted plan"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         usual.call("execute_plan", plan=name)
     assert usual.decisions() == 0
 

@@ -123,7 +123,7 @@ def test_a_memory_that_cannot_be_read_keeps_nothing_from_being_listed(
     assert run("list") == 0
     said = capsys.readouterr()
     assert said.out.startswith("tidy 1.0.0")
-    assert "which assumptions were broken is not known" in said.err
+    assert "broken assumptions are unknown" in said.err
 
 
 @pytest.mark.usefixtures("robot")
@@ -182,7 +182,7 @@ def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("install", "nowhere"), "is no folder, no file, and no entry point"),
+        (("install", "nowhere"), "is not a folder, a file or an entry point"),
         (("activate", "tidy"), "there is no module `tidy` here"),
         (("unblock", "worn"), "there is no block `worn` here"),
         (("block", "--id", "x", "--reason", "y", "--action", "gripp"), "did you mean `grip`?"),
