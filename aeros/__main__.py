@@ -1,4 +1,4 @@
-"""`python -m aeros` is `aeros`."""
+"""Entry point of `python -m aeros`, which is the same as `aeros`."""
 
 import sys
 

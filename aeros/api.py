@@ -1,4 +1,4 @@
-"""The public names of AEROS for programs; `import aeros` has them all, and imports them when first used."""
+"""Public names of AEROS for programs; `import aeros` has them all and imports each at its first use."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ __all__ = [
 def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None) -> Report:
     """Prove that modules keep the policy of a site, as `aeros verify` does; no certificate is written.
 
-    Files that cannot be read or are refused raise nothing: the report says so, with file, line, cause and
-    cure of each problem.  What an earlier run proved of the same files is not proved again.
+    Files that cannot be read or are rejected raise no exception: the report lists each problem with file,
+    line, cause and help.  Results of earlier proofs of the same files are reused.
 
     Args:
         paths: Modules' folders, or folders of modules.
         site: The site file; None for the reference site, a Panda cell.
 
     Returns:
-        The report: `conclusion`, and what was found of the `site` and of each of the `modules`.
+        The report: `conclusion`, and the results for the `site` and for each of the `modules`.
 
     Example:
         >>> report = aeros.verify("ecms/")
@@ -62,30 +62,30 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
 
 
 def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
-    """Check that a plant keeps every promise of `Plant`, by moving it: first use the robot's own simulator.
+    """Check that a plant keeps every promise of `Plant` by moving it; use the robot's own simulator first.
 
     Args:
-        subject: How to make the plant, actions that move it, and what its author states of it in SI units
+        subject: Factory of the plant, actions that move it, and properties stated by its author, in SI units
             (`aeros.sim.conformance.suite.PlantUnderTest`).
 
     Returns:
-        The names of the promises that were checked, all of them kept.
+        The names of the checked promises, all of which are kept.
 
     Raises:
-        ConformanceError: Promises are broken, by an exception, too; the text has each of them and how.
+        ConformanceError: Promises are broken or a check raises an exception; the text lists them all.
 
     Example:
         >>> from aeros.sim.conformance.suite import PlantUnderTest
         >>> from aeros.sim.kinematic.plant import make_plant
         >>> from aeros.sim.robot.limits import QDD_MAX
         >>> subject = PlantUnderTest(
-        ...     make=lambda: make_plant("bare", 0),
-        ...     moving=aeros.act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5),
-        ...     beside=aeros.act("wait", duration=6.0),
-        ...     follows_within=1e-9,
-        ...     overshoots=1e-6,
+        ...     make_plant=lambda: make_plant("bare", 0),
+        ...     motion_action=aeros.act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5),
+        ...     parallel_action=aeros.act("wait", duration=6.0),
+        ...     tracking_tolerance=1e-9,
+        ...     max_overshoot=1e-6,
         ...     deceleration=tuple(QDD_MAX),
-        ...     stops_within=0.17,
+        ...     max_stop_time=0.17,
         ...     noise=1e-9,
         ... )
         >>> promises = aeros.check_conformance(subject)

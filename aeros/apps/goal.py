@@ -1,4 +1,4 @@
-"""Goals and values given as arguments: expressions over the site's vocabulary, faults underlined."""
+"""Goals and values given as arguments: expressions over the site's vocabulary, with errors underlined."""
 
 from __future__ import annotations
 
@@ -17,7 +17,18 @@ from aeros.spec.text.nodes import ScalarNode
 
 
 def parse_goal(text: str, site: Site) -> ActionCondition:
-    """The condition that `text` is; raises `UserError` with the place of what is wrong with it."""
+    """Parse a goal condition.
+
+    Args:
+        text: The condition, in the expression language.
+        site: The site whose state variables it may name.
+
+    Returns:
+        The condition, with `--goal` as its source.
+
+    Raises:
+        UserError: The text is not a condition; the diagnostics underline the error.
+    """
     sink = Diagnostics()
     expression = _argument("--goal", text)
     found = elaborate_condition(expression, state_scope(site), sink)
@@ -28,9 +39,19 @@ def parse_goal(text: str, site: Site) -> ActionCondition:
 
 
 def parse_value(name: str, text: str, site: Site) -> Any:
-    """The value that `text` gives the state variable `name`, None for `unknown`.
+    """Parse the value of a state variable.
 
-    Raises `UserError` with the place of what is wrong with it, `UsageError` for a name that is not known.
+    Args:
+        name: The state variable.
+        text: Its value as a constant expression, or `unknown`.
+        site: The site that declares the variable.
+
+    Returns:
+        The exact value; None for `unknown`.
+
+    Raises:
+        UserError: The text is not a value of the variable; the diagnostics underline the error.
+        UsageError: The site has no such variable.
     """
     declared = site.state.get(name)
     if declared is None:

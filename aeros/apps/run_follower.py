@@ -1,6 +1,6 @@
-"""What a run is at, read from what it writes while it writes it; nothing is asked of the run.
+"""Follow a run through the files that it writes, without any request to the run itself.
 
-Nothing here checks the chain of the record: `aeros audit verify` does, and the page about a finished run.
+The hash chain of the audit log is not checked here; `aeros audit verify` and `aeros report` check it.
 """
 
 from __future__ import annotations
@@ -32,10 +32,21 @@ _READ_CHUNK_BYTES: Final = 1 << 20  # bytes
 
 
 class RunFollower:
-    """The run that writes to `folder`, as far as it has been read.
+    """State of the run that writes to `folder`, as of the last call of `read`.
 
-    latest: by skill, the decision on what it does now, or did last.
-    world: what was measured last, by name, as value and time.
+    Args:
+        folder: The run's output folder; its files need not exist yet.
+
+    Attributes:
+        latest: The latest decision of each skill.
+        last: The newest 50 decisions.
+        counts: Number of decisions by verdict.
+        world: Latest measurement of each state variable, as value (SI) and plant time (s).
+        events: The newest 50 events of the trace.
+        plan: The event of the latest plan; None before.
+        task_event: Details of the event that names the task.
+        ended: Details of the end of the run; None while it runs.
+        now: Latest time on the plant's clock, in seconds.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -54,24 +65,24 @@ class RunFollower:
 
     @property
     def runs(self) -> list[SkillExecution]:
-        """Of skills, since the plan was made; those under way in any case."""
+        """Runs of skills since the latest plan, and earlier ones that have not ended."""
         return self._record.left.runs
 
     @property
     def site(self) -> str | None:
-        """The digest of the site that governs."""
+        """Digest of the site in force; None if the log names none."""
         site = self._record.left.sessions[-1].get("site") if self._record.left.sessions else None
         found = site.get("digest") if type(site) is dict else None
         return found if type(found) is str else None
 
     @property
     def is_paused(self) -> bool:
-        """Whether the executor has said that it pauses."""
+        """True if the executor is paused by the operator."""
         changes = self._record.left.pause_changes
         return bool(changes) and changes[-1][1] == "paused"
 
     def read(self) -> None:
-        """Whatever was written since."""
+        """Read the lines that were written since the last call."""
         audit, trace, samples = self._tails
         for line in audit.lines():
             if _is_record(line):
@@ -84,7 +95,14 @@ class RunFollower:
                 self._on_sample(*sample)
 
     def closest_bounds(self, site: Site | None) -> list[ClosestApproach]:
-        """How near each rule is to being broken by what is under way now, the nearest first."""
+        """Compute the margin of each rule for the actions in progress.
+
+        Args:
+            site: The site in force; None to compute no margins.
+
+        Returns:
+            The closest bound of each rule, sorted by margin relative to the bound, smallest first.
+        """
         under_way = {run.skill for run in self.runs if run.end_time is None}
         state = {name: [value, time] for name, (value, time) in self.world.items()}
         decided = [
@@ -129,15 +147,15 @@ class RunFollower:
 
     def _on_sample(self, now: float, state: Mapping[str, Any]) -> None:
         self.now = max(self.now, now)
-        for name, told in state.items():
-            if type(told) is list and len(told) == 2 and type(told[1]) in (int, float):
+        for name, pair in state.items():
+            if type(pair) is list and len(pair) == 2 and type(pair[1]) in (int, float):
                 known = self.world.get(name)
-                if known is None or known[1] <= told[1]:
-                    self.world[name] = (told[0], told[1])
+                if known is None or known[1] <= pair[1]:
+                    self.world[name] = (pair[0], pair[1])
 
 
 class _Tail:
-    """A file of JSON lines that grows."""
+    """Reader of a file of JSON lines that grows."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -145,7 +163,7 @@ class _Tail:
         self._rest = b""
 
     def lines(self) -> Iterator[dict[str, Any]]:
-        """The objects in whole lines that were added since; what is none is passed over."""
+        """Yield the objects in complete lines that were added since the last call; skip other lines."""
         try:
             with self._path.open("rb") as file:
                 file.seek(self._position)

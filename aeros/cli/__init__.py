@@ -1,1 +1,1 @@
-"""The command line: arguments → calls → exit code.  The only place that wires the layers together."""
+"""The command line: arguments, calls and exit codes.  The only package that wires all layers together."""

@@ -1,4 +1,4 @@
-"""Commands with their help, argument types that commands share, and the error for unusable arguments."""
+"""Commands with their help, argument types that commands share, and common warnings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,17 @@ if TYPE_CHECKING:
 def add_command(
     commands: Subparsers, name: str, description: str | None, examples: str
 ) -> argparse.ArgumentParser:
-    """Add a command whose help ends with examples and exit codes, both kept line by line."""
+    """Add a command whose help ends with examples and exit codes.
+
+    Args:
+        commands: Subparsers to add it to.
+        name: The command's name.
+        description: Text before the options.
+        examples: Text after the options, kept line by line.
+
+    Returns:
+        The command's parser.
+    """
     return commands.add_parser(
         name,
         description=description,
@@ -29,7 +39,17 @@ def add_command(
 
 
 def existing_path(text: str) -> Path:
-    """A path at which there is something; what it is, the reader says."""
+    """Parse the path of an existing file or folder.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: Nothing exists at that path.
+    """
     path = Path(text)
     try:
         path.stat()
@@ -40,37 +60,81 @@ def existing_path(text: str) -> Path:
 
 
 def solver_budget(text: str) -> int:
-    """A budget in z3 resource units."""
+    """Parse a solver budget.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The budget in Z3 resource units.
+
+    Raises:
+        argparse.ArgumentTypeError: The text is not a whole number from 1 to 2^32 - 1.
+    """
     if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**32:
         raise argparse.ArgumentTypeError("expected a whole number between 1 and 4294967295")
     return int(text)
 
 
 def process_count(text: str) -> int:
-    """How many processes to use at most."""
+    """Parse a number of processes.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The largest number of processes to use.
+
+    Raises:
+        argparse.ArgumentTypeError: The text is not a whole number from 1 to 256.
+    """
     if not text.isascii() or not text.isdigit() or not 0 < int(text) <= 256:
         raise argparse.ArgumentTypeError("expected a whole number between 1 and 256")
     return int(text)
 
 
 def available_cpus() -> int:
-    """Those that this process may use."""
+    """Count the processors that this process may use.
+
+    Returns:
+        The number of processors, at least 1.
+    """
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def second_solver(text: str) -> SecondSolver:
-    """A solver other than Z3, by name."""
+    """Parse the name of a solver other than Z3.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The solver.
+
+    Raises:
+        argparse.ArgumentTypeError: The name is unknown, or the solver is not installed.
+    """
     if text != "cvc5":
         raise argparse.ArgumentTypeError("expected `cvc5`")
     try:
         from aeros.spec.backends.cvc5_solver import Cvc5
     except ImportError as error:
-        raise argparse.ArgumentTypeError("cvc5 is not here: pip install 'aeros[cvc5]'") from error
+        raise argparse.ArgumentTypeError("cvc5 is not installed: pip install 'aeros[cvc5]'") from error
     return Cvc5()
 
 
 def writable_path(text: str) -> Path:
-    """A path at which a file can be: its folder exists and it is no folder itself."""
+    """Parse the path of a file to write.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: It is a folder, or its folder does not exist.
+    """
     path = Path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"`{text}`: is a folder")
@@ -80,12 +144,32 @@ def writable_path(text: str) -> Path:
 
 
 def mcap_path(text: str) -> Path:
-    """A path at which an MCAP file can be."""
+    """Parse the path of an MCAP file to write.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: The suffix is not `.mcap`.
+    """
     return _with_suffix(text, (".mcap",))
 
 
 def video_path(text: str) -> Path:
-    """A path at which a film can be, of which the suffix says the format."""
+    """Parse the path of a video to write; its suffix selects the format.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: The suffix is not one of `VIDEO_SUFFIXES`.
+    """
     return _with_suffix(text, VIDEO_SUFFIXES)
 
 
@@ -100,14 +184,30 @@ def _with_suffix(text: str, known: tuple[str, ...]) -> Path:
 
 
 def parse_seed(text: str) -> int:
-    """Parse a seed, from 0 to 2^63 - 1."""
+    """Parse a seed.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The seed, from 0 to 2^63 - 1.
+
+    Raises:
+        argparse.ArgumentTypeError: The text is not such a number.
+    """
     if not text.isascii() or not text.isdigit() or not int(text) < 2**63:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^63 - 1")
     return int(text)
 
 
 def find_key_file(arguments: argparse.Namespace) -> Path | None:
-    """Find the key that signs the audit log: as `--audit-key` says, or `audit.key` in the agent's folder.
+    """Find the key that signs the audit log: `--audit-key`, or `audit.key` in the agent's folder.
+
+    Args:
+        arguments: Parsed options with `audit_key`, `anchor` and `state`.
+
+    Returns:
+        The key file; None for a log without signatures.
 
     Raises:
         UsageError: `--anchor` is given, and there is no key.
@@ -120,5 +220,9 @@ def find_key_file(arguments: argparse.Namespace) -> Path | None:
 
 
 def print_warning(text: str) -> None:
-    """Print a warning to standard error."""
+    """Print a warning to standard error.
+
+    Args:
+        text: The warning.
+    """
     print(f"aeros: warning: {text}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Which folder the latest run from an agent's folder writes to, for whoever looks on meanwhile."""
+"""Record of the latest run from an agent's folder: its output folder and process, for `aeros top`."""
 
 from __future__ import annotations
 
@@ -17,18 +17,33 @@ _FILE: Final = "latest-run.json"
 
 
 def save_latest_run(state: Path, out: Path) -> None:
-    """Say that a run of this process writes to `out`; no run fails for want of somebody who looks on."""
-    said = {"schema": LATEST_RUN.schema, "out": str(out.resolve()), "pid": os.getpid()}
+    """Record that this process runs and writes to `out`.  Errors are ignored: a run does not need the record.
+
+    Args:
+        state: The agent's state folder.
+        out: The run's output folder.
+    """
+    record = {"schema": LATEST_RUN.schema, "out": str(out.resolve()), "pid": os.getpid()}
     with suppress(OSError):
-        replace_durably(state / _FILE, json.dumps(said).encode())
+        replace_durably(state / _FILE, json.dumps(record).encode())
 
 
 def latest_run(state: Path) -> tuple[Path, bool] | None:
-    """Its folder, and whether its process is still there; None where nothing was run, or nobody said so."""
+    """Read the record of the latest run.
+
+    Args:
+        state: The agent's state folder.
+
+    Returns:
+        The run's output folder, and whether its process still exists; None if no run is recorded.
+
+    Raises:
+        UsageError: The record is of another version of AEROS.
+    """
     try:
-        said = json.loads((state / _FILE).read_text("utf-8"))
-        LATEST_RUN.require_current(said, state / _FILE)
-        out, process = Path(said["out"]), int(said["pid"])
+        record = json.loads((state / _FILE).read_text("utf-8"))
+        LATEST_RUN.require_current(record, state / _FILE)
+        out, process = Path(record["out"]), int(record["pid"])
     except FormatVersionError as error:
         raise UsageError(str(error)) from error
     except (OSError, ValueError, KeyError, TypeError):
@@ -44,5 +59,5 @@ def _is_running(process: int) -> bool:
     except (ProcessLookupError, OverflowError):
         return False
     except PermissionError:
-        return True  # somebody else's
+        return True  # a process of another user
     return True

@@ -1,4 +1,4 @@
-"""`aeros`: parses arguments, calls one command, and turns whatever happens into an exit code."""
+"""`aeros`: parse arguments, call one command, and map errors to exit codes."""
 
 from __future__ import annotations
 
@@ -20,37 +20,37 @@ from aeros.spec.diagnostics.render import escape_invisible, render_all
 _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "verify": ("author.verify", "prove modules safe under a site's policy"),
     "prove": ("project.prove", "check the theorems about AEROS itself"),
-    "run": ("run.run", "pursue an instruction on a plant"),
-    "plan": ("author.plan", "plan for a goal by what skills declare, without running it"),
+    "run": ("run.run", "run an instruction on a plant"),
+    "plan": ("author.plan", "plan for a goal from declared preconditions and outcomes, without running it"),
     "decide": ("run.decide", "decide action requests, one per line of JSON"),
-    "diff": ("author.diff", "what a change newly allows and newly denies"),
-    "audit": ("records.audit", "check, show and replay the record of a run"),
+    "diff": ("author.diff", "compare two policies: newly allowed and newly denied actions"),
+    "audit": ("records.audit", "verify, show and replay the audit log of a run"),
     "report": ("records.report", "write a finished run as one HTML page"),
-    "why": ("records.why", "say why a run failed, a step was denied or the robot stopped"),
+    "why": ("records.why", "explain why a run failed, a step was denied or the robot stopped"),
     "explain": ("author.explain", "explain a diagnostic code"),
     "graph": ("author.graph", "draw a task's planning rules, its closed loop or a composition"),
     "predict": ("author.predict", "compute a task's success probability and expected work exactly"),
-    "experiment": ("project.experiment", "try architectures in many seeded trials, beside what is exact"),
-    "memory": ("robot.memory", "show, search, export or forget what the agent remembers"),
+    "experiment": ("project.experiment", "run seeded trials and compare them with exact predictions"),
+    "memory": ("robot.memory", "show, search, export or delete the agent's memory"),
     "bundle": ("robot.modules", "pack a module into one file"),
-    "install": ("robot.modules", "keep a module on this robot"),
-    "configure": ("robot.modules", "settle what an installed module needs around it"),
-    "activate": ("robot.modules", "let a module's skills be dispatched"),
-    "deactivate": ("robot.modules", "withdraw a module's skills"),
-    "remove": ("robot.modules", "forget a module"),
-    "list": ("robot.modules", "show what is installed on this robot"),
-    "policy": ("robot.operator", "put a site file in force"),
-    "block": ("robot.operator", "deny what a module, a skill or an action kind asks for"),
-    "unblock": ("robot.operator", "take a block back"),
-    "pause": ("robot.operator", "let nothing begin until it is resumed"),
-    "resume": ("robot.operator", "let actions begin again"),
-    "stop": ("robot.operator", "bring what moves to rest and end the run"),
-    "release": ("robot.operator", "let an agent go on that was left in quarantine"),
-    "top": ("run.top", "look on at a run from another terminal"),
-    "mcp": ("connect.mcp", "let an MCP client look, propose plans, and have them executed"),
-    "approve": ("robot.approve", "list and approve what clients of `aeros mcp` ask for"),
+    "install": ("robot.modules", "install a module on this robot"),
+    "configure": ("robot.modules", "check the dependencies of an installed module"),
+    "activate": ("robot.modules", "activate a module so that its skills can run"),
+    "deactivate": ("robot.modules", "deactivate a module so that none of its skills runs"),
+    "remove": ("robot.modules", "uninstall a module"),
+    "list": ("robot.modules", "list the modules installed on this robot"),
+    "policy": ("robot.operator", "set the site policy, or show it"),
+    "block": ("robot.operator", "deny all actions of a module, a skill or an action kind"),
+    "unblock": ("robot.operator", "remove a block"),
+    "pause": ("robot.operator", "pause: no new action starts until `aeros resume`"),
+    "resume": ("robot.operator", "let actions start again"),
+    "stop": ("robot.operator", "stop all motion and end the run"),
+    "release": ("robot.operator", "lift the quarantine of a crashed agent"),
+    "top": ("run.top", "show a live view of a run"),
+    "mcp": ("connect.mcp", "serve the robot to MCP clients"),
+    "approve": ("robot.approve", "list and approve requests of MCP clients"),
     "migrate": ("project.migrate", "rewrite files of older AEROS versions to the current format"),
-    "new": ("author.new", "start a module that is proved and runs as it stands"),
+    "new": ("author.new", "create a new module from a template"),
     "schema": (
         "author.schema",
         "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
@@ -59,17 +59,26 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
 """Module below `aeros.cli` and summary of each command; a module is imported only to run a command of it."""
 
 _SHARED_MODULES: Final = frozenset(("robot.modules", "robot.operator"))
-"""Modules with several commands, which are told the name of theirs."""
+"""Modules with several commands; their `add_to` also gets the command's name."""
 
 _DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
-"""What the system says of writing to a file that is open, without its name."""
+"""Error numbers of writes to an open file, whose errors lack the file's name."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; never lets a traceback out unless AEROS_DEBUG is set."""
+    """Run one command.  Tracebacks are printed only if AEROS_DEBUG is set.
+
+    Args:
+        arguments: Command line without the program's name; None for `sys.argv`.
+
+    Returns:
+        The exit code.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a terminal of another alphabet is no failure
+            stream.reconfigure(
+                errors="backslashreplace"
+            )  # a terminal with another encoding must not cause a failure
     given = sys.argv[1:] if arguments is None else list(arguments)
     parsed = _parser(given).parse_args(given)
     try:
@@ -84,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("interrupted", file=sys.stderr)
         return Exit.INTERRUPTED
     except BrokenPipeError:
-        # The reader went away; nothing more can be said, and Python must not try at exit.
+        # The reader has closed the pipe, and Python must not flush into it at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Exit.INTERRUPTED
     except Exception as error:

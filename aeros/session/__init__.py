@@ -1,1 +1,1 @@
-"""The one place where a run is put together: site, modules, plant, gate, audit, executor, skills, agent."""
+"""Assembly of a run: site, modules, plant, gate, audit log, executor, skills and agent."""

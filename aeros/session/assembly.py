@@ -1,13 +1,14 @@
 """Assemble a run: plant and recorders, then gate and executor, then the agent.
 
-Three steps, each of which an experiment, a benchmark or a test may take alone:
+Experiments, benchmarks and tests may use each of the three steps alone:
 
-1. `open_recorded_plant` opens what outlives the agent: skills, bag, audit log, trace, samples and the plant.
+1. `open_recorded_plant` opens the plant and everything that outlives the agent: skill processes, bag,
+   audit log, trace and samples.
 2. `build_executor` joins configuration, gate, plant, audit log and skills.
-3. `open_agent` does 2 for the plant of 1 and wakes the agent that is to use it.
+3. `open_agent` does step 2 for the plant of step 1 and starts the agent that uses it.
 
-What is opened later is closed first, so no step is under way when the plant closes, and the plant moves
-nothing any more when the audit log does.
+Parts are closed in reverse order.  So no step is running when the plant closes, and the plant has stopped
+moving when the audit log closes.
 """
 
 from __future__ import annotations
@@ -51,23 +52,23 @@ class SessionSetup:
     """Everything that one session is made of.
 
     Args:
-        configuration: The proved modules and the site that govern at first.
+        configuration: Proved modules and the site in force at the start.
         open_plant: Opens the plant, which is closed when the session ends.
         out: An existing folder for audit log, trace and samples.
-        state: The agent's state folder; None for an agent that is born for this session and leaves nothing.
-        warn: Called with a text where this host isolates skills less than the site wants.
+        state: The agent's state folder; None for a temporary agent that keeps nothing after the session.
+        warn: Called with a text if this host isolates skills less than the site wants.
         stream: Where events are printed; None to print nothing.
-        on_event: Called with each event, after it is written; None for nobody.
+        on_event: Called with each event after it is written; None for no observer.
         gate_mode: How conditions are decided.
         signing: Signs the audit log; None for no signatures.
         bag: A new folder for a ROS 2 bag; None for none.
         mcap: A new MCAP file; None for none.
-        listeners: Also hear of what is measured.
+        listeners: Further listeners to measurements.
         planner: Proposes plans; None for the planning rules of the manifest.
-        planning_timeout: Seconds for each plan, made while the plant's time goes on; None to plan in place.
-        seed: Of the agent's choices between skills.
-        purpose: For whoever asks what holds the state folder.
-        is_resumed: Whether the session goes on that the audit log in `out` holds.
+        planning_timeout: Seconds for each plan, while the plant's clock runs on; None to plan synchronously.
+        seed: Seed of the agent's choices between skills.
+        purpose: Text that names the session to other processes that ask for the state folder.
+        is_resumed: Whether to continue the session in the audit log in `out`.
     """
 
     configuration: Configuration
@@ -90,12 +91,13 @@ class SessionSetup:
 
 
 class RecordedPlant(NamedTuple):
-    """A plant with all that is kept of what it does.
+    """A plant and the recorders of what it does.
 
-    plant: as it was opened, without the recorders.
-    observe: writes an event to the trace, and passes it on.
-    feed: into the bag or MCAP file; None where there is none.
-    listeners: who hears of what is measured, the recorders among them.
+    Attributes:
+        plant: The plant as opened, without the recorders.
+        observe: Writes an event to the trace and passes it on.
+        feed: Feed into the bag or MCAP file; None if neither is written.
+        listeners: All listeners to measurements, including the recorders.
     """
 
     plant: Plant
@@ -127,20 +129,20 @@ def build_executor(
     """Join configuration, gate, plant, audit log and skills.
 
     Args:
-        configuration: What governs.
-        plant: Executes what is allowed; the caller closes it.
-        audit: Where every decision is recorded; the caller closes it.
+        configuration: Modules and site in force.
+        plant: Executes allowed actions; the caller closes it.
+        audit: Log of every decision; the caller closes it.
         open_run: Opens runs of skills.
-        gate: Decides; None for a compiled gate under `configuration`.
-        governor: Says which configuration is in force; None for `configuration` for good.
-        listeners: Hear of what is measured.
-        is_resumed: Whether to go on with the session that the audit log holds.
+        gate: Decides actions; None for a compiled gate under `configuration`.
+        governor: Returns the configuration in force; None to keep `configuration`.
+        listeners: Called with measurements.
+        is_resumed: Whether to continue the session in the audit log.
 
     Returns:
-        The executor, a context manager that leaves no step under way.
+        The executor, a context manager.  On exit it ends all running steps.
 
     Raises:
-        AuditError: The log cannot be written, or is that of another site where it is to be resumed.
+        AuditError: The log cannot be written, or it is to be resumed and belongs to another site.
     """
     return Executor(
         configuration,
@@ -155,13 +157,19 @@ def build_executor(
 
 @contextmanager
 def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
-    """Open what outlives the agent: skills, bag, audit log, trace, samples and the plant.
+    """Open everything that outlives the agent: skills, bag, audit log, trace, samples and the plant.
+
+    Args:
+        setup: Description of the session.
+
+    Yields:
+        The plant and its recorders, open until the block ends.
 
     Raises:
         SkillRefusedError: This host isolates skills less than the site requires.
         BagOutputError: The bag or MCAP file cannot be written.
-        AuditError: The audit log cannot be written, or what it holds is not sound.
-        PlantSetupError: The plant cannot be had.
+        AuditError: The audit log cannot be written, or its content is not sound.
+        PlantSetupError: The plant cannot be opened.
     """
     site = setup.configuration.site
     with (
@@ -183,7 +191,15 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
 
 @contextmanager
 def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor) -> Iterator[AgentSession]:
-    """Put gate and executor before the plant and wake the agent; at the end no step is under way.
+    """Put gate and executor before the plant and start the agent; all steps have ended when the block does.
+
+    Args:
+        setup: Description of the session.
+        recorded: The plant and its recorders.
+        governor: Returns the configuration in force and the operator's command.
+
+    Yields:
+        The agent and its executor.
 
     Raises:
         RefusedError: Another agent holds the state folder, it is in quarantine, or memory cannot be trusted.
@@ -201,23 +217,25 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         is_resumed=setup.is_resumed,
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())
-        name, within, planner = configuration.site.id, setup.planning_timeout, setup.planner
+        name, timeout, planner = configuration.site.id, setup.planning_timeout, setup.planner
         opened = (
-            open_temporary_agent(name, executor, planner, observe, setup.seed, within)
+            open_temporary_agent(name, executor, planner, observe, setup.seed, timeout)
             if setup.state is None
-            else start_agent(setup.state, name, executor, planner, observe, setup.seed, within, setup.purpose)
+            else start_agent(
+                setup.state, name, executor, planner, observe, setup.seed, timeout, setup.purpose
+            )
         )
         with opened as agent:
             yield AgentSession(executor, agent)
 
 
 def _observer(setup: SessionSetup, trace: TraceWriter) -> Observer:
-    heard = setup.on_event
-    if heard is None:
+    on_event = setup.on_event
+    if on_event is None:
         return trace.write
 
     def observe(event: AgentEvent) -> None:
         trace.write(event)
-        heard(event)
+        on_event(event)
 
     return observe

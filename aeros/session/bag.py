@@ -1,4 +1,4 @@
-"""Record a run as ROS 2 messages in a bag or an MCAP file; imports their writer only where asked for."""
+"""Record a run as ROS 2 messages in a bag or an MCAP file; their writer is imported only if requested."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def open_bag(folder: Path | None, file: Path | None, site: Site) -> Iterator[Bus
     Args:
         folder: A new folder for a bag; None for no bag.
         file: A new MCAP file; None for none.
-        site: The site whose vocabulary is measured.
+        site: The site that declares the measured vocabulary.
 
     Yields:
-        The feed; None where neither `folder` nor `file` is given.
+        The feed; None if neither `folder` nor `file` is given.
 
     Raises:
         BagOutputError: The output exists already or cannot be written, or the extra `ros` is missing.

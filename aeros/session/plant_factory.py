@@ -1,4 +1,4 @@
-"""Open plants by name, with people, faults, bodies and films; PyBullet is imported only for physics."""
+"""Open plants by name, with people, faults, bodies and videos; PyBullet is imported only for physics."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from aeros.sim.scenes.scene import Scene
 
 _START_TIMEOUT_S: Final = 60.0
-"""For a plant in another process to be there: it proves its modules and builds its scene first."""
+"""Time for a plant in another process to start: it proves its modules and builds its scene first."""
 
 _LISTEN_TIMEOUT_S: Final = 1.0
-"""From a socket that is there to one that accepts connections."""
+"""Time from the creation of a socket until it accepts connections."""
 
 _POLL_INTERVAL_S: Final = 0.02
 
@@ -37,7 +37,7 @@ PLANTS: Final[tuple[PlantName, ...]] = get_args(PlantName)
 
 
 class PlantSetupError(Exception):
-    """A plant or an output of it that cannot be had; the message says why and what to do."""
+    """A plant or an output of it that cannot be opened; the message says why and what to do."""
 
 
 def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
@@ -45,7 +45,10 @@ def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
 
     Args:
         plant: The plant's name.
-        name_or_path: A file, or the name of one that comes with AEROS; None for nobody.
+        name_or_path: A file, or the name of one that comes with AEROS; None for no people.
+
+    Returns:
+        The simulated people; empty for None.
 
     Raises:
         UserError: The file is not a people file.
@@ -69,17 +72,20 @@ def load_faults(
         plant: The plant's name.
         name_or_path: A file, or the name of one that comes with AEROS; None for no faults.
         configuration: The vocabulary and the skills that faults may name.
-        task: Its scene has the things and cameras that faults may name.
+        task: The task; its scene has the objects and cameras that faults may name.
+
+    Returns:
+        The faults to inject; empty for None.
 
     Raises:
-        UserError: The file is not a faults file, or names what is not there.
+        UserError: The file is not a faults file, or names something that does not exist.
         PlantSetupError: The plant has no faults.
     """
     if name_or_path is None:
         return ()
     if plant != "physics":
         raise PlantSetupError(
-            f"`--faults` needs the physics plant: what goes wrong on the {plant} plant are declared outcomes"
+            f"`--faults` needs `--plant physics`; on {plant}, failures are declared outcomes"
         )
     with _physics_import_errors():
         from aeros.sim.faults.faults_file import read_faults
@@ -88,7 +94,15 @@ def load_faults(
 
 
 def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
-    """Collect what a faults file may name: state variables, skills as `MODULE.SKILL`, things and cameras."""
+    """Collect the names that a faults file may use: state variables, skills, objects and cameras.
+
+    Args:
+        configuration: Site and modules; skills are named `MODULE.SKILL`.
+        scene: The scene, which need not be built.
+
+    Returns:
+        The names by sort.
+    """
     from aeros.sim.faults.faults_file import FaultContext
 
     skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
@@ -96,24 +110,25 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
 
 
 def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> Sequence[SceneBody]:
-    """Read the scene file of a run: bodies that stand and lie about besides the task's own things.
+    """Read the scene file of a run: bodies besides the task's own objects.
 
     Args:
         plant: The plant's name.
         name_or_path: A file, or the name of one that comes with AEROS; None for none.
-        task: Its scene is built once, to find bodies that would be in something's place.
-        seed: Of the plant.
+        task: The task; its scene is built once, to find bodies that overlap something.
+        seed: Seed of the plant.
+
+    Returns:
+        The bodies; empty for None.
 
     Raises:
-        UserError: The file is not a scene file, or a body is in something's place.
-        PlantSetupError: The plant knows no bodies.
+        UserError: The file is not a scene file, or a body overlaps something.
+        PlantSetupError: The plant has no bodies.
     """
     if name_or_path is None:
         return ()
     if plant != "physics":
-        raise PlantSetupError(
-            f"`--scene` needs the physics plant: on the {plant} plant nothing is in the way"
-        )
+        raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
     with _physics_import_errors():
         from aeros.sim.bullet.scene_file import read_bodies
         from aeros.sim.physics import make_plant
@@ -124,10 +139,17 @@ def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> 
 
 
 def open_video(plant: str, path: Path) -> Viewer:
-    """Open a film of `plant`, written to `path` when it is closed.
+    """Open a video of `plant`, written to `path` when it is closed.
+
+    Args:
+        plant: The plant's name.
+        path: The file; its suffix selects the format.
+
+    Returns:
+        The recorder.
 
     Raises:
-        PlantSetupError: The plant cannot be seen, or the film could not be written at the end.
+        PlantSetupError: The plant has no image, or the video cannot be written.
     """
     _require_physics("--record", plant)
     with _physics_import_errors():
@@ -141,8 +163,14 @@ def open_video(plant: str, path: Path) -> Viewer:
 def open_viewer(plant: str) -> Viewer:
     """Open a window that shows `plant`.
 
+    Args:
+        plant: The plant's name.
+
+    Returns:
+        The window.
+
     Raises:
-        PlantSetupError: The plant cannot be seen, or there is no display.
+        PlantSetupError: The plant has no image, or there is no display.
     """
     _require_physics("--view", plant)
     with _physics_import_errors():
@@ -156,8 +184,8 @@ def open_viewer(plant: str) -> Viewer:
 def _require_physics(option: str, plant: str) -> None:
     if plant != "physics":
         raise PlantSetupError(
-            f"`{option}` needs the physics plant: the {plant} plant has nothing to be seen; "
-            "`--mcap` keeps what is measured on any plant"
+            f"`{option}` needs the physics plant: the {plant} plant has no image; "
+            "`--mcap` records measurements on any plant"
         )
 
 
@@ -170,27 +198,30 @@ def open_plant(
     spectators: Sequence[Viewer] = (),
     people: Sequence[Person] = (),
     faults: Sequence[Fault] = (),
-    tell: Callable[[FaultEvent], None] | None = None,
+    on_fault: Callable[[FaultEvent], None] | None = None,
     bodies: Sequence[SceneBody] = (),
 ) -> Iterator[Plant]:
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
     Args:
         name: One of `PLANTS`.
-        configuration: The vocabulary, and what the modules declare to the symbolic plant.
+        configuration: The vocabulary, and the outcomes that the symbolic plant draws from.
         task: Its scene and initial state.
-        seed: Of everything random.
-        spectators: Film or window (physics).
-        people: Who walks about (physics).
-        faults: What goes wrong (physics).
-        tell: Called with each of the `faults` as it happens.
-        bodies: What else stands and lies about (physics).
+        seed: Seed of all random numbers.
+        spectators: Video recorder or window (physics).
+        people: Simulated people (physics).
+        faults: Faults to inject (physics).
+        on_fault: Called with each event of `faults` as it happens; None to inject no fault.
+        bodies: Further objects in the scene (physics).
+
+    Yields:
+        The plant.
 
     Raises:
-        PlantSetupError: The extra is missing, there is no such scene, or the film cannot be written.
+        PlantSetupError: The extra is missing, there is no such scene, or the video cannot be written.
     """
     if name == "physics":
-        plant = _build_physics(task.scene, seed, spectators, people, faults, tell, bodies)
+        plant = _build_physics(task.scene, seed, spectators, people, faults, on_fault, bodies)
     elif name == "kinematic":
         plant = _build_kinematic(task.scene, seed)
     else:
@@ -201,14 +232,20 @@ def open_plant(
         try:
             plant.close()
         except OSError as failure:
-            raise PlantSetupError(f"the film cannot be written: {failure}") from failure
+            raise PlantSetupError(f"the video cannot be written: {failure}") from failure
 
 
 def connect_plant(path: Path) -> RemotePlant:
-    """Connect to the plant that another process serves at the socket `path`, waiting for it to be there.
+    """Connect to the plant that another process serves, and wait until it is there.
+
+    Args:
+        path: The Unix socket of that process.
+
+    Returns:
+        The plant's client.
 
     Raises:
-        PlantSetupError: Nobody serves a plant there within 60 s.
+        PlantSetupError: No process serves a plant there within 60 s.
     """
     latest = time.monotonic() + _START_TIMEOUT_S
     while True:
@@ -216,12 +253,12 @@ def connect_plant(path: Path) -> RemotePlant:
             return RemotePlant(path)
         except OSError as failure:
             if isinstance(failure, ConnectionRefusedError):
-                # The socket is there, and nobody behind it: it listens in a moment, or it never will again.
+                # The socket exists but nobody listens: the process listens shortly, or it has ended.
                 latest = min(latest, time.monotonic() + _LISTEN_TIMEOUT_S)
             if time.monotonic() >= latest:
                 raise PlantSetupError(
-                    f"nobody serves a plant at `{path}` ({failure.strerror}); if its process ended, so did "
-                    "the simulated plant: begin the task anew, by its instruction"
+                    f"no plant at `{path}` ({failure.strerror}); the simulated plant has ended, "
+                    "so start the task again"
                 ) from failure
         time.sleep(_POLL_INTERVAL_S)
 
@@ -250,21 +287,21 @@ def _build_physics(
     spectators: Sequence[Viewer],
     people: Sequence[Person],
     faults: Sequence[Fault],
-    tell: Callable[[FaultEvent], None] | None,
+    on_fault: Callable[[FaultEvent], None] | None,
     bodies: Sequence[SceneBody],
 ) -> Plant:
     known_scene, _ = _unbuilt_scene(scene)
     from aeros.sim.faults.injector import FaultInjector
     from aeros.sim.physics import make_plant
 
-    disturbance = None if tell is None else FaultInjector(faults, seed, tell)
+    disturbance = None if on_fault is None else FaultInjector(faults, seed, on_fault)
     return make_plant(
         known_scene, seed, spectators=spectators, people=people, disturbance=disturbance, bodies=bodies
     )
 
 
 def _unbuilt_scene(scene: str | None) -> tuple[str, Scene]:
-    """Return the scene that a task takes place in: its name, and the scene before it is built."""
+    """Return the scene of a task: its name, and the scene before it is built."""
     with _physics_import_errors():
         from aeros.sim.scenes import SCENES
     known = _checked_scene(scene, SCENES)

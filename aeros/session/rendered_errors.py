@@ -1,4 +1,4 @@
-"""Give errors of a user's files their full text: file, line, cause and cure."""
+"""Give errors in a user's files their full text: file, line, cause and help."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from aeros.spec.diagnostics.render import render_all
 
 @contextmanager
 def rendered_errors() -> Iterator[None]:
-    """Let `UserError`s through with `str(error)` being what a command would print of their diagnostics.
+    """Give each `UserError` that leaves the block the text of its diagnostics, as a command prints them.
 
     Raises:
-        UserError: The same exception, as it left the block.
+        UserError: The same exception, with the rendered diagnostics as its `str`.
     """
     try:
         yield

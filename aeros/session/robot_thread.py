@@ -1,4 +1,4 @@
-"""A thread of its own for everything that acts: it opens the robot, uses it and closes it."""
+"""A dedicated thread that opens, uses and closes the robot."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _Result = TypeVar("_Result")
 
 
 class RobotThread(Generic[_Parts]):
-    """Thread in which a robot is opened, used and closed, as its databases must be by one thread.
+    """Thread in which a robot is opened, used and closed: its databases must be used by a single thread.
 
     Args:
-        open_parts: Opens what acts; it is entered and left in the thread.
+        open_parts: Context manager of the robot's parts; it is entered and left in the thread.
 
     Raises:
-        BaseException: Whatever `open_parts` raises when it is entered.
+        BaseException: Any exception that `open_parts` raises on entry.
     """
 
     def __init__(self, open_parts: Callable[[], AbstractContextManager[_Parts]]) -> None:
@@ -33,10 +33,13 @@ class RobotThread(Generic[_Parts]):
         self._opened.result()
 
     def call(self, function: Callable[[_Parts], _Result]) -> Future[_Result]:
-        """Queue a call of `function` in the thread, after whatever it does now.
+        """Queue a call of `function` in the thread, after all calls queued before.
+
+        Args:
+            function: Called in the thread with the opened parts.
 
         Returns:
-            A future of what `function` returns or raises.
+            A future of the value that `function` returns or the exception that it raises.
         """
         future: Future[_Result] = Future()
 
@@ -52,10 +55,10 @@ class RobotThread(Generic[_Parts]):
         return future
 
     def close(self) -> None:
-        """End the thread after what was queued; safe to call twice.
+        """End the thread after the queued calls; safe to call twice.
 
         Raises:
-            BaseException: Whatever closing the robot has raised, once.
+            BaseException: The exception that closing the robot raised; raised once.
         """
         self._queue.put(None)
         self._thread.join()

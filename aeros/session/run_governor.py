@@ -1,4 +1,4 @@
-"""The governor of one run: the operator's commands, and a stop on Ctrl-C or without a supervisor."""
+"""The governor of one run: the operator's commands, and a stop on Ctrl-C or when the supervisor is gone."""
 
 from __future__ import annotations
 
@@ -14,26 +14,28 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.session.sd_notify import Notifier
 
 _STDERR: Final = 2
-_STOP_MESSAGE: Final = b"stopping; Ctrl-C again ends at once\n"
+_STOP_MESSAGE: Final = b"stopping the robot; press Ctrl-C again to exit at once\n"
 
 
 class RunGovernor:
-    """A `Governor` that adds to another the ways in which one run is stopped, and its heartbeat.
+    """A `Governor` that wraps another and adds Ctrl-C, loss of the supervisor, and the heartbeat.
 
-    The command is STOP once `interrupt` was called or the supervisor is gone, else that of the other.  The
-    executor asks for it before every action, at every control tick and while the operator pauses, so each
-    look is also the heartbeat that the supervisor gets.
+    The command is STOP after `interrupt` was called or the supervisor is gone, otherwise that of the wrapped
+    governor.
+    The executor reads it before every action, at every control tick and while the operator pauses, so each
+    read also sends the heartbeat to the supervisor.
 
-    As a context manager it turns SIGINT into `interrupt`: an exception in its place may come between any two
-    instructions, and so leave a record of the audit log half written.  The second SIGINT does raise
-    KeyboardInterrupt, for code that never looks here.  Enter it in the main thread, or not at all.
+    As a context manager it turns SIGINT into `interrupt`.  An exception could strike between any two
+    instructions and leave a record of the audit log half written.  The second SIGINT does raise
+    KeyboardInterrupt, for code that never reads the command.  Enter it in the main thread only.
 
     Args:
-        governor: Says which configuration is in force and what the operator commands.
+        governor: Returns the configuration in force and the operator's command.
         notifier: Connection to the supervisor; None for none.
 
-    on_command: called with each change of the command.
-    is_interrupted: whether a stop was asked for by `interrupt`.
+    Attributes:
+        on_command: Called with each change of the command.
+        is_interrupted: Whether `interrupt` was called.
     """
 
     def __init__(self, governor: Governor, notifier: Notifier | None = None) -> None:
@@ -54,16 +56,16 @@ class RunGovernor:
         if self.is_interrupted:
             raise KeyboardInterrupt
         self.interrupt()
-        # Not `print`: what was interrupted may be a `print`.
+        # Not `print`: the signal may have interrupted a `print`.
         os.write(_STDERR, _STOP_MESSAGE)
 
     def interrupt(self) -> None:
-        """Stop the run, for good; any thread may call it."""
+        """Stop the run permanently; any thread may call it."""
         self.is_interrupted = True
 
     @property
     def command(self) -> OperatorCommand:
-        """See `Governor`."""
+        """Implement `Governor.command`."""
         is_alone = False
         if self._notifier is not None:
             self._notifier.send_heartbeat()
@@ -76,17 +78,17 @@ class RunGovernor:
 
     @property
     def generation(self) -> int:
-        """See `Governor`."""
+        """Implement `Governor.generation`."""
         return self._governor.generation
 
     def configuration(self) -> tuple[int, Configuration]:
-        """See `Governor`."""
+        """Implement `Governor.configuration`."""
         return self._governor.configuration()
 
     def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
-        """See `Governor`."""
+        """Implement `Governor.hold_generation`."""
         return self._governor.hold_generation(generation)
 
     def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
-        """See `Governor`."""
+        """Implement `Governor.revocation_reason`."""
         return self._governor.revocation_reason(module, skill, kind)

@@ -1,6 +1,6 @@
-"""Messages from a process to its supervisor, in systemd's protocol: sd_notify(3), over a datagram socket.
+"""Messages from a process to its supervisor in systemd's protocol: sd_notify(3), over a datagram socket.
 
-`aeros run --watchdog` listens to its agent in the same words in which it speaks to systemd.
+`aeros run --watchdog` uses the same protocol to supervise its agent.
 """
 
 from __future__ import annotations
@@ -21,10 +21,14 @@ _DEFAULT_INTERVAL_S: Final = 1.0
 
 
 class Notifier:
-    """Connection to the supervisor that `NOTIFY_SOCKET` names; silent where that is not set.
+    """Connection to the supervisor named by `NOTIFY_SOCKET`; sends nothing if that is not set.
 
-    every: seconds between heartbeats, from `WATCHDOG_USEC`.
-    is_alone: there was a supervisor, and it is gone.
+    Args:
+        environment: Environment variables; reads `NOTIFY_SOCKET` and `WATCHDOG_USEC`.
+
+    Attributes:
+        every: Seconds between heartbeats: a quarter of `WATCHDOG_USEC`.
+        is_alone: There was a supervisor, and it is gone.
     """
 
     def __init__(self, environment: Mapping[str, str] = os.environ) -> None:
@@ -38,7 +42,11 @@ class Notifier:
         self.is_alone = False
 
     def send(self, *words: str) -> None:
-        """Send `words`, one a line; never waits for a supervisor that does not listen."""
+        """Send a message without blocking; it is dropped if the supervisor does not read.
+
+        Args:
+            words: Assignments such as `READY=1`, sent as one line each.
+        """
         if not self._address:
             return
         try:
@@ -49,7 +57,7 @@ class Notifier:
             pass
 
     def send_heartbeat(self) -> None:
-        """Send `ALIVE`, at most once in `every` seconds; as cheap as reading a clock in between."""
+        """Send `ALIVE` at most once in `every` seconds; between those it only reads a clock."""
         now = time.monotonic()
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + self.every

@@ -37,12 +37,12 @@ from aeros.spec.verification.reports import Report
 class Session:
     """Robot with one agent, which pursues one instruction after the other; `open_session` makes one.
 
-    The plant is opened with the first instruction, as its task says which scene it needs.  Everything that
-    acts runs in a thread of its own.
+    The plant is opened with the first instruction, because its task names the scene.  The robot runs in a
+    thread of its own.
 
-    proof: what was proved of the site and the modules.
+    proof: verification report of the site and the modules.
     out: the folder with audit log (`audit.jsonl`), trace and samples.
-    report: of the last run that ended; None before.
+    report: report of the last run that ended; None before.
 
     Example:
         >>> with aeros.open_session("ecms/clean_table", seed=7) as session:
@@ -74,23 +74,23 @@ class Session:
         self._run: Future[RunReport] | None = None
 
     def run(self, instruction: str, *, timeout: float | None = None) -> RunReport:
-        """Pursue an instruction until its goal is measured, or until nothing more can be done for it.
+        """Pursue an instruction until its goal is reached or the agent gives up.
 
-        Ctrl-C meanwhile stops the robot, and is raised once it is at rest.
+        Ctrl-C stops the robot; KeyboardInterrupt is raised once the robot is at rest.
 
         Args:
             instruction: What to do, in the words that a task of the modules declares.
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Returns:
-            What became of it: `reached`, `reason` where it was not, `measured`, `steps`.
+            The result: `reached`, `reason` if it was not reached, `measured`, `steps`.
 
         Raises:
             RefusedError: The instruction names no task or several, or the agent may not start.
             PlantSetupError: The plant cannot be opened.
             SkillRefusedError: This host isolates skill code less than the site requires.
             AuditError: The audit log cannot be written, so nothing moves.
-            MisuseError: A run is under way, or the task is of another scene than the plant.
+            MisuseError: A run is in progress, or the task needs another scene than the plant has.
 
         Example:
             >>> with aeros.open_session("ecms/", plant="symbolic") as session:
@@ -105,10 +105,10 @@ class Session:
         return self.report
 
     def events(self, instruction: str, *, timeout: float | None = None) -> Iterator[AgentEvent]:
-        """Pursue an instruction as `run` does, and yield what the agent does and finds as it happens.
+        """Pursue an instruction as `run` does, and yield the agent's events as they happen.
 
-        The run begins when the first event is asked for, and goes on while the caller looks at events.
-        Leaving the loop early stops the robot, for good; `report` has the outcome after the last event.
+        The run begins with the first `next`, and continues while the caller handles events.  Leaving the loop
+        early stops the robot permanently; `report` has the outcome after the last event.
 
         Args:
             instruction: What to do, in the words that a task of the modules declares.
@@ -119,7 +119,7 @@ class Session:
             seconds.
 
         Raises:
-            Exception: Whatever `run` raises.
+            Exception: All exceptions of `run`.
 
         Example:
             >>> with aeros.open_session("ecms/clean_table") as session:
@@ -141,14 +141,14 @@ class Session:
             self._stop_and_wait()
 
     def stop(self) -> None:
-        """Stop the robot, for good: what moves comes to rest, and no later run begins anything.
+        """Stop the robot permanently: all motion comes to rest, and no later run starts an action.
 
         Any thread may call it.
         """
         self._governor.interrupt()
 
     def close(self) -> None:
-        """Stop what is under way and close plant, agent and audit log; safe to call twice.
+        """Stop a run in progress and close plant, agent and audit log; safe to call twice.
 
         Raises:
             AuditError: The end of the audit log cannot be written.
@@ -165,7 +165,7 @@ class Session:
             wait([run])
 
     def _opened(self, instruction: str) -> RobotThread[AgentSession]:
-        """Return the robot's thread, opened where this is the first task."""
+        """Return the robot's thread, opened if this is the first task."""
         if self._run is not None and not self._run.done():
             raise MisuseError("a run is under way: take its events to the end, or call `stop`")
         with rendered_errors():
@@ -204,21 +204,21 @@ def open_session(
 
     Args:
         modules: A module's folder or a folder of modules, each with a current `ecm.lock` (`aeros verify`).
-        plant: `symbolic` (declared outcomes), `kinematic`, `physics`, or a `Plant` of yours, which you close.
+        plant: `symbolic` (declared outcomes), `kinematic`, `physics`, or your own `Plant`, which you close.
         site: The site file; None for the reference site, a Panda cell.
-        seed: Of everything random, 0 or more.
+        seed: Seed of all random numbers, 0 or more.
         planner: Proposes plans; None for the planning rules of the manifests.
         gate: How conditions are decided: `compiled`; `z3`, slow; or `shadow`, both.
         out: A new folder for audit log, trace and samples; None for one that is deleted at the end.
-        state: The agent's folder, where it keeps identity and memory and hears `aeros pause`, `resume` and
-            `stop`; None for an agent that is born for this session and leaves nothing.
+        state: The agent's folder, where it keeps identity and memory and receives `aeros pause`, `resume` and
+            `stop`; None for a temporary agent that keeps nothing after the session.
 
     Yields:
-        The session.  At the end of the block what moves is stopped and everything is closed.
+        The session.  At the end of the block all motion is stopped and everything is closed.
 
     Raises:
-        UserError: A file is refused, a claim is refuted, or a certificate is missing or not current; its text
-            has file, line, cause and cure.
+        UserError: A file is rejected, a claim is refuted, or a certificate is missing or not current; its
+            text has file, line, cause and help.
         PlantSetupError: `out` is not empty or cannot be written.
         MisuseError: There is no such plant or gate mode.
 

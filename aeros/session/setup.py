@@ -34,7 +34,7 @@ SETUP_ERRORS: Final = (
     BagOutputError,
     InvalidKeyError,
 )
-"""Exceptions whose message tells a user why a session cannot be set up or go on."""
+"""Exceptions whose message says why a session cannot be set up or continued."""
 
 
 def build_signing(key_file: Path | None, anchor: Path | None) -> SigningConfiguration | None:
@@ -44,8 +44,11 @@ def build_signing(key_file: Path | None, anchor: Path | None) -> SigningConfigur
         key_file: The private key, as `aeros audit keygen` writes it; None for a log without signatures.
         anchor: A second file for the newest signature; None for none.
 
+    Returns:
+        Key and anchor; None for a log without signatures.
+
     Raises:
-        KeyRefusedError: The key cannot be read or used.
+        InvalidKeyError: The key cannot be read or used.
     """
     return None if key_file is None else SigningConfiguration(read_signing_key(key_file), anchor)
 
@@ -53,19 +56,19 @@ def build_signing(key_file: Path | None, anchor: Path | None) -> SigningConfigur
 def open_governor(
     state: Path, modules: Path | None, site: Path | None, *, resumed: bool = False
 ) -> tuple[RegistryGovernor | CommandableGovernor, Configuration, Report]:
-    """Prove the configuration that is to govern, and open the governor that watches over its changes.
+    """Prove the configuration and open the governor that follows its changes.
 
     Args:
-        state: The agent's state folder, with the registry of installed modules where there is one.
+        state: The agent's state folder, with the registry of installed modules if there is one.
         modules: The modules to load; None for those active in the registry, or else the folder `ecms`.
         site: The site file; None for the policy in force in the registry, or else the reference site.
         resumed: Whether a stop that was commanded before this session still holds.
 
     Returns:
-        The governor, which the caller enters and so closes; the configuration in force; its proof.
+        The governor, a context manager that the caller enters; the configuration in force; its report.
 
     Raises:
-        UserError: A file is refused, or a certificate is missing or not current.
+        UserError: A file is rejected, or a certificate is missing or not current.
     """
     registry = Registry(state)
     if modules is None and site is None and registry.exists:
@@ -83,10 +86,19 @@ def select_task(
     governor: RegistryGovernor | CommandableGovernor,
     state: Path,
 ) -> RoutedTask:
-    """Select the task that `instruction` names, among those of the active modules.
+    """Select the task that `instruction` names among those of the active modules.
+
+    Args:
+        instruction: The user's words.
+        configuration: The active modules.
+        governor: Governor of the run; with a registry, inactive modules are searched for a hint.
+        state: The agent's state folder.
+
+    Returns:
+        The task and its module.
 
     Raises:
-        RoutingError: It names none or several; says so, too, where only an inactive module has the task.
+        RoutingError: No task or several match; the message says if an inactive module has the task.
     """
     others = Registry(state).inactive_modules if isinstance(governor, RegistryGovernor) else dict[str, Ecm]
     return route(instruction, configuration.modules, others)
@@ -99,8 +111,11 @@ def open_isolated_skills(
     """Start the processes in which skill code runs, isolated as the site says; they end with the block.
 
     Args:
-        configuration: The site and the modules whose skills are to run.
-        warn: Called with a text where this host isolates less than the site wants and the site allows that.
+        configuration: The site and the modules whose skills run.
+        warn: Called with a text if this host isolates less than the site wants and the site allows that.
+
+    Yields:
+        The factory of skill runs.
 
     Raises:
         SkillRefusedError: This host isolates less than the site requires.
@@ -113,17 +128,20 @@ def open_isolated_skills(
         yield skills
 
 
-def create_output_folder(wanted: Path | None, task: str) -> Path:
-    """Create the folder that a run writes to, so that one run never mixes with another's record.
+def create_output_folder(folder: Path | None, task: str) -> Path:
+    """Create the folder that a run writes to, so that one run never mixes with the log of another.
 
     Args:
-        wanted: The folder, new or empty; None for one in `runs/`, named for `task` and the time.
+        folder: The folder, new or empty; None for one in `runs/`, named for `task` and the time.
         task: The id of the task.
 
+    Returns:
+        The folder, which exists and is empty.
+
     Raises:
-        PlantSetupError: The folder holds something already or cannot be written.
+        PlantSetupError: The folder is not empty or cannot be written.
     """
-    folder = wanted or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
+    folder = folder or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):

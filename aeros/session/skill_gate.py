@@ -1,4 +1,4 @@
-"""A gate for programs: the skill that asks is named once, and values need no time stamps."""
+"""A gate for programs: the requesting skill is named once, and values need no time stamps."""
 
 from __future__ import annotations
 
@@ -28,6 +28,8 @@ class SkillGate:
     Pure: `decide` has no effect, reads no clock and counts nothing, so that the same arguments give the same
     decision.
 
+    skills: all skills, as `MODULE.SKILL`.
+
     Example:
         >>> gate = aeros.load_gate("ecms/clean_table", skill="wipe")
         >>> gate.skills
@@ -56,24 +58,23 @@ class SkillGate:
         ages: Mapping[str, float] | None = None,
         usage: Mapping[str, int] | None = None,
     ) -> Decision:
-        """Decide whether a skill may have `action` executed now.
+        """Decide whether a skill may execute `action` now.
 
-        Whatever is wrong with `action`, `observation` or the numbers is a reason of a denial and not an
-        exception.
+        Errors in `action`, `observation` or the numbers are reasons of a denial and raise no exception.
 
         Args:
-            action: The action that the skill asks for; parameters in SI units.
-            observation: Measured values by vocabulary name, in SI units.  An absent name is unknown, and
-                denies where a rule needs it.
-            skill: The skill that asks, as `MODULE.SKILL` or `SKILL`; None for that of `load_gate`.
+            action: The requested action; parameters in SI units.
+            observation: Measured values by vocabulary name, in SI units.  An absent name is unknown;
+                the action is denied if a rule needs it.
+            skill: The requesting skill, as `MODULE.SKILL` or `SKILL`; None for that of `load_gate`.
             inputs: The skill's inputs in SI units; None for none.
-            time: When the decision is made, in seconds on the plant's clock.
-            ages: For values that were not measured at `time`, how many seconds earlier they were.
-            usage: For each quota, how many actions were executed in its window; 0 where it is not named.
+            time: Time of the decision, in seconds on the plant's clock.
+            ages: Seconds before `time` at which values were measured; 0 for each that is not named.
+            usage: Number of actions executed in the window of each quota; 0 for each that is not named.
 
         Returns:
-            The decision.  Its `action` is the one that may be executed: `action`, a reduced one, or None
-            where it is denied; `reasons` has every rule that stood in the way.
+            The decision.  Its `action` is the one that may be executed: `action`, an attenuated one, or None
+            if it is denied; `reasons` has every rule that was violated.
 
         Raises:
             MisuseError: There is no such skill, or none is named and there are several.
@@ -121,21 +122,21 @@ def load_gate(
 ) -> SkillGate:
     """Prove modules and compile the gate that decides their actions.
 
-    What an earlier run proved of the same files is not proved again.
+    Results of earlier proofs of the same files are reused.
 
     Args:
         modules: A module's folder or a folder of modules.
-        skill: The skill that asks, as `MODULE.SKILL` or `SKILL`; None to name it in each `decide`.
+        skill: The requesting skill, as `MODULE.SKILL` or `SKILL`; None to name it in each `decide`.
         site: The site file; None for the reference site, a Panda cell.
-        mode: How conditions are decided: `compiled`; `z3`, slow; or `shadow`, both, where a disagreement
-            raises.
+        mode: How conditions are decided: `compiled`; `z3`, slow; or `shadow`, both: a disagreement
+            raises an exception.
 
     Returns:
         The gate.
 
     Raises:
-        UserError: A file is refused or a claim is refuted; its text has file, line, cause and cure.
-        UndecidedError: The only reason is that the solver ran out of its budget (a `UserError`, too).
+        UserError: A file is rejected or a claim is refuted; its text has file, line, cause and help.
+        UndecidedError: A `UserError` whose only reason is that the solver ran out of its budget.
         MisuseError: There is no such skill or mode.
 
     Example:

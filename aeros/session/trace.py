@@ -1,4 +1,4 @@
-"""Write the agent's events to a file, and print them as they come."""
+"""Write the agent's events to a file, and print them as they happen."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from aeros.agent.execution.journal import AgentEvent
 from aeros.spec.diagnostics.render import escape_invisible
 
 TRACE: Final = "trace.jsonl"
-"""Its name in the folder of a run."""
+"""File name of the trace in the folder of a run."""
 
 
 class TraceWriter:
     """Writer of each event of the agent as one line of JSON, appended to a file.
 
     Args:
-        path: The file, created where it is not there.
-        stream: Where each event is printed as a line for people; None to print nothing.
+        path: The file, created if it does not exist.
+        stream: Stream on which each event is printed as a line of text; None to print nothing.
     """
 
     def __init__(self, path: Path, stream: TextIO | None) -> None:
@@ -28,8 +28,11 @@ class TraceWriter:
     def write(self, event: AgentEvent) -> None:
         """Write and print one event.
 
+        Args:
+            event: The event.
+
         Raises:
-            OSError: The file cannot be written.  A stream that cannot be written to is given up.
+            OSError: The file cannot be written.  A stream that fails is not written to again.
         """
         line = {"time": event.time, "kind": event.kind, "text": event.text, "details": event.details}
         self._file.write(json.dumps(line, default=str) + "\n")

@@ -1,4 +1,4 @@
-"""A composition as a drawing: its control flow, with the outcomes and conditions that lead on."""
+"""Diagram of a composition: its control flow, with outcomes and conditions on the edges."""
 
 from __future__ import annotations
 
@@ -12,9 +12,16 @@ from aeros.spec.model.step_graph import If
 
 
 def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
-    """The graph of `composition` from its start to where it is done, or has stopped as failed.
+    """Draw the control flow of a composition from its start to `done` or `stopped as failed`.
 
-    A failure is drawn where some outcome is one; an outcome that is declared never to happen is left out.
+    A failure edge is drawn if some outcome of the step is a failure.  Outcomes of probability 0 are left out.
+
+    Args:
+        ecm: The module that declares the composition.
+        composition: The composition.
+
+    Returns:
+        The diagram.
     """
     graph = control_flow_graph(composition)
     edges: list[tuple[str, str, str, bool]] = []
@@ -40,7 +47,7 @@ def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
 
 
 def _label(step: Step, on: str, after: str, skills: Mapping[str, Skill]) -> str | None:
-    """The outcomes on which a step leads to `after`, and when; None where there is no such outcome."""
+    """Return the outcomes that lead from a step to `after`, as text; None if there is no such outcome."""
     likely = [one for one in skills[step.skill].outcomes.values() if one.probability != 0]
     names = " or ".join(one.id for one in likely if one.failure == (on == "failure"))
     if not names:
@@ -67,8 +74,8 @@ def _node(id_: str, name: str, part: object, composition: Composition) -> Node:
         )
     text, shape = ends[name]
     precondition = composition.precondition_span
-    told = (f"where {precondition.text}",) if name == START and precondition is not None else ()
-    return Node(id_, (text, *told), shape)
+    note = (f"where {precondition.text}",) if name == START and precondition is not None else ()
+    return Node(id_, (text, *note), shape)
 
 
 def _step_text(step: Step) -> Iterator[str]:

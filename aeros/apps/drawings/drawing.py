@@ -1,4 +1,4 @@
-"""A drawing, which is nodes and labelled edges, as Mermaid, DOT or SVG.  Text is escaped, never markup."""
+"""Diagrams of nodes and labelled edges, as Mermaid, DOT or SVG.  Text is escaped and never markup."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Shape = Literal["step", "state", "start", "goal", "stuck", "choice", "bar"]
 
 @dataclass(frozen=True)
 class Node:
-    """One node: the lines written in it and what it stands for."""
+    """One node: its lines of text and its shape."""
 
     id: str
     lines: tuple[str, ...]
@@ -27,7 +27,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """One arrow and what is written beside it; dashed for what happens on failure."""
+    """One arrow and its label; dashed for a transition on failure."""
 
     source: str
     target: str
@@ -37,7 +37,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class Diagram:
-    """Nodes in reading order, the first of which stands first, and edges between them."""
+    """Nodes in reading order, the first at the top, and the edges between them."""
 
     title: str
     nodes: tuple[Node, ...]
@@ -45,7 +45,14 @@ class Diagram:
 
 
 def mermaid(drawing: Diagram) -> str:
-    """The drawing as a Mermaid flow chart."""
+    """Render a diagram as a Mermaid flow chart.
+
+    Args:
+        drawing: The diagram.
+
+    Returns:
+        Mermaid source; all text in it is escaped.
+    """
     brackets = {
         "step": ("[", "]"),
         "state": ("(", ")"),
@@ -67,14 +74,21 @@ def mermaid(drawing: Diagram) -> str:
 
 
 def _entities(text: str) -> str:
-    """Text inside a Mermaid string: everything that Mermaid or HTML could read becomes an entity."""
+    """Escape text for a Mermaid string: characters that Mermaid or HTML could interpret become entities."""
     return "".join(
         one if one.isalnum() or one in " _.,:=→/+-" else f"#{ord(one)};" for one in escape_invisible(text)
     )
 
 
 def dot(drawing: Diagram) -> str:
-    """The drawing in the language of Graphviz."""
+    """Render a diagram in the DOT language of Graphviz.
+
+    Args:
+        drawing: The diagram.
+
+    Returns:
+        DOT source.
+    """
     styles = {
         "step": "shape=box",
         "state": "shape=box, style=rounded",
@@ -110,7 +124,14 @@ _FILLS = {
 
 
 def svg(drawing: Diagram) -> str:
-    """The drawing as an SVG image: layers from top to bottom, each below what leads to it where it can be."""
+    """Render a diagram as an SVG image in layers from top to bottom, each below its predecessors if possible.
+
+    Args:
+        drawing: The diagram.
+
+    Returns:
+        An SVG element; lengths in pixels.
+    """
     sizes = {node.id: _size(node.lines) for node in drawing.nodes}
     edges = [
         LayoutEdge(one.source, one.target, _size([one.label]) if one.label else (0, 0))
@@ -137,9 +158,9 @@ def _size(lines: Sequence[str]) -> Size:
 
 
 def _layers_of(drawing: Diagram) -> dict[str, int]:
-    """The layer of each node: its greatest distance from the first; the least where arrows lead in circles.
+    """Return the layer of each node: its greatest distance from the first, or its least if there are cycles.
 
-    Dashed arrows count only for what nothing else leads to.
+    Dashed arrows count only for nodes that no solid arrow reaches.
     """
     import networkx as nx  # 80 ms, which a run that draws nothing need not pay
 
@@ -166,7 +187,7 @@ def _layers_of(drawing: Diagram) -> dict[str, int]:
 
 
 def _arrow(edge: Edge, way: Sequence[Point]) -> str:
-    """A curve through the points, upright at each."""
+    """Draw a curve through the points, vertical at each."""
     (x, y), *_ = way
     path = f"M{x:.0f} {y:.0f}"
     for (x0, y0), (x1, y1) in pairwise(way):
@@ -196,4 +217,5 @@ def _shape(node: Node, at: Point, size: Size) -> str:
 
 
 def _text(text: str, x: float, y: float) -> str:
-    return f'<text x="{x:.0f}" y="{y + 4:.0f}" text-anchor="middle" fill="#111">{escape(escape_invisible(text))}</text>'
+    shown = escape(escape_invisible(text))
+    return f'<text x="{x:.0f}" y="{y + 4:.0f}" text-anchor="middle" fill="#111">{shown}</text>'

@@ -1,7 +1,8 @@
-"""What a client asks for and the operator has to approve: one file each, in the agent's folder.
+"""Requests of MCP clients that need the operator's approval: one file each, in the agent's folder.
 
-Who can write that folder is the operator; no client is asked to prove who it is.  An approval is for exactly
-what the file said, is used once, and holds for ten minutes.  What an earlier server left is void.
+Anyone who can write that folder counts as the operator; clients are not authenticated.  An approval holds
+for exactly the content of the file, is used once, and expires after ten minutes.  A new server deletes the
+requests of earlier servers.
 """
 
 from __future__ import annotations
@@ -31,12 +32,12 @@ _MAX_BYTES: Final = 200_000
 
 
 class ApprovalError(Exception):
-    """There is nothing of that name to approve, or it cannot be; the message says why."""
+    """A request that does not exist or cannot be approved; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Approval:
-    """Who approved what, and when (seconds since 1970)."""
+    """An approval: who gave it, and when (seconds since 1970)."""
 
     id: str
     approved_by: str
@@ -44,7 +45,11 @@ class Approval:
 
 
 class Approvals:
-    """The server's side."""
+    """The server's side: requests, and approvals to be used.
+
+    Args:
+        state: The agent's state folder.  Requests left there by an earlier server are deleted.
+    """
 
     def __init__(self, state: Path) -> None:
         self._folder = state / APPROVALS_FOLDER
@@ -54,12 +59,23 @@ class Approvals:
             path.unlink()
 
     def request(self, what: Mapping[str, Any], known: str | None = None) -> str:
-        """Ask for `what`, as JSON; what it is called, which is `known` while that still waits."""
+        """Write a request for the operator.
+
+        Args:
+            what: Content of the request, JSON values.
+            known: Id of an earlier request with the same content; it is returned if still pending.
+
+        Returns:
+            The id of the request.
+
+        Raises:
+            ApprovalError: `MAX_PENDING` requests are pending already.
+        """
         self._remove_expired()
         if known in self._waiting:
             return str(known)
         if len(self._waiting) >= MAX_PENDING:
-            raise ApprovalError(f"{MAX_PENDING} things wait for the operator's approval already")
+            raise ApprovalError(f"too many pending approvals ({MAX_PENDING})")
         id_ = secrets.token_hex(4)
         content = json.dumps({"id": id_, "asked": time.time(), **what}, indent=1).encode()
         replace_durably(self._folder / f"{id_}.json", content)
@@ -67,7 +83,14 @@ class Approvals:
         return id_
 
     def consume(self, id_: str | None) -> Approval | None:
-        """The approval, which is thereby used; None where there is none, or it was for something else."""
+        """Use an approval, which is void from then on.
+
+        Args:
+            id_: Id of the request; None for no request.
+
+        Returns:
+            The approval; None if there is none, it expired, or the request changed after the approval.
+        """
         self._remove_expired()
         if id_ not in self._waiting:
             return None
@@ -81,24 +104,32 @@ class Approvals:
         return Approval(str(id_), str(found.get("by")), found["at"])
 
     def is_rejected(self, id_: str | None) -> bool:
-        """Whether the operator said no, or what was asked for is void."""
+        """Check if the operator rejected a request, or it expired.
+
+        Args:
+            id_: Id of the request; None for no request.
+        """
         self._remove_expired()
         return id_ is not None and not (self._folder / f"{id_}.json").exists()
 
     def withdraw(self, id_: str) -> None:
-        """Nothing of it is wanted any more."""
+        """Delete a request and its approval.
+
+        Args:
+            id_: Id of the request.
+        """
         self._waiting.pop(id_, None)
         for suffix in ("json", "approved"):
             (self._folder / f"{id_}.{suffix}").unlink(missing_ok=True)
 
     def withdraw_all(self) -> None:
-        """Void all of it, as after a stop."""
+        """Delete all requests and approvals, as after a stop."""
         for id_ in list(self._waiting):
             self.withdraw(id_)
 
     @property
     def pending(self) -> list[str]:
-        """What waits, by name."""
+        """Ids of the pending requests."""
         self._remove_expired()
         return list(self._waiting)
 
@@ -109,28 +140,51 @@ class Approvals:
 
 
 def pending_requests(state: Path) -> list[Mapping[str, Any]]:
-    """What waits for approval, for the operator."""
+    """Read the pending requests, for the operator.
+
+    Args:
+        state: The agent's state folder.
+
+    Returns:
+        The content of each request that is not approved yet, sorted by id.
+    """
     paths = sorted((state / APPROVALS_FOLDER).glob("*.json"))
     read = [one for path in paths if _ID.fullmatch(path.stem) and (one := _read(path)) is not None]
     return [one for one in read if not (state / APPROVALS_FOLDER / f"{one.get('id')}.approved").exists()]
 
 
 def approve(state: Path, id_: str) -> None:
-    """Approve what is called so.  Raises `ApprovalError`."""
+    """Approve a pending request.
+
+    Args:
+        state: The agent's state folder.
+        id_: Id of the request.
+
+    Raises:
+        ApprovalError: There is no such request.
+    """
     content = _content(_request(state, id_))
-    said = {"digest": hashlib.sha256(content).hexdigest(), "by": _current_user(), "at": time.time()}
-    replace_durably(state / APPROVALS_FOLDER / f"{id_}.approved", json.dumps(said).encode())
+    approval = {"digest": hashlib.sha256(content).hexdigest(), "by": _current_user(), "at": time.time()}
+    replace_durably(state / APPROVALS_FOLDER / f"{id_}.approved", json.dumps(approval).encode())
 
 
 def reject(state: Path, id_: str) -> None:
-    """Let it not be done.  Raises `ApprovalError`."""
+    """Reject a pending request.
+
+    Args:
+        state: The agent's state folder.
+        id_: Id of the request.
+
+    Raises:
+        ApprovalError: There is no such request.
+    """
     _request(state, id_).unlink(missing_ok=True)
 
 
 def _request(state: Path, id_: str) -> Path:
     path = state / APPROVALS_FOLDER / f"{id_}.json"
     if _ID.fullmatch(id_) is None or not path.is_file():
-        raise ApprovalError(f"nothing called `{id_}` waits for approval")
+        raise ApprovalError(f"no pending approval `{id_}`")
     return path
 
 

@@ -1,7 +1,7 @@
-"""A client's plan, judged as `aeros plan check` judges one, and as the agent judges every plan.
+"""Check of a client's plan, by the same rules as `aeros plan check` and as the agent's check of every plan.
 
-It is judged with the inputs that skills have without being told, so a step may only give inputs that have no
-default.  No step is tried again: what a second try may lead to was not judged.
+The check uses the default inputs of skills, so a step may only set inputs that have no default.  Steps are
+not retried, because the check does not cover the state after a failed try.
 """
 
 from __future__ import annotations
@@ -24,20 +24,24 @@ from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 @dataclass(frozen=True, slots=True)
 class ClientPlan:
-    """Steps after which the goal is to hold."""
+    """Plan of a client: steps, and the goal that must hold after them."""
 
     steps: tuple[ProposedStep, ...]
     goal: ActionCondition
 
     @property
     def graph(self) -> TaskGraph:
-        """As the agent takes it."""
+        """The plan as a task graph of the agent."""
         named = ((*step.skill.partition("."), step.inputs) for step in self.steps)
         return TaskGraph(tuple(PlanStep(module, skill, inputs) for module, _, skill, inputs in named))
 
 
 class ClientPlanChecker:
-    """Says what is wrong with plans under the site that governs, as `site` says; for one thread."""
+    """Checker of client plans under the site in force; for use by one thread.
+
+    Args:
+        site: Returns the site in force.
+    """
 
     def __init__(self, site: Callable[[], Site]) -> None:
         self._site = site
@@ -46,7 +50,17 @@ class ClientPlanChecker:
     def problems(
         self, plan: ClientPlan, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]
     ) -> list[str]:
-        """Why not to follow it from `world`; empty iff it is accepted."""
+        """Check a plan.
+
+        Args:
+            plan: The client's plan.
+            routed: The task that the robot is set up for.
+            world: The measured state from which the plan would start.
+            modules: The active modules by id.
+
+        Returns:
+            The reasons against the plan; empty if and only if it is accepted.
+        """
         site = self._site()
         formal = [*_policy_problems(plan.steps, site), *_repeated_defaults(plan.steps, modules)]
         if formal or (formal := verify_plan(plan.graph, modules, site)):
@@ -58,7 +72,7 @@ class ClientPlanChecker:
         try:
             return find_step_problems(StrongCyclicStrategy(domain), domain.state(known), labels)
         except PlanUndecidedError as why:
-            return [f"undecided, so it is not accepted: {why}"]
+            return [f"rejected: acceptance could not be decided: {why}"]
 
 
 def _policy_problems(steps: Sequence[ProposedStep], site: Site) -> list[str]:
@@ -79,7 +93,7 @@ def _repeated_defaults(steps: Sequence[ProposedStep], modules: Mapping[str, Ecm]
         skill = modules[module].skills.get(name) if module in modules else None
         given = [] if skill is None else [one for one in step.inputs if one in skill.inputs]
         found += [
-            f"step {number}: leave `{one}` out: plans are judged with its default"
+            f"step {number}: omit `{one}`; plans are checked with its default"
             for one in given
             if skill is not None and skill.inputs[one].default_value is not None
         ]
@@ -87,7 +101,7 @@ def _repeated_defaults(steps: Sequence[ProposedStep], modules: Mapping[str, Ecm]
 
 
 def _label(domain: PlanningDomain, step: ProposedStep) -> str:
-    """How the domain calls the step; what it does not have is called as the client does."""
+    """Return the planning domain's label of a step, or a text of the same form if the domain lacks it."""
     for choice in domain.choices:
         inputs = {name: to_json_value(value) for name, value in choice.inputs.items()}
         if choice.name == step.skill and inputs == dict(step.inputs):

@@ -1,4 +1,4 @@
-"""The one robot behind the tools: all that acts lives in one thread, and does one thing at a time."""
+"""The robot behind the MCP tools: one thread opens it, uses it for one call at a time, and closes it."""
 
 from __future__ import annotations
 
@@ -22,11 +22,18 @@ from aeros.spec.model.model import Ecm
 
 
 class PlanWithdrawnError(Exception):
-    """The client's plan is not to be followed (any more); the message says why."""
+    """A client's plan that is not executed or not continued; the message says why."""
 
 
 class ClientPlanner:
-    """A `Planner` that proposes what the client did, once, and only where it is still accepted."""
+    """A `Planner` that proposes the client's plan once, if it is still accepted in the current state.
+
+    Args:
+        judge: Checks the plan again before it starts.
+
+    Attributes:
+        plan_to_follow: The plan to propose next; None for none.
+    """
 
     name = "mcp"
 
@@ -35,18 +42,22 @@ class ClientPlanner:
         self.plan_to_follow: ClientPlan | None = None
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """See `Planner`; raises `PlanWithdrawnError`."""
+        """Implement `Planner.plan`.
+
+        Raises:
+            PlanWithdrawnError: There is no plan, or it is not accepted in the current state.
+        """
         plan, self.plan_to_follow = self.plan_to_follow, None
         if plan is None:
-            raise PlanWithdrawnError("the client's plan is over; it may propose another")
+            raise PlanWithdrawnError("the plan has ended; propose a new one")
         problems = self.judge.problems(plan, routed, world, modules)
         if problems:
-            raise PlanWithdrawnError("not accepted as things are now: " + "; ".join(problems))
+            raise PlanWithdrawnError("no longer valid in the current state: " + "; ".join(problems))
         return plan.graph
 
 
 class RobotParts(NamedTuple):
-    """What lives in the robot's thread."""
+    """Parts of the robot that only its thread uses."""
 
     runtime: Runtime
     agent: Agent
@@ -55,7 +66,14 @@ class RobotParts(NamedTuple):
 
 @dataclass(slots=True)
 class PlanExecution:
-    """A plan that is executed, or was: how it ended is in `report`, or in `failure`."""
+    """A plan in execution, or after it.
+
+    Attributes:
+        plan: Id of the plan.
+        report: The agent's report; None while it runs or after an exception.
+        failure: Text of the exception that ended it; None if there was none.
+        ended: Set when the execution has ended.
+    """
 
     plan: str
     report: RunReport | None = None
@@ -64,7 +82,7 @@ class PlanExecution:
 
 
 class LatestMeasurements:
-    """What was measured last, for whoever may not ask the plant: a `MeasurementListener`."""
+    """Latest measurements, for threads that cannot query the plant: a `MeasurementListener`."""
 
     def __init__(self) -> None:
         self._readings: dict[str, Reading] = {}
@@ -72,28 +90,37 @@ class LatestMeasurements:
         self._lock = threading.Lock()
 
     def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
-        """See `MeasurementListener`."""
+        """Implement `MeasurementListener.on_tick`."""
         read = {n: value if type(value) is Reading else Reading(value, now) for n, value in values.items()}
         with self._lock:
             self._readings |= read
             self._now = now
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
-        """See `MeasurementListener`."""
+        """Implement `MeasurementListener.on_observed`."""
         with self._lock:
             self._readings |= readings
 
     def last(self) -> tuple[float, Readings]:
-        """The time of the last tick, and what is known since."""
+        """Return the latest measurements.
+
+        Returns:
+            Plant time of the last control tick (s), and the latest reading of each variable.
+        """
         with self._lock:
             return self._now, dict(self._readings)
 
 
 class McpRobotThread(RobotThread[RobotParts]):
-    """Runs what it is given in a thread of its own, in which `open_parts` is entered and left.
+    """Robot thread that executes plans of clients.
 
-    instruction: names the task that the robot is set up for.
-    halt: has whatever moves stopped, for good.
+    Args:
+        open_parts: Context manager of the robot's parts; it is entered and left in the thread.
+        instruction: Names the task that the robot is set up for.
+        halt: Stops all motion permanently.
+
+    Attributes:
+        running: The plan in execution or the last one; None before the first.
     """
 
     def __init__(
@@ -109,11 +136,15 @@ class McpRobotThread(RobotThread[RobotParts]):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a plan is being executed."""
+        """True while a plan is executed."""
         return self.running is not None and not self.running.ended.is_set()
 
     def world(self) -> Future[WorldModel]:
-        """What is measured now."""
+        """Measure the state.
+
+        Returns:
+            A future of the measured state.
+        """
 
         def look(parts: RobotParts) -> WorldModel:
             runtime = parts.runtime
@@ -121,13 +152,22 @@ class McpRobotThread(RobotThread[RobotParts]):
 
         return self.call(look)
 
-    def start_plan(self, name: str, plan: ClientPlan, told: Mapping[str, Any]) -> PlanExecution:
-        """Begin to follow the plan; `told` is what the record says of who asked."""
+    def start_plan(self, name: str, plan: ClientPlan, details: Mapping[str, Any]) -> PlanExecution:
+        """Start the execution of a plan.
+
+        Args:
+            name: Id of the plan.
+            plan: The plan.
+            details: Details of the audit record `mcp-executing`: client, plan and approval.
+
+        Returns:
+            The execution, which goes on in the thread.
+        """
         running = self.running = PlanExecution(name)
 
         def follow(parts: RobotParts) -> None:
             try:
-                parts.runtime.note("mcp-executing", told)
+                parts.runtime.note("mcp-executing", details)
                 parts.planner.plan_to_follow = plan
                 running.report = parts.agent.run(self._instruction, goal=plan.goal)
             except BaseException as failure:
@@ -140,6 +180,6 @@ class McpRobotThread(RobotThread[RobotParts]):
         return running
 
     def close(self) -> None:
-        """Stop what moves, and end; safe to call twice."""
+        """Stop all motion and end the thread; safe to call twice."""
         self._halt()
         super().close()

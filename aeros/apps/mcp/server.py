@@ -1,4 +1,4 @@
-"""The tools over the Model Context Protocol, on standard input and output.  Sole importer of its SDK."""
+"""MCP server on standard input and output.  Sole importer of the MCP SDK."""
 
 from __future__ import annotations
 
@@ -26,7 +26,12 @@ _READ_ONLY_TOOLS = frozenset(("list_skills", "state", "propose_plan"))
 
 
 def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
-    """Answer one client until it is gone, or `is_over`."""
+    """Serve one client until it disconnects or `is_over` returns true.
+
+    Args:
+        tools: The tools to serve.
+        is_over: Polled every 0.1 s.
+    """
     holding: anyio.CapacityLimiter | None = None
 
     async def list_tools(
@@ -48,7 +53,7 @@ def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
             text = types.TextContent(type="text", text=json.dumps(found, default=str))
             return types.CallToolResult(content=[text], structured_content=found)
 
-        # However many calls wait, for a robot or for its end, one that holds it does not wait behind them.
+        # Pause and stop have their own limiter, so that they never wait behind other calls.
         limiter = holding if params.name in _HOLD_TOOLS else None
         return await anyio.to_thread.run_sync(call, abandon_on_cancel=True, limiter=limiter)
 
@@ -65,7 +70,7 @@ def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
         nonlocal holding
         holding = anyio.CapacityLimiter(4)
         lines: Any = _StdinLines()
-        # The scope is around what reads, which ends with it; nothing else ends that but the client.
+        # Cancelling the scope ends the reader; otherwise only the client can end it.
         async with anyio.create_task_group() as group:
             group.start_soon(watch, group.cancel_scope)
             async with stdio_server(stdin=lines) as (reading, writing):
@@ -76,10 +81,10 @@ def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
 
 
 class _StdinLines:
-    """Lines of standard input, which from now on is empty for everybody else.
+    """Lines of standard input, which is empty for all other readers from now on.
 
-    The SDK's own reader waits in a thread that nothing ends, so neither would this process; and it takes a
-    line of any length.
+    The SDK's own reader waits in a thread that cannot be ended, so the process would not end either; and it
+    accepts lines of any length.
     """
 
     def __init__(self) -> None:
@@ -94,7 +99,7 @@ class _StdinLines:
     async def __anext__(self) -> str:
         while b"\n" not in self._rest:
             if len(self._rest) > _MAX_LINE_BYTES:
-                raise StopAsyncIteration  # no client of good will, and nothing after it can be told apart
+                raise StopAsyncIteration  # a hostile client; where the next message starts is unknown
             await anyio.wait_readable(self._file)
             read = os.read(self._file, 65_536)
             if not read:
@@ -114,8 +119,8 @@ def _tool_description(name: str) -> types.Tool:
 
 
 def _client_name(context: ServerRequestContext[Any, Any]) -> str:
-    """What the client says that it is."""
-    said = context.session.client_params
-    if said is None:
+    """Return the name that the client gives itself."""
+    parameters = context.session.client_params
+    if parameters is None:
         return "a client that does not say its name"
-    return shortened(f"{said.client_info.name} {said.client_info.version}", 120)
+    return shortened(f"{parameters.client_info.name} {parameters.client_info.version}", 120)

@@ -1,4 +1,4 @@
-"""Arguments of tools, as an untrusted client gives them: of the right form and size, or refused."""
+"""Arguments of MCP tools: parse what an untrusted client sends, and reject wrong forms and sizes."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ MAX_WAIT_S: Final = 300.0
 
 
 class ToolCallError(Exception):
-    """A tool does not do what was asked; the message says why."""
+    """A rejected tool call; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProposedStep:
-    """A step that a client proposes: MODULE.SKILL and its inputs, JSON values."""
+    """A step that a client proposes: MODULE.SKILL and its inputs as JSON values."""
 
     skill: str
     inputs: Mapping[str, Any]
@@ -46,7 +46,7 @@ SCHEMAS: Final[Mapping[str, Mapping[str, Any]]] = {
         "goal": {"type": "string", "description": "a condition over the state; the task's goal if absent"},
     },
     "execute_plan": {
-        "plan": {"type": "string", "description": "what propose_plan called it"},
+        "plan": {"type": "string", "description": "id of the plan, as propose_plan returned it"},
         "wait": {
             "type": "number",
             "minimum": 0,
@@ -64,7 +64,14 @@ REQUIRED: Final = {"propose_plan": ["steps"], "execute_plan": ["plan"]}
 
 
 def tool_schema(tool: str) -> dict[str, Any]:
-    """The JSON Schema of a tool's arguments."""
+    """Return the JSON Schema of a tool's arguments.
+
+    Args:
+        tool: Name of the tool, a key of `SCHEMAS`.
+
+    Returns:
+        The schema of an object without further properties.
+    """
     return {
         "type": "object",
         "properties": dict(SCHEMAS[tool]),
@@ -74,7 +81,15 @@ def tool_schema(tool: str) -> dict[str, Any]:
 
 
 def check_call(tool: str, arguments: Mapping[str, Any]) -> None:
-    """That there is such a tool and it has such arguments.  Raises `ToolCallError`."""
+    """Check that a tool exists and the arguments have its names, and a permitted size and depth.
+
+    Args:
+        tool: Name of the tool.
+        arguments: The client's arguments.
+
+    Raises:
+        ToolCallError: There is no such tool, or an argument is unknown, missing, too large or no JSON value.
+    """
     if tool not in SCHEMAS:
         raise ToolCallError(f"there is no tool `{_shortened(tool)}`{_suggestion(tool, SCHEMAS)}")
     _check_names("argument", arguments, SCHEMAS[tool], REQUIRED.get(tool, ()))
@@ -84,26 +99,59 @@ def check_call(tool: str, arguments: Mapping[str, Any]) -> None:
         raise ToolCallError(f"the arguments are larger than {MAX_BYTES} bytes")
 
 
-def read_steps(arguments: Mapping[str, Any], most: int) -> tuple[ProposedStep, ...]:
-    """The steps that are proposed, at most so many.  Raises `ToolCallError`."""
+def read_steps(arguments: Mapping[str, Any], max_count: int) -> tuple[ProposedStep, ...]:
+    """Read the argument `steps`.
+
+    Args:
+        arguments: The client's arguments.
+        max_count: Largest number of steps that the site allows.
+
+    Returns:
+        The proposed steps.
+
+    Raises:
+        ToolCallError: The value is not a list of 1 to `max_count` steps.
+    """
     steps = arguments["steps"]
     if type(steps) is not list or not steps:
         raise ToolCallError("`steps` is a list of at least one step")
-    if len(steps) > most:
-        raise ToolCallError(f"the plan has {len(steps)} steps; this site allows {most}")
+    if len(steps) > max_count:
+        raise ToolCallError(f"the plan has {len(steps)} steps; this site allows {max_count}")
     return tuple(_step(number, step) for number, step in enumerate(steps, 1))
 
 
 def read_text(arguments: Mapping[str, Any], name: str) -> str | None:
-    """The text of that name, if it is given.  Raises `ToolCallError`."""
+    """Read a string argument.
+
+    Args:
+        arguments: The client's arguments.
+        name: Name of the argument.
+
+    Returns:
+        The string; None if it is absent.
+
+    Raises:
+        ToolCallError: The value is not a string.
+    """
     text = arguments.get(name)
     if text is not None and type(text) is not str:
-        raise ToolCallError(f"`{name}` is a text")
+        raise ToolCallError(f"`{name}` must be a string")
     return text
 
 
 def read_seconds(arguments: Mapping[str, Any], name: str) -> float:
-    """The seconds of that name, 0 if they are not given.  Raises `ToolCallError`."""
+    """Read an argument in seconds.
+
+    Args:
+        arguments: The client's arguments.
+        name: Name of the argument.
+
+    Returns:
+        Seconds from 0 to `MAX_WAIT_S`; 0 if it is absent.
+
+    Raises:
+        ToolCallError: The value is not such a number.
+    """
     seconds = arguments.get(name, 0.0)
     if type(seconds) not in (int, float) or not 0.0 <= seconds <= MAX_WAIT_S:
         raise ToolCallError(f"`{name}` is a number of seconds from 0 to {MAX_WAIT_S:g}")
@@ -120,7 +168,7 @@ def _step(number: int, step: Any) -> ProposedStep:
         raise ToolCallError(f"{where}: {error}") from None
     skill, inputs = step["skill"], step.get("inputs", {})
     if type(skill) is not str or type(inputs) is not dict:
-        raise ToolCallError(f"{where}: `skill` is a text, and `inputs` an object")
+        raise ToolCallError(f"{where}: `skill` must be a string, and `inputs` an object")
     return ProposedStep(skill, inputs)
 
 
@@ -134,7 +182,7 @@ def _check_names(what: str, given: Mapping[str, Any], known: Mapping[str, Any], 
 
 
 def _value_problem(value: Any, depth: int) -> Iterator[str]:
-    """Why a value is none that JSON has, or is none that is looked at any further."""
+    """Yield the reasons why a value is rejected: it is not JSON, too large or nested too deep."""
     if depth > _MAX_DEPTH:
         yield f"the arguments are nested more than {_MAX_DEPTH} deep"
         return
@@ -158,7 +206,7 @@ def _value_problem(value: Any, depth: int) -> Iterator[str]:
                 yield from _value_problem(name, depth + 1)
                 yield from _value_problem(part, depth + 1)
         case _:
-            yield f"a {type(value).__name__} is no JSON value"
+            yield f"{type(value).__name__} is not a JSON value"
 
 
 def _suggestion(name: str, known: Mapping[str, Any]) -> str:

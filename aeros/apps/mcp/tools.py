@@ -1,8 +1,8 @@
-"""The tools: what an untrusted client may see and ask for.  None of them can act past the gate.
+"""The MCP tools of an untrusted client.  No tool bypasses the gate.
 
-Whatever lets the robot move waits for the operator, unless the site says otherwise of plans; whatever stops
-it does not.  After a pause or a stop, whoever asked for it, nothing is executed until the operator resumes; a
-client may ask for that, and the operator approves it.
+Tools that let the robot move wait for the operator's approval, unless the site exempts plans; tools that stop
+it do not wait.  After a pause or a stop by anyone, nothing is executed until the operator resumes.  A client
+may request a resume, which the operator approves.
 """
 
 from __future__ import annotations
@@ -38,20 +38,20 @@ from aeros.spec.model.model import ActionCondition, Declared, Ecm, Execute, Site
 MAX_PLANS: Final = 32
 
 DESCRIPTIONS: Final = {
-    "list_skills": "The skills that plans may have: preconditions, outcomes, inputs; and the task's goal.",
-    "state": "What is measured now, with ages; what is executed; whether it is held; what waits.",
-    "propose_plan": "Have a plan judged: accepted under a name, or what is wrong with it. Nothing moves.",
-    "execute_plan": "Execute an accepted plan, once. Unless the site says otherwise the operator approves "
-    "first; then ask again. Answers at once, or after `wait` seconds; `state` says how it goes.",
-    "pause": "Let nothing begin; what moves ends first.",
-    "stop": "Bring what moves to rest and end the plan.",
-    "resume": "Ask the operator to let actions begin again.",
+    "list_skills": "Skills that plans may use, with preconditions, outcomes and inputs; and the task's goal.",
+    "state": "Current measurements with ages, running plan, pause/stop state, pending approvals.",
+    "propose_plan": "Check a plan. Returns an id if accepted, otherwise the problems. Nothing moves.",
+    "execute_plan": "Execute an accepted plan, once. Unless the site says otherwise the operator must "
+    "approve first; then call again. Returns at once, or after `wait` seconds; `state` shows the progress.",
+    "pause": "Pause: no new action starts; running motions finish.",
+    "stop": "Stop all motion and end the plan.",
+    "resume": "Request the operator's approval to let actions start again.",
 }
 
 
 @dataclass(slots=True)
 class _AcceptedPlan:
-    """An accepted plan, and what its approval is called."""
+    """An accepted plan, and the id of its request for approval."""
 
     plan: ClientPlan
     approval: str | None = None
@@ -60,21 +60,26 @@ class _AcceptedPlan:
 class Tools:
     """All tools of one server.
 
-    ask: asks whoever executes for a command and returns when it is so.
-    command: what is asked for now.
+    Args:
+        robot: Thread of the robot.
+        measurements: Latest measurements, for calls while a plan is executed.
+        routed: The task that the robot is set up for.
+        approvals: Requests to the operator.
+        ask: Requests an operator command and returns when it is in effect.
+        command: Returns the command in force.
     """
 
     def __init__(
         self,
         robot: McpRobotThread,
-        heard: LatestMeasurements,
+        measurements: LatestMeasurements,
         routed: RoutedTask,
         approvals: Approvals,
         ask: Callable[[OperatorCommand], None],
         command: Callable[[], OperatorCommand],
     ) -> None:
         self._robot = robot
-        self._heard = heard
+        self._measurements = measurements
         self._routed = routed
         self._approvals = approvals
         self._ask = ask
@@ -82,11 +87,23 @@ class Tools:
         self._plans: dict[str, _AcceptedPlan] = {}
         self._resuming: str | None = None
         self._site, self._modules = robot.call(_current_configuration).result()
-        # Calls come in several threads; it is held only where none of them waits for the robot.
+        # Calls come in several threads; the lock is never held while one waits for the robot.
         self._lock = threading.Lock()
 
     def call(self, tool: str, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
-        """What the tool answers `client`, who says that it is called so.  Raises `ToolCallError`."""
+        """Call a tool.
+
+        Args:
+            tool: Name of the tool.
+            arguments: The client's arguments.
+            client: The client's name, as it gives it.
+
+        Returns:
+            The answer, JSON values.
+
+        Raises:
+            ToolCallError: The call is rejected; the rejection is recorded in the audit log.
+        """
         try:
             check_call(tool, arguments)
             does = {
@@ -103,7 +120,7 @@ class Tools:
             self._record("mcp-refused", {"client": client, "tool": tool[:80], "reason": str(refusal)})
             raise ToolCallError(str(refusal)) from refusal
 
-    # Looking.
+    # Queries
 
     def _list_skills(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
         self._apply_configuration()
@@ -122,7 +139,7 @@ class Tools:
 
     def _state(self, _arguments: Mapping[str, Any], _client: str) -> dict[str, Any]:
         if self._robot.is_busy:
-            now, readings = self._heard.last()
+            now, readings = self._measurements.last()
             world = world_from_readings(self._site.state, readings, now)
         else:
             world = self._robot.world().result()
@@ -135,7 +152,7 @@ class Tools:
             "waiting_for_approval": self._approvals.pending,
         }
 
-    # Plans.
+    # Plans
 
     def _propose(self, arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
         self._require_idle()
@@ -167,23 +184,23 @@ class Tools:
         name, wait = read_text(arguments, "plan"), read_seconds(arguments, "wait")
         self._apply_configuration()
         with self._lock:
-            begun = self._begin(name or "", client)
-        if not isinstance(begun, PlanExecution):
-            return begun
-        begun.ended.wait(wait)
-        return _progress(begun)
+            execution = self._begin(name or "", client)
+        if not isinstance(execution, PlanExecution):
+            return execution
+        execution.ended.wait(wait)
+        return _progress(execution)
 
     def _begin(self, name: str, client: str) -> PlanExecution | dict[str, Any]:
-        """The plan under way, as it was before or from now on; or what it waits for."""
+        """Return the execution of a plan, started now or before, or an answer that names the request."""
         running = self._robot.running
         if running is not None and name == running.plan:
             return running
         kept = self._plans.get(name)
         if kept is None:
-            raise ToolCallError("there is no accepted plan of that name: propose_plan gives one")
+            raise ToolCallError("unknown plan; call propose_plan first")
         self._require_idle()
         if self._site.mcp.execute is Execute.DENIED:
-            raise ToolCallError("this site lets no client have a plan executed")
+            raise ToolCallError("this site does not allow MCP clients to execute plans")
         if self._command() is not OperatorCommand.RUN:
             raise ToolCallError(f"{self._hold_reason()}: the operator resumes it with `aeros resume`")
         approval = None
@@ -231,7 +248,7 @@ class Tools:
             raise ToolCallError(f"the goal is not understood:\n{render_all(error.diagnostics)}") from error
 
     def _apply_configuration(self) -> None:
-        """Take over what governs now; while a plan is executed nothing is begun that it could matter to."""
+        """Read the configuration in force, unless a plan is executed."""
         if not self._robot.is_busy:
             self._site, self._modules = self._robot.call(_current_configuration).result()
 
@@ -239,7 +256,7 @@ class Tools:
         if self._robot.is_busy and self._robot.running is not None:
             raise ToolCallError(f"the robot is busy with plan {self._robot.running.plan}")
 
-    # Holding it.
+    # Pause, stop, resume
 
     def _pause(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
         if self._command() is OperatorCommand.RUN:
@@ -258,7 +275,7 @@ class Tools:
 
     def _resume(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
         if self._command() is OperatorCommand.RUN:
-            return {"status": "nothing is held"}
+            return {"status": "the robot is neither paused nor stopped"}
         if self._robot.is_busy and self._command() is OperatorCommand.STOP:
             raise ToolCallError("the plan that was stopped has not ended yet")
         with self._lock:
@@ -283,7 +300,7 @@ class Tools:
         }[self._command()]
 
     def _record(self, event: str, details: Mapping[str, Any]) -> None:
-        """Put it into the record; while a plan is executed, once that has ended."""
+        """Append an event to the audit log; while a plan is executed, after its end."""
         self._robot.call(lambda parts: parts.runtime.note(event, details))
 
 

@@ -1,1 +1,1 @@
-"""The page about a finished run: what was left of it, put in order, drawn, and written as one file."""
+"""The HTML page about a finished run: run data, series, plots and diagrams."""

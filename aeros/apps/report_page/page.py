@@ -1,7 +1,7 @@
-"""The page itself: one HTML file that needs nothing else, from anywhere.
+"""The report page: one HTML file without external resources.
 
-Whatever a module, a planner or a site said is text: it is escaped here and nowhere else, and the page's
-own policy lets no script run but the one that filters the table of decisions, by its digest.
+Texts from modules, planners and sites are escaped here and nowhere else.  The page's content security policy
+allows a single script by its digest, which filters the table of decisions.
 """
 
 from __future__ import annotations
@@ -52,18 +52,23 @@ _MAX_TEXT_CHARS = 1000
 
 
 def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> str:
-    """The page about a run.
+    """Render the page about a run.
 
-    name: how the run is called, for instance its folder.
-    sites: by digest, those under which it ran that are at hand; bounds are drawn of no other.
-    signed: what is known of signatures.
+    Args:
+        run: Data of the run.
+        name: Title of the run, such as the name of its folder.
+        sites: Sites of the run that are available, by digest; bounds are drawn only for these.
+        signed: Result of the check of signatures, as text.
+
+    Returns:
+        An HTML document.
     """
     marks = collect_marks(run)
     series = build_series(run, sites)
     sections = [
         ("Summary", _summary(run, signed)),
         ("Task graph", _plans(run)),
-        ("What followed what", [svg(run_diagram(run))]),
+        ("Skill sequence", [svg(run_diagram(run))]),
         ("Timeline", [timeline(run, marks), _legend(), *_marks(marks)]),
         ("Distances, speeds and forces against their bounds", _plots(run, series, sites, marks)),
         ("Decisions", _decisions(run)),
@@ -78,20 +83,20 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
             f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             f"<title>{title}</title><style>{_STYLE}</style></head><body><h1>{title}</h1>",
             *(f"<h2>{heading}</h2>\n" + "\n".join(parts) for heading, parts in sections),
-            f'<p class="quiet">Made by aeros {aeros.__version__} from what the run left.</p>',
+            f'<p class="quiet">Made by aeros {aeros.__version__} from the files of the run.</p>',
             f"<script>{_SCRIPT}</script></body></html>",
             "",
         ]
     )
 
 
-def _text(told: object, most: int = _MAX_TEXT_CHARS) -> str:
-    """Anything that was said, as text that is no markup."""
-    return escape(shortened(told if isinstance(told, str) else json.dumps(told, default=str), most))
+def _text(value: object, max_chars: int = _MAX_TEXT_CHARS) -> str:
+    """Escape a value as text, shortened to `max_chars` characters."""
+    return escape(shortened(value if isinstance(value, str) else json.dumps(value, default=str), max_chars))
 
 
 def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
-    """Cells are HTML."""
+    """Build a table from cells that are HTML already."""
     top = "<thead><tr>" + "".join(f"<th>{one}</th>" for one in head) + "</tr></thead>" if head else ""
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     return f'<table class="{kind}">{top}<tbody>{body}</tbody></table>'
@@ -134,9 +139,9 @@ def _ended(details: Mapping[str, Any] | None) -> str:
 
 
 def _plans(left: RunData) -> Iterator[str]:
-    """The latest plan, and all in order; one that was made again, as while the agent waited, is said once."""
+    """Draw the latest plan and list all; consecutive equal plans are listed once."""
     latest = plan_diagram(left)
-    yield "<p>No plan is told in the trace.</p>" if latest is None else svg(latest)
+    yield "<p>The trace has no plan.</p>" if latest is None else svg(latest)
     plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan"]
     folded = [list(group) for _, group in groupby(plans, key=lambda plan: json.dumps(plan[1]))]
     items = []
@@ -174,13 +179,13 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
     missing = {one.site for one in left.decisions} - sites.keys()
     if missing:
         digests = ", ".join(_text(one) for one in sorted(map(str, missing)))
-        yield f'<p class="bad">No bounds are drawn under a site that is not at hand: {digests}</p>'
+        yield f'<p class="bad">No bounds are drawn under sites that are not available: {digests}</p>'
     if not left.samples:
-        yield "<p>Values are those of decisions alone: the run left no samples of what it measured.</p>"
+        yield "<p>The run has no samples; values are only those of decisions.</p>"
     else:
-        yield "<p>Values are samples: ten a second, and those of decisions.</p>"
+        yield "<p>Values are samples, ten a second, and those of decisions.</p>"
     if series.sample_step > 1:
-        yield f"<p>Bounds are worked out at each {series.sample_step}th sample, and at each decision.</p>"
+        yield f"<p>Bounds are evaluated at each {series.sample_step}th sample, and at each decision.</p>"
     shown = [one for one in series.quantities.values() if one.is_single and (one.upper or one.lower)]
     for quantity in sorted(shown, key=lambda one: (one.is_requested, one.name)):
         yield plot(quantity, [one for one in marks if one.category in ("stopped", "fault")], left.ends_at)
@@ -188,7 +193,7 @@ def _plots(left: RunData, series: Series, sites: Mapping[str, Site], marks: Sequ
         series.closest_approaches.values(), key=lambda one: (one.margin / (abs(one.bound) or 1), one.rule)
     )
     if nearest:
-        yield "<p>How near each rule came to being broken, at the moments above, the nearest first:</p>"
+        yield "<p>Smallest margin of each rule at the times above, smallest first:</p>"
         yield _table(
             (
                 (
@@ -222,7 +227,7 @@ def _decisions(left: RunData) -> Iterator[str]:
         f'{options}</select></label><label>with the words <input name="words"></label>'
         '<span id="shown"></span></form>'
     )
-    yield "<p>Decisions of one skill that follow each other and say the same share a row.</p>"
+    yield "<p>Consecutive equal decisions of a skill share a row.</p>"
     if left_out:
         yield f"<p>{left_out} more are left out, plain ALLOWs first: `aeros audit show` has them all.</p>"
     head = ("records", "time", "verdict", "skill", "action", "why")
@@ -263,15 +268,15 @@ def _rounded(value: Any) -> str:
 
 def _reasons_html(row: DecisionRow) -> str:
     one = row.first
-    told = []
+    lines = []
     for code, rule, text in one.reasons:
         summary = CODES[code].summary if code in CODES else "not a code of this version"
-        told.append(
+        lines.append(
             f'<b title="{_text(summary)}">{_text(code)}</b> <code>{_text(rule)}</code>: {_text(text)}'
         )
     if one.decision == "ATTENUATE":
-        told.append(f"reduced to <code>{_arguments(one.decided)}</code>")
-    return "<br>".join(told)
+        lines.append(f"reduced to <code>{_arguments(one.decided)}</code>")
+    return "<br>".join(lines)
 
 
 # Configuration
@@ -286,8 +291,8 @@ def _configuration(left: RunData) -> Iterator[str]:
             ("site", _digest_rows(site if type(site) is dict else {}, ("id", "digest"))),
         ]
         for name, module in (modules if type(modules) is dict else {}).items():
-            told = _digest_rows(module if type(module) is dict else {}, ("version", "manifest", "code"))
-            rows.append((f"module {_text(name)}", told))
+            digests = _digest_rows(module if type(module) is dict else {}, ("version", "manifest", "code"))
+            rows.append((f"module {_text(name)}", digests))
         yield "<p>As the run began:</p>" if number == 0 else "<p>Then:</p>"
         yield _table(rows)
     written = datetime.now().astimezone().isoformat(" ", "seconds")

@@ -1,4 +1,4 @@
-"""SVG along the plant's clock: when which skill ran, and what was measured beside its bounds."""
+"""SVG plots over the plant's clock: a timeline of skills, and quantities with their bounds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLOURS: Final = {
 
 
 class Mark(NamedTuple):
-    """Something that happened at one moment: its sort, a key of `COLOURS`, and what it was."""
+    """An event at one time (s): its category, a key of `COLOURS`, and its text."""
 
     time: float
     category: str
@@ -36,7 +36,14 @@ class Mark(NamedTuple):
 
 
 def collect_marks(left: RunData) -> list[Mark]:
-    """Faults, stops, denials, re-plans and pauses, in order of time."""
+    """Collect faults, stops, denials, re-plans and pauses.
+
+    Args:
+        left: Data of the run.
+
+    Returns:
+        The marks in order of time.
+    """
     marks = [Mark(one.time, "fault", one.text) for one in left.events if one.kind.startswith("fault")]
     marks += [
         Mark(run.end_time, "stopped", f"stop: {run.skill}: {run.reason or run.status}")
@@ -54,7 +61,14 @@ def collect_marks(left: RunData) -> list[Mark]:
 
 
 def category_of(run: SkillExecution) -> str:
-    """Which of `COLOURS` shows how it ended."""
+    """Return the category of a skill run for its colour.
+
+    Args:
+        run: The run of a skill.
+
+    Returns:
+        A key of `COLOURS`.
+    """
     if run.end_time is None:
         return "under way"
     if run.status != "finished":
@@ -63,7 +77,15 @@ def category_of(run: SkillExecution) -> str:
 
 
 def timeline(left: RunData, marks: Sequence[Mark]) -> str:
-    """A lane for each skill, a bar for each time that it ran, and above them a lane of marks."""
+    """Draw a lane of marks and a lane of bars for each skill.
+
+    Args:
+        left: Data of the run.
+        marks: Marks to draw.
+
+    Returns:
+        An SVG element.
+    """
     skills = list(dict.fromkeys(run.skill for run in left.runs))
     lanes = {skill: number for number, skill in enumerate(skills, 1)}
     axis = _TimeAxis(left.ends_at)
@@ -73,17 +95,28 @@ def timeline(left: RunData, marks: Sequence[Mark]) -> str:
     for run in left.runs[:_MAX_BARS]:
         end = left.ends_at if run.end_time is None else run.end_time
         x, top = axis.x(run.start_time), lanes[run.skill] * _LANE + 3
-        told = f"{run.role} {run.skill}, {run.start_time:.2f} to {end:.2f} s: {run.result_text} {run.reason}"
+        tooltip = (
+            f"{run.role} {run.skill}, {run.start_time:.2f} to {end:.2f} s: {run.result_text} {run.reason}"
+        )
         parts.append(
             f'<rect x="{x:.1f}" y="{top:.0f}" width="{max(axis.x(end) - x, 1.5):.1f}" height="{_LANE - 6}"'
-            f' rx="2" fill="{COLOURS[category_of(run)]}">{_title(told)}</rect>'
+            f' rx="2" fill="{COLOURS[category_of(run)]}">{_title(tooltip)}</rect>'
         )
     parts += _mark_lines(marks, axis, _LANE)
     return _svg(height + _FOOT, "timeline of steps", parts)
 
 
 def plot(quantity: PlottedQuantity, marks: Sequence[Mark], ends_at: float) -> str:
-    """One quantity as a line, its bounds as steps, and what no rule allows shaded."""
+    """Plot a quantity as a line and its bounds as steps, with the forbidden region shaded.
+
+    Args:
+        quantity: The quantity and its bounds.
+        marks: Marks to draw as vertical lines.
+        ends_at: Plant time of the right edge, in seconds.
+
+    Returns:
+        An SVG element.
+    """
     axis = _TimeAxis(ends_at)
     low, high = _span(quantity)
     y = _YAxis(low, high)
@@ -107,7 +140,7 @@ def _limits(quantity: PlottedQuantity) -> list[tuple[bool, list[Limit]]]:
 
 
 class _TimeAxis:
-    """The plant's clock from left to right."""
+    """Horizontal axis of the plant's clock."""
 
     def __init__(self, ends_at: float) -> None:
         self._length = max(ends_at, 1e-9)
@@ -137,7 +170,7 @@ class _YAxis:
 
 
 def _span(quantity: PlottedQuantity) -> tuple[float, float]:
-    """What the ordinate shows: all bounds, and as much of the values as leaves these legible."""
+    """Return the range of the vertical axis: all bounds, and values up to 2.5 times the largest bound."""
     values = [value for _, value in quantity.points if value is not None]
     bounds = [one.value for _, limits in _limits(quantity) for one in limits if one.value is not None]
     low, high = min([0.0, *values, *bounds]), max([*values, *bounds])
@@ -148,7 +181,7 @@ def _span(quantity: PlottedQuantity) -> tuple[float, float]:
 
 
 def _line(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis) -> str:
-    """All points; where several fall on one column, the least and the greatest of them."""
+    """Draw all points; if several share a pixel column, only the least and the greatest of them."""
     columns: dict[int, list[float]] = {}
     for time, value in quantity.points:
         if value is not None:
@@ -163,7 +196,7 @@ def _line(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis) -> str:
 
 
 def _steps(quantity: PlottedQuantity, axis: _TimeAxis, y: _YAxis, ends_at: float) -> str:
-    """Each value from when it was decided until another was, or it was over."""
+    """Draw each requested value from its decision until the next one, or until the action was over."""
     path = ""
     for (time, value), (until, _) in pairwise([*quantity.points, (ends_at, None)]):
         if value is not None:
@@ -184,11 +217,11 @@ def _shade(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], *, is_upper: boo
 def _bars(axis: _TimeAxis, y: _YAxis, limits: Sequence[Limit], unit: str) -> Iterator[str]:
     for one, after in pairwise(limits):
         if one.value is not None:
-            told = f"{one.rule}: {one.value:.4g} {unit} from {one.time:.2f} s"
+            tooltip = f"{one.rule}: {one.value:.4g} {unit} from {one.time:.2f} s"
             x, wide = axis.x(one.time), max(axis.x(after.time) - axis.x(one.time), 1.0)
             yield (
                 f'<path d="M{x:.1f} {y(one.value):.1f}h{wide:.1f}" stroke="#c62828" stroke-width="1.6">'
-                f"{_title(told)}</path>"
+                f"{_title(tooltip)}</path>"
             )
 
 

@@ -1,7 +1,7 @@
-"""Decisions as rows of a table: those that follow each other and say the same are one row.
+"""Group decisions into table rows: consecutive equal decisions of a skill share one row.
 
-So a row stands for all plain ALLOWs of a skill for one kind of action in a stretch, or for a denial that
-was asked for again and again; each other decision has a row to itself.
+One row holds consecutive plain ALLOWs of a skill for one kind of action, or consecutive equal denials; every
+other decision has its own row.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ MAX_ROWS: Final = 2_000
 
 @dataclass
 class DecisionRow:
-    """Decisions `first` to `last`, `count` of them, by one skill for one kind and for the same reasons."""
+    """`count` equal decisions from `first` to `last`: same skill, action kind and reasons."""
 
     first: RecordedDecision
     last: RecordedDecision
@@ -26,12 +26,19 @@ class DecisionRow:
 
     @property
     def is_plain_allow(self) -> bool:
-        """Whether there is nothing to explain."""
+        """True if the decision is ALLOW without reasons."""
         return self.first.decision == "ALLOW" and not self.first.reasons
 
 
 def group_decisions(decisions: Sequence[RecordedDecision]) -> tuple[list[DecisionRow], int]:
-    """The rows, in order, and how many decisions are in rows that were left out."""
+    """Group decisions into rows.
+
+    Args:
+        decisions: Decisions in order.
+
+    Returns:
+        At most `MAX_ROWS` rows in order, and the number of decisions in rows that were left out.
+    """
     rows: list[DecisionRow] = []
     latest: dict[str, DecisionRow] = {}
     for one in decisions:

@@ -1,7 +1,7 @@
-"""What a run left in its folder, read for people: the audit record, the agent's trace, what was measured.
+"""Read the files of a run: audit log, trace and samples.
 
-Of the record only what is sound is read, and everything in it may have been said by a module.  So each
-value is taken by its type, and what is not of the form that our writers give it is passed over.
+Only the sound part of the audit log is read, and its texts may come from any module.  So each value is
+checked for its type, and values of unknown form are skipped.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ TRACE: Final = "trace.jsonl"
 _NAMES: Final = re.compile(r"\w+\.\w+")
 
 _TRACE_ONLY_EVENTS: Final = frozenset(("fault", "fault-over", "fault-passed"))
-"""What the plant tells the trace, and the agent never knew."""
+"""Events that only the plant writes to the trace; the agent does not know of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class TraceEvent:
-    """What the agent told: the kind, a line of text, and when, in plant seconds."""
+    """An event of the trace: plant time (s), kind, a line of text, and details."""
 
     time: float
     kind: str
@@ -42,7 +42,13 @@ class TraceEvent:
 
 @dataclass(frozen=True, slots=True)
 class RecordedDecision:
-    """One decision of the gate; `reasons` as code, rule and text, `state` as it was recorded."""
+    """One decision of the gate.
+
+    Attributes:
+        reasons: Code, rule and text of each reason.
+        site: Digest of the site in force; None if the log does not name it.
+        state: Measured values, as recorded.
+    """
 
     sequence: int
     time: float
@@ -59,9 +65,10 @@ class RecordedDecision:
 
 @dataclass(slots=True)
 class SkillExecution:
-    """One run of a skill: plant seconds, how it ended, and what the agent made of it.
+    """One run of a skill: plant times (s), its end, and the agent's judgement.
 
-    after: what had ended last when it began; of what ran beside it, nothing.
+    Attributes:
+        previous: The run that ended last before this one began; None for none.
     """
 
     skill: str
@@ -76,18 +83,21 @@ class SkillExecution:
 
     @property
     def result_text(self) -> str:
-        """How it ended, in a word or two: what was measured at the end of a skill that came to its own."""
+        """The outcome if the skill finished and one was measured; otherwise its status."""
         return self.outcome if self.status == "finished" and self.outcome else self.status
 
 
 @dataclass(slots=True)
 class RunData:
-    """All of it.
+    """Data of a run.
 
-    sessions: what the record says that governed: of each configuration its digest, site and modules.
-    notes: the agent's events as the record has them; `events` the same as the trace has them.
-    samples: what was measured: plant seconds and state, as in a decision.
-    trouble: what could not be read, or does not fit together, in words.
+    Attributes:
+        sessions: Details of each configuration in the log: digest, site and modules.
+        notes: The agent's events in the audit log.
+        events: The agent's events in the trace.
+        samples: Plant time (s) and measured state.
+        pause_changes: Plant time (s), and `paused` or `resumed`.
+        problems: Messages about files that cannot be read or contradict each other.
     """
 
     chain: AuditReport = field(default_factory=lambda: AuditReport(0, GENESIS, None, "", DecisionCounts()))
@@ -102,15 +112,20 @@ class RunData:
 
     @property
     def ends_at(self) -> float:
-        """Plant seconds of the last thing that is known to have happened."""
+        """Plant time of the last known event, in seconds."""
         times = [one.end_time if one.end_time is not None else one.start_time for one in self.runs]
         return max([0.0, *times, *(one.time for one in self.decisions), *(one.time for one in self.events)])
 
 
 def plan_step_states(plan: TraceEvent, runs: Iterable[SkillExecution]) -> Iterator[tuple[str, str]]:
-    """The parts of a plan as it told them, and how each is: to come, under way, done or failed.
+    """Yield the parts of a plan with their state.
 
-    runs: those since the plan was made.  A part has the runs of the skills that it names.
+    Args:
+        plan: The event of the plan.
+        runs: Runs of skills since the plan was made.  A run belongs to each part that names its skill.
+
+    Yields:
+        The part's text, and `to come`, `under way`, `done` or `failed`.
     """
     parts = plan.details.get("steps")
     since = list(runs)
@@ -127,7 +142,14 @@ def plan_step_states(plan: TraceEvent, runs: Iterable[SkillExecution]) -> Iterat
 
 
 def read_run_data(folder: Path) -> RunData:
-    """What is in the folder of a run; the record has to be there, trace and samples may be missing."""
+    """Read the folder of a run.
+
+    Args:
+        folder: The folder.  The audit log must exist; trace and samples may be missing.
+
+    Returns:
+        The data; problems with files are listed in it.
+    """
     reading = RecordReader()
     left = reading.left
     left.chain = verify_log(folder / AUDIT, reading.add_record)
@@ -136,9 +158,9 @@ def read_run_data(folder: Path) -> RunData:
         for line in _lines(folder / TRACE, formats.TRACE, left)
         if (event := parse_event(line)) is not None
     ]
-    told = [(one.kind, one.details) for one in left.events if one.kind not in _TRACE_ONLY_EVENTS]
-    if left.events and _canonical_events(told) != _canonical_events(left.notes):
-        left.problems.append(f"{TRACE} does not say what the record says that the agent told")
+    traced = [(one.kind, one.details) for one in left.events if one.kind not in _TRACE_ONLY_EVENTS]
+    if left.events and _canonical_events(traced) != _canonical_events(left.notes):
+        left.problems.append(f"{TRACE} disagrees with the audit log")
     left.samples = [
         sample for line in _lines(folder / SAMPLES, formats.MEASURED, left) if (sample := parse_sample(line))
     ]
@@ -151,7 +173,7 @@ def _canonical_events(events: list[tuple[str, Mapping[str, Any]]]) -> str:
 
 
 def _lines(path: Path, format_: Format, left: RunData) -> Iterator[Mapping[str, Any]]:
-    """The objects of a file of JSON lines; what is none is said once, and passed over."""
+    """Yield the objects of a file of JSON lines; count lines of other form as one problem."""
     bad = 0
     try:
         with path.open("rb") as file:
@@ -170,11 +192,16 @@ def _lines(path: Path, format_: Format, left: RunData) -> Iterator[Mapping[str, 
     except FormatVersionError as error:
         left.problems.append(str(error))
     if bad:
-        left.problems.append(f"{path.name} has {bad} lines that say nothing that is known")
+        left.problems.append(f"{path.name}: {bad} lines not understood")
 
 
 class RecordReader:
-    """Takes the records in order; `left` is what they say so far, `now` the plant's clock at the last."""
+    """Collector of audit records, which are added in order.
+
+    Attributes:
+        left: Data of the records so far.
+        now: Plant time of the latest record, in seconds.
+    """
 
     def __init__(self) -> None:
         self.left = RunData()
@@ -184,7 +211,12 @@ class RecordReader:
         self._ended: SkillExecution | None = None
 
     def add_record(self, record: Record, _own: str = "") -> None:
-        """One sound record."""
+        """Add one record.
+
+        Args:
+            record: A record of a sound chain.
+            _own: Its hash, which is not used.
+        """
         details: dict[str, Any] = record["details"]
         time = _number(details.get("time"))
         self.now = self.now if time is None else time
@@ -253,7 +285,14 @@ class RecordReader:
 
 
 def parse_event(line: Mapping[str, Any]) -> TraceEvent | None:
-    """What a line of the trace tells, None where it tells nothing."""
+    """Parse a line of the trace.
+
+    Args:
+        line: The line as a JSON object.
+
+    Returns:
+        The event; None if the line has another form.
+    """
     time, kind, text, details = (line.get(name) for name in ("time", "kind", "text", "details"))
     seconds = _number(time)
     if seconds is None or type(kind) is not str or type(text) is not str or type(details) is not dict:
@@ -262,7 +301,14 @@ def parse_event(line: Mapping[str, Any]) -> TraceEvent | None:
 
 
 def parse_sample(line: Mapping[str, Any]) -> tuple[float, Mapping[str, Any]] | None:
-    """What a line of the samples tells, None where it tells nothing."""
+    """Parse a line of the samples.
+
+    Args:
+        line: The line as a JSON object.
+
+    Returns:
+        Plant time (s) and measured state; None if the line has another form.
+    """
     time = _number(line.get("time"))
     return None if time is None else (time, _inner(line, "state"))
 
@@ -280,7 +326,15 @@ def _number(value: object) -> float | None:
     return float(value) if type(value) in (float, int) and isfinite(value) else None  # type: ignore[arg-type]
 
 
-def shortened(text: str, most: int) -> str:
-    """`text`, visible and at most so long."""
+def shortened(text: str, max_chars: int) -> str:
+    """Make text visible and shorten it.
+
+    Args:
+        text: Any text.
+        max_chars: Largest number of characters of the result.
+
+    Returns:
+        The text without invisible characters; it ends with `…` if it was cut.
+    """
     shown = escape_invisible(text)
-    return shown if len(shown) <= most else shown[: most - 1] + "…"
+    return shown if len(shown) <= max_chars else shown[: max_chars - 1] + "…"

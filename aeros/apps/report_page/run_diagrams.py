@@ -1,4 +1,4 @@
-"""A run as drawings: its latest plan, and which skill followed which after what outcome, however often."""
+"""Diagrams of a run: its latest plan, and the transitions between skills with counts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,14 @@ _MAX_TEXT_CHARS = 60
 
 
 def plan_diagram(left: RunData) -> Diagram | None:
-    """The latest plan, part after part, and how each was left; None where there was none."""
+    """Draw the latest plan and the final state of each part.
+
+    Args:
+        left: Data of the run.
+
+    Returns:
+        The diagram; None if the run had no plan.
+    """
     plan = next((event for event in reversed(left.events) if event.kind == "plan"), None)
     if plan is None:
         return None
@@ -46,7 +53,14 @@ def _wrapped(text: str) -> list[str]:
 
 
 def run_diagram(left: RunData) -> Diagram:
-    """Each skill that ran once, so that a long run is no larger than a short one."""
+    """Draw each skill once, with counted transitions, so that a long run needs no more room than a short one.
+
+    Args:
+        left: Data of the run.
+
+    Returns:
+        The diagram.
+    """
     tries: defaultdict[str, list[SkillExecution]] = defaultdict(list)
     for run in left.runs:
         tries[run.skill].append(run)
@@ -67,7 +81,7 @@ def run_diagram(left: RunData) -> Diagram:
     nodes = [Node("n0", (shortened(_instruction(left), _MAX_TEXT_CHARS),), "start")]
     nodes += [Node(ids[skill], tuple(_skill_text(skill, tries[skill]))) for skill in skills]
     return Diagram(
-        "what followed what",
+        "skill sequence",
         (*nodes, Node("end", (ended,), shape)),
         tuple(
             Edge(source, target, f"{how} ×{count}" if how and count > 1 else how, failed)

@@ -1,7 +1,7 @@
-"""What was measured or asked for over time, beside the bounds that the site's rules put on it meanwhile.
+"""Time series of measured and requested quantities, with the bounds that the site's rules put on them.
 
-A rule bounds a quantity while an action of a kind that it governs is under way; the bound is that of the
-latest decision's action, at what had been measured by then (`runtime.bounds`).
+A rule bounds a quantity while an action of a kind that it governs is in progress.  The bound is that of the
+latest decided action, for the measurements at that time (`runtime.monitor.rule_bounds`).
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.model import Declared, Site
 
 MAX_SAMPLES: Final = 4_000
-"""At how many moments bounds are worked out; of a longer run at every second, third … one."""
+"""Largest number of times at which bounds are evaluated; longer runs use every second, third … sample."""
 
 
 class Limit(NamedTuple):
-    """A bound at a time, or None where nothing bounds the quantity from then on."""
+    """A bound from a time (s) on; None if nothing bounds the quantity from then on."""
 
     time: float
     value: float | None
@@ -37,7 +37,10 @@ class Limit(NamedTuple):
 class PlottedQuantity:
     """One number over time, SI.
 
-    is_asked: a parameter of what was decided, not measured; None in its points is where that was over.
+    Attributes:
+        is_requested: Whether it is a parameter of decided actions, not measured.  None in its points marks
+            the end of the action.
+        is_single: Whether it is a scalar variable, not a component of a vector or family.
     """
 
     name: str
@@ -50,7 +53,7 @@ class PlottedQuantity:
 
 
 class ClosestApproach(NamedTuple):
-    """The moment at which a quantity came nearest to, or went furthest past, what a rule allows."""
+    """The time at which a quantity had the smallest margin to a rule's bound."""
 
     rule: str
     quantity: str
@@ -62,15 +65,16 @@ class ClosestApproach(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Negative where the rule did not hold."""
+        """Distance to the bound, SI; negative if the rule was violated."""
         return self.bound - self.measured if self.is_upper else self.measured - self.bound
 
 
 @dataclass
 class Series:
-    """Every quantity that was bounded at some time, and the nearest moment of each rule.
+    """Every quantity that was bounded at some time, and the closest approach of each rule.
 
-    step: bounds were worked out at every so many moments.
+    Attributes:
+        sample_step: Bounds were evaluated at every n-th sample.
     """
 
     quantities: dict[str, PlottedQuantity] = field(default_factory=dict)
@@ -83,14 +87,22 @@ _TimelineItem = tuple[float, int, Any]
 
 
 def build_series(left: RunData, sites: Mapping[str, Site]) -> Series:
-    """What came near its bounds when.  `sites`: by digest, those that are at hand."""
-    moments: list[_TimelineItem] = [(time, 0, state) for time, state in left.samples]
-    moments += [(one.time, 1, one) for one in left.decisions if one.decision != "DENY"]
-    moments += [(one.end_time, 2, one.skill) for one in left.runs if one.end_time is not None]
-    moments.sort(key=lambda moment: moment[:2])
-    series = Series(sample_step=1 + len(moments) // MAX_SAMPLES)
+    """Compute quantities, their bounds and the closest approach of each rule.
+
+    Args:
+        left: Data of the run.
+        sites: Available sites by digest.
+
+    Returns:
+        The series.
+    """
+    timeline: list[_TimelineItem] = [(time, 0, state) for time, state in left.samples]
+    timeline += [(one.time, 1, one) for one in left.decisions if one.decision != "DENY"]
+    timeline += [(one.end_time, 2, one.skill) for one in left.runs if one.end_time is not None]
+    timeline.sort(key=lambda item: item[:2])
+    series = Series(sample_step=1 + len(timeline) // MAX_SAMPLES)
     walk = _TimelineWalker(series, sites)
-    for number, (time, rank, what) in enumerate(moments):
+    for number, (time, rank, what) in enumerate(timeline):
         match rank:
             case 0:
                 walk.measure(time, what)
@@ -105,7 +117,7 @@ def build_series(left: RunData, sites: Mapping[str, Site]) -> Series:
 
 
 class _TimelineWalker:
-    """Goes through the moments of a run, with what is measured and under way at each."""
+    """Replay of a run: tracks the measurements and the actions in progress."""
 
     def __init__(self, series: Series, sites: Mapping[str, Site]) -> None:
         self._series = series
@@ -116,31 +128,31 @@ class _TimelineWalker:
         self._declared = {name: one for site in sites.values() for name, one in site.state.items()}
 
     def measure(self, time: float, state: Mapping[str, Any]) -> None:
-        """What was measured by now; what is malformed is passed over."""
-        for name, told in state.items():
+        """Record the measurements; skip malformed ones."""
+        for name, pair in state.items():
             declared = self._declared.get(name)
-            if declared is None or type(told) is not list or len(told) != 2:
+            if declared is None or type(pair) is not list or len(pair) != 2:
                 continue
-            for scalar, value in _scalars(declared, told[0]):
+            for scalar, value in _scalars(declared, pair[0]):
                 self._values[scalar] = value
                 if isinstance(value, Fraction):
                     quantity = self._quantity(scalar, declared, is_asked=False)
-                    when = told[1] if type(told[1]) in (float, int) and isfinite(told[1]) else time
+                    when = pair[1] if type(pair[1]) in (float, int) and isfinite(pair[1]) else time
                     if not quantity.points or quantity.points[-1][0] < when:
                         quantity.points.append((when, float(value)))
 
     def begin(self, one: RecordedDecision) -> None:
-        """From now on this action is under way, and nothing else of its skill."""
+        """Start an action; it replaces the skill's previous one."""
         site = self._sites.get(one.site or "")
         if site is not None and one.kind in site.kinds:
             self._under_way[one.skill] = (one, site)
 
     def end(self, skill: str) -> None:
-        """Nothing of this skill is under way any more."""
+        """End the skill's action."""
         self._under_way.pop(skill, None)
 
     def evaluate_bounds(self, time: float) -> None:
-        """Put down every bound that there is now."""
+        """Evaluate and record all bounds in force."""
         found: dict[tuple[str, bool], Limit] = {}
         for one, site in self._under_way.values():
             for rule, bound in self._bounds(one, site):
@@ -203,7 +215,7 @@ class _TimelineWalker:
     ) -> None:
         unit = self._series.quantities[name].unit
         nearest = ClosestApproach(rule, spelt, unit, bound.is_upper, measured, float(bound.value), time)
-        # Of the members of a family the nearest one stands for all.
+        # Members of a family share one entry: the closest.
         key = (rule, name.partition("[")[0])
         known = self._series.closest_approaches.get(key)
         if known is None or nearest.margin < known.margin:
@@ -231,7 +243,7 @@ def _is_tighter(bound: Bound, known: float) -> bool:
 
 
 def _scalars(declared: Declared, value: Any) -> Sequence[tuple[str, Value]]:
-    """The scalars of a value as it was recorded, exact; none where it has not the form."""
+    """Return the exact scalars of a recorded value; empty if it has the wrong form."""
     names = scalar_variables(declared.variable)
     parts = value if type(value) is list else [value]
     if len(parts) != len(names):

@@ -1,4 +1,4 @@
-"""What was asked of a run that may outlive its process: `--resume` needs the state folder alone."""
+"""Saved options of a run that may outlive its process: `--resume` needs only the state folder."""
 
 from __future__ import annotations
 
@@ -24,7 +24,14 @@ _NOT_SAVED_OPTIONS: Final = (
 
 
 def save_run_options(arguments: argparse.Namespace) -> None:
-    """Keep what was asked for in the state folder; raises `AgentError`."""
+    """Save the options of a run in the state folder.
+
+    Args:
+        arguments: The parsed options of `aeros run`.
+
+    Raises:
+        AgentError: The folder cannot be written.
+    """
     asked = {
         name: _encode_option(one) for name, one in vars(arguments).items() if name not in _NOT_SAVED_OPTIONS
     }
@@ -38,7 +45,17 @@ def save_run_options(arguments: argparse.Namespace) -> None:
 
 
 def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
-    """What was asked for, with this command's own options; raises `AgentError` where nothing was."""
+    """Load the saved options of a run.
+
+    Args:
+        arguments: The parsed options of this command; its own ones, such as `--watchdog`, are kept.
+
+    Returns:
+        The saved options and this command's own ones.
+
+    Raises:
+        AgentError: No run was saved, or the file cannot be read.
+    """
     path = arguments.state / _RUN_FILE
     try:
         asked = json.loads(path.read_text("utf-8"))
@@ -49,25 +66,39 @@ def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
     except FormatVersionError as error:
         raise AgentError(str(error)) from error
     except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
-        raise AgentError(f"what was asked for cannot be read from `{path}`: {error}") from error
+        raise AgentError(f"cannot read run options from `{path}`: {error}") from error
     own = {name: one for name, one in vars(arguments).items() if name in _NOT_SAVED_OPTIONS}
     return argparse.Namespace(**restored, **own)
 
 
 def delete_run_options(state: Path) -> None:
-    """Nothing is left to resume."""
+    """Delete the saved options, so that there is no run to resume.
+
+    Args:
+        state: The agent's state folder.
+    """
     (state / _RUN_FILE).unlink(missing_ok=True)
 
 
 def end_task(state: Path, plant_at: Path) -> None:
-    """Nothing is left to resume, and its plant, if it is there still, ends, too."""
+    """Delete the saved options and end the plant's process if it still runs.
+
+    Args:
+        state: The agent's state folder.
+        plant_at: Socket of the plant's process.
+    """
     delete_run_options(state)
     with suppress(OSError):
         end_plant(RemotePlant(plant_at), state)
 
 
 def end_plant(plant: RemotePlant, state: Path) -> None:
-    """Let it end, and wait for that: a film is there only then."""
+    """Shut down the plant's process and wait for its end, which completes a video.
+
+    Args:
+        plant: Client of the plant.
+        state: The agent's state folder.
+    """
     plant.shut_down_host()
     with suppress(AgentError), lock_folder(state / "plant", timeout_s=_PLANT_EXIT_TIMEOUT_S):
         pass
@@ -77,5 +108,5 @@ def _encode_option(value: Any) -> Any:
     return {"path": str(value.absolute())} if isinstance(value, Path) else value
 
 
-def _decode_option(told: Any) -> Any:
-    return Path(told["path"]) if isinstance(told, dict) else told
+def _decode_option(encoded: Any) -> Any:
+    return Path(encoded["path"]) if isinstance(encoded, dict) else encoded

@@ -1,13 +1,13 @@
-"""`aeros run --watchdog`: keeps an agent at its task, and restarts it where it ended without a word.
+"""`aeros run --watchdog`: run an agent and restart it after a crash.
 
-Three processes: this one, the plant, and the agent, each in a session of its own, so that a signal at the
-terminal reaches this one, which passes it on, and none dies of another's end.
+Three processes: the watchdog, the plant, and the agent.  Each is in a session of its own, so a signal at the
+terminal reaches only the watchdog, which forwards it, and no process dies with another.
 
 - The plant outlives both others, and stops whenever no agent commands it (`aeros.sim.hosting`).
-- An agent that was killed, met a bug of ours, or sent no heartbeat for `silence` seconds (then it is
-  killed) has crashed, and is started anew to go on with the task, or to tell how that ended.  One that ended
-  in any other way has ended, and so has its task.
-- After `crashes` crashes within `within` seconds it is left in quarantine until `aeros release`.
+- An agent has crashed if it was killed, raised an internal error, or sent no heartbeat for `silence` seconds
+  (then it is killed).  It is restarted to resume the task, or to report how the task ended.  Any other exit
+  ends the task.
+- After `crashes` crashes within `within` seconds the agent is quarantined until `aeros release`.
 - An agent whose watchdog is gone stops, and leaves its task to be resumed.
 """
 
@@ -35,22 +35,29 @@ from aeros.session.sd_notify import ALIVE, READY, STOPPING, Notifier
 from aeros.sim.hosting.remote import RemotePlant
 
 _START_TIMEOUT_S: Final = 300.0
-"""Seconds that an agent has until it is ready: it proves its modules first."""
+"""Seconds within which an agent must be ready: it proves its modules first."""
 
 _POLL_INTERVAL_S: Final = 0.5
-"""Seconds between looks at whether the plant is there still."""
+"""Seconds between checks that the plant still runs."""
 
 _MAX_MESSAGE_BYTES: Final = 4096
 
 
 def run_watchdog(arguments: argparse.Namespace) -> Exit:
-    """Keep an agent at the task that is kept in the state folder until it has ended."""
+    """Run the saved task of the state folder under a watchdog until it has ended.
+
+    Args:
+        arguments: The options of the run, with `plant_at`, the socket of the plant.
+
+    Returns:
+        The exit code of the agent, or of the failure.
+    """
     with Notifier() as notifier, tempfile.TemporaryDirectory(prefix="aeros-") as folder:
         return _Watchdog(arguments, notifier, Path(folder) / "notify.sock").run()
 
 
 class _Watchdog:
-    """Of one task."""
+    """Watchdog of one task."""
 
     def __init__(self, arguments: argparse.Namespace, notifier: Notifier, address: Path) -> None:
         self._arguments = arguments
@@ -59,25 +66,29 @@ class _Watchdog:
         self._agent: subprocess.Popen[bytes] | None = None
         self._is_asked_to_end = False
         self._is_over = False
-        """The agent has said that the task is, and tells what came of it."""
+        """The agent has announced the end of the task and prints its report."""
 
     def run(self) -> Exit:
-        """See `run_watchdog`."""
+        """Implement `run_watchdog`."""
         quarantine = Quarantine(self._arguments.state)
-        with tempfile.TemporaryFile() as said, self._notify_socket() as heard, self._forward_signals():
-            # Not at the terminal: the plant may stay behind, and would keep open what is read along there.
-            plant = self._start("--serve-plant", output=said)
+        with (
+            tempfile.TemporaryFile() as plant_output,
+            self._notify_socket() as messages,
+            self._forward_signals(),
+        ):
+            # Not to the terminal: the plant may outlive this process and would keep the terminal's pipe open.
+            plant = self._start("--serve-plant", output=plant_output)
             while True:
                 self._is_over = False
                 self._agent = self._start("--resume", "--supervised")
-                why = self._supervise(self._agent, heard, plant)
+                why = self._supervise(self._agent, messages, plant)
                 if plant.poll():
-                    said.seek(0)
-                    told = said.read().decode("utf-8", "replace").strip()
-                    print(f"aeros: the plant has ended: {told}", file=sys.stderr)
+                    plant_output.seek(0)
+                    error_text = plant_output.read().decode("utf-8", "replace").strip()
+                    print(f"aeros: the plant has ended: {error_text}", file=sys.stderr)
                     return Exit.REJECTED
                 if why is None:
-                    # Only now, so that whatever of this is killed, another agent tells how the task ended.
+                    # Only now: if a process is killed before, another agent can still report the end.
                     if self._is_over:
                         delete_run_options(self._arguments.state)
                     with suppress(OSError):
@@ -89,7 +100,7 @@ class _Watchdog:
                 limits = (self._arguments.crashes, self._arguments.within)
                 reason = quarantine.record_crash(why, time.time(), *limits)
                 if reason is not None:
-                    print(f"aeros: it is left in quarantine: {reason}", file=sys.stderr)
+                    print(f"aeros: agent quarantined: {reason}", file=sys.stderr)
                     return Exit.REJECTED
 
     def _start(self, *role: str, output: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
@@ -106,23 +117,26 @@ class _Watchdog:
         )
 
     def _supervise(
-        self, agent: subprocess.Popen[bytes], heard: socket.socket, plant: subprocess.Popen[bytes]
+        self, agent: subprocess.Popen[bytes], messages: socket.socket, plant: subprocess.Popen[bytes]
     ) -> str | None:
-        """How it crashed; None where it ended as it should.  It is killed where the plant has failed."""
+        """Wait for the end of the agent; kill it if it is silent or the plant has failed.
+
+        Returns a description of the crash; None if the agent ended normally or the plant has failed.
+        """
         handle = os.pidfd_open(agent.pid)
         try:
             latest = time.monotonic() + _START_TIMEOUT_S
             while True:
                 left = min(max(0.0, latest - time.monotonic()), _POLL_INTERVAL_S)
-                ready, _, _ = select.select([heard.fileno(), handle], [], [], left)
-                if heard.fileno() in ready:
-                    said = heard.recv(_MAX_MESSAGE_BYTES).decode("utf-8", "replace").split("\n")
-                    if READY in said or ALIVE in said:
+                ready, _, _ = select.select([messages.fileno(), handle], [], [], left)
+                if messages.fileno() in ready:
+                    lines = messages.recv(_MAX_MESSAGE_BYTES).decode("utf-8", "replace").split("\n")
+                    if READY in lines or ALIVE in lines:
                         latest = time.monotonic() + self._arguments.silence
-                    if STOPPING in said:
-                        # It looks at its log once more, and writes a page: nobody asks it whether to go on.
+                    if STOPPING in lines:
+                        # It checks its log and may write a report: no heartbeats are expected meanwhile.
                         self._is_over, latest = True, time.monotonic() + _START_TIMEOUT_S
-                    self._notifier.send(*(word for word in said if word in (READY, ALIVE, STOPPING)))
+                    self._notifier.send(*(line for line in lines if line in (READY, ALIVE, STOPPING)))
                 elif handle in ready:
                     break
                 elif plant.poll():
@@ -131,7 +145,7 @@ class _Watchdog:
                 elif time.monotonic() >= latest:
                     agent.kill()
                     agent.wait()
-                    return f"it gave no sign of life for {self._arguments.silence:g} s and was killed"
+                    return f"no heartbeat for {self._arguments.silence:g} s; killed"
         finally:
             os.close(handle)
         code = agent.wait()
@@ -141,13 +155,13 @@ class _Watchdog:
 
     @contextmanager
     def _notify_socket(self) -> Iterator[socket.socket]:
-        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as heard:
-            heard.bind(str(self._address))
-            yield heard
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as messages:
+            messages.bind(str(self._address))
+            yield messages
 
     @contextmanager
     def _forward_signals(self) -> Iterator[None]:
-        """Whoever interrupts or ends this process means the agent, which stops the robot first."""
+        """Forward SIGINT and SIGTERM to the agent, which stops the robot first."""
 
         def pass_on(_number: int, _frame: FrameType | None) -> None:
             self._is_asked_to_end = True

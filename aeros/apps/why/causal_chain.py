@@ -1,6 +1,6 @@
-"""From the record of a run to why it ended as it did: a chain, from its end back to what was measured.
+"""Causal chain of a run: from its end back to the measured values that caused it.
 
-A log may be of another version of AEROS, so what is not there, or not as expected, is left out.
+The log may come from another version of AEROS, so missing or unexpected fields are skipped.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ _END_EVENTS: Final = ("run-ended", "run-interrupted", "not-routed")
 
 @dataclass(frozen=True)
 class CausalLink:
-    """What happened at one record, and why as far as that says.
+    """One event and its causes.
 
-    record: its sequence number.
+    Attributes:
+        record: Sequence number of the audit record.
     """
 
     record: int
@@ -31,10 +32,12 @@ class CausalLink:
 
 @dataclass(frozen=True)
 class StepTrace:
-    """A step that was to be run.
+    """A step of the run.
 
-    begin, end: the places, in the log, of the notes about it; `end` None where the log ends before.
-    failed: whether it did, or why it is not known that it did not.
+    Attributes:
+        start_index: Index in the log of the note about its start.
+        end_index: Index in the log of the note about its end; None if the log ends before.
+        failed: Whether it failed or has no recorded end.
     """
 
     number: int
@@ -47,12 +50,14 @@ class StepTrace:
 
 @dataclass(frozen=True)
 class CausalExplanation:
-    """Why a run or a step ended as it did.
+    """Explanation of the end of a run or step.
 
-    headline: how that was.
-    chain: from there back to the first cause.
-    failed: the steps that failed on the way.
-    broken: assumptions of certificates that were broken on the way.
+    Attributes:
+        headline: The end in one line.
+        chain: Links from the end back to the first cause.
+        failed: Steps that failed before.
+        broken_assumptions: Assumptions of certificates that were broken in the run.
+        changes: Values that would have to differ, one line each.
     """
 
     headline: str
@@ -67,7 +72,14 @@ class CausalExplanation:
 
 
 class RunLog:
-    """The records of one log, in order."""
+    """The records of one log, in order.
+
+    Args:
+        records: Records of a sound audit log.
+
+    Attributes:
+        steps: The steps of the run.
+    """
 
     def __init__(self, records: Sequence[Record]) -> None:
         self._records = records
@@ -80,7 +92,11 @@ class RunLog:
         self.steps = tuple(self._steps())
 
     def explain_end(self) -> CausalExplanation:
-        """Why the run ended as it did, or, where the agent says nothing of its end, what ended last."""
+        """Explain the end of the run, or the last ended step if the log has no end.
+
+        Returns:
+            The explanation.
+        """
         return replace(self._explain_end(), broken_assumptions=tuple(self._broken()))
 
     def _broken(self) -> Iterator[CausalLink]:
@@ -89,9 +105,9 @@ class RunLog:
                 listed = details.get("obligations")
                 rest = f"{len(listed)} obligations" if isinstance(listed, list) else "what"
                 certificate = _text(details, "certificate")[:12] or "none"
-                said = f"{_text(details, 'skill')} came to what it does not declare"
-                said += f"; {rest} of certificate {certificate} rest on what it does"
-                yield CausalLink(place, said, _causes(details))
+                text = f"{_text(details, 'skill')} ended with an undeclared outcome"
+                text += f"; {rest} of certificate {certificate} rest on what it does"
+                yield CausalLink(place, text, _causes(details))
 
     def _explain_end(self) -> CausalExplanation:
         end = next((one for one in reversed(self._notes) if one[1] in _END_EVENTS), None)
@@ -100,21 +116,28 @@ class RunLog:
             return self._unfinished_link(failed)
         place, event, details = end
         if event != "run-ended":
-            said = _text(details, "reason") or event.replace("-", " ")
-            return CausalExplanation(said, (CausalLink(place, said),))
+            text = _text(details, "reason") or event.replace("-", " ")
+            return CausalExplanation(text, (CausalLink(place, text),))
         goal = _goal(details)
         if details.get("reached") is True:
-            return CausalExplanation(f"{_text(details, 'task')}: the goal is measured{goal}", failed=failed)
+            return CausalExplanation(f"{_text(details, 'task')}: goal reached{goal}", failed=failed)
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
         chain = [CausalLink(place, _text(details, "reason")), *self._cause_of_end(place)]
         return CausalExplanation(headline, tuple(chain), failed)
 
     def explain_step(self, step: StepTrace) -> CausalExplanation:
-        """Why a step ended as it did."""
+        """Explain the end of a step.
+
+        Args:
+            step: One of `steps`.
+
+        Returns:
+            The explanation.
+        """
         how = "failed" if step.failed else "did not fail"
         if step.end_index is None:
             return CausalExplanation(
-                f"step {step.number}, {step.skill}: the record ends before it did", failed=(step,)
+                f"step {step.number}, {step.skill}: the log ends before the step ended", failed=(step,)
             )
         return CausalExplanation(f"step {step.number}, {step.skill}, {how}", tuple(self._step_links(step)))
 
@@ -128,27 +151,32 @@ class RunLog:
                 continue
             ended = next(
                 (
-                    (place, told)
-                    for place, kind, told in self._notes
-                    if place > at and kind == "step-ended" and told.get("skill") == skill
+                    (place, end_details)
+                    for place, kind, end_details in self._notes
+                    if place > at and kind == "step-ended" and end_details.get("skill") == skill
                 ),
                 None,
             )
             if ended is None:
-                yield StepTrace(number, skill, at, None, True, "the record ends before it did")
+                yield StepTrace(number, skill, at, None, True, "the log ends before the step ended")
             else:
-                place, told = ended
+                place, end_details = ended
                 yield StepTrace(
-                    number, skill, at, place, told.get("failed") is not False, _text(told, "reason")
+                    number,
+                    skill,
+                    at,
+                    place,
+                    end_details.get("failed") is not False,
+                    _text(end_details, "reason"),
                 )
 
     def _cause_of_end(self, place: int) -> Iterator[CausalLink]:
-        """What the end of the run followed: the last plan rejected, or the last step that failed for good."""
+        """Yield the cause of the run's end: the last rejected plan, or the last step that failed finally."""
         for at, event, details in reversed([one for one in self._notes if one[0] < place]):
             if event == "plan-rejected":
                 problems = details.get("problems")
-                said = "; ".join(map(str, problems)) if isinstance(problems, list) else "the plan"
-                cause = Cause("plan", _text(details, "planner"), said)
+                text = "; ".join(map(str, problems)) if isinstance(problems, list) else "the plan"
+                cause = Cause("plan", _text(details, "planner"), text)
                 yield CausalLink(at, f"the plan of `{_text(details, 'planner')}` was rejected", (cause,))
                 return
             if event in ("step-ended", "step-not-started"):
@@ -158,10 +186,10 @@ class RunLog:
                     return
 
     def _step_links(self, step: StepTrace) -> Iterator[CausalLink]:
-        """The end of a step as the agent judged it, as the runtime recorded it, and the gate's denial."""
+        """Yield the end of a step: the agent's judgement, the runtime's record, and the gate's denial."""
         if step.end_index is None:
             return
-        event, details = next((event, told) for at, event, told in self._notes if at == step.end_index)
+        event, details = next((event, noted) for at, event, noted in self._notes if at == step.end_index)
         judged = _causes(details)
         if event == "step-not-started":
             yield CausalLink(step.end_index, f"{step.skill} was not started: {step.reason}", judged)
@@ -170,12 +198,10 @@ class RunLog:
         denial = None if ended is None else self._denial(ended, step.skill)
         deeper: list[CausalLink] = []
         if ended is not None:
-            told = self._records[ended]["details"]
-            found = _causes(told)
-            said = _ended(told) if not found else f"ended as {_status(told)}"
-            deeper.append(
-                CausalLink(ended, f"the runtime says that it {said}", () if denial is not None else found)
-            )
+            runtime_details = self._records[ended]["details"]
+            found = _causes(runtime_details)
+            text = _ended(runtime_details) if not found else f"ended as {_status(runtime_details)}"
+            deeper.append(CausalLink(ended, f"runtime status: {text}", () if denial is not None else found))
             judged = tuple(one for one in judged if one not in found)
         if denial is not None:
             decision = self._records[denial]["details"]
@@ -187,8 +213,8 @@ class RunLog:
         reason = step.reason or f"outcome `{outcome}`"
         if any(link.causes for link in deeper):
             reason = _text(details, "status").replace("_", " ")
-        said = f"step {step.number}, {step.skill}: {reason}"
-        yield CausalLink(step.end_index, said, judged if deeper and step.failed else _causes(details))
+        text = f"step {step.number}, {step.skill}: {reason}"
+        yield CausalLink(step.end_index, text, judged if deeper and step.failed else _causes(details))
         if step.failed:
             yield from deeper
 
@@ -203,7 +229,7 @@ class RunLog:
         )
 
     def _denial(self, ended: int, skill: str) -> int | None:
-        """The decision that ended the step, where it was denied."""
+        """Return the index of the denial that ended the step; None if no denial did."""
         if self._records[ended]["details"].get("status") != "denied":
             return None
         at = self._last_before(ended, "decision", skill)
@@ -248,16 +274,16 @@ def _shown(value: Any) -> str:
 
 
 def _changes(cause: Cause) -> Iterator[str]:
-    """What would have to be otherwise, a line for each part."""
+    """Yield the values that would have to differ, one line each."""
     for part in cause.shortfalls:
         if not part.quantity:
-            yield f"{cause.rule} never allows it"
+            yield f"`{cause.rule}` denies it in every state"
         elif part.value is None:
             yield f"`{part.quantity}` {part.reason}; `{cause.rule}` needs it measured"
         else:
             value, bound = part.formatted_values()
             asked = bound if isinstance(part.bound, bool) else f"{part.required_op} {bound}"
-            yield f"{part.quantity} is {value}; {asked} is asked by `{cause.rule}`"
+            yield f"{part.quantity} is {value}; {asked} required by `{cause.rule}`"
 
 
 def _ended(details: Mapping[str, Any]) -> str:
@@ -274,7 +300,7 @@ def _skill(record: Record) -> str:
 
 
 def _reasons(decision: Mapping[str, Any]) -> Iterator[Cause]:
-    """The reasons of a decision that holds no causes."""
+    """Yield the reasons of a decision without causes."""
     reasons = decision.get("reasons")
     for one in reasons if isinstance(reasons, list) else ():
         if isinstance(one, list) and len(one) == 3:

@@ -1,4 +1,4 @@
-"""`aeros diff`: what a change of modules or of a site newly allows and newly denies."""
+"""`aeros diff`: compare two modules or sites; list newly allowed and newly denied actions."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-Each skill and action kind (of sites: each action kind) is compared over all states, parameters and
-inputs: is anything allowed now that was denied, is anything denied that was allowed?  The witnesses
-are replayed.  Neither side is verified: that is `aeros verify`.
+Each skill and action kind (for sites: each action kind) is compared over all states, parameters and
+inputs.  The report lists what is newly allowed and what is newly denied, with witnesses that were
+replayed.  Neither side is verified; use `aeros verify`.
 
 examples:
   aeros diff released/wrap ecms/wrap                          two versions of a module
@@ -33,7 +33,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "diff", __doc__, _EXAMPLES)
     for name in ("old", "new"):
         parser.add_argument(
@@ -55,7 +59,7 @@ def add_to(commands: Subparsers) -> None:
         "--rlimit",
         type=solver_budget,
         default=DEFAULT_RLIMIT,
-        help="the solver's budget for one question, in z3 resource units (default: %(default)s)",
+        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
     )
     parser.set_defaults(command=_command)
 
@@ -82,8 +86,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 def _as_text(difference: PolicyDifference, *, colour: bool) -> str:
     changed = [one for one in difference.changes if one.relation is not Relation.EQUAL]
-    told = [*difference.problems, *(diagnostic for one in changed for diagnostic in one.diagnostics)]
-    parts = [render_all(told, colour=colour)] if told else []
+    diagnostics = [*difference.problems, *(diagnostic for one in changed for diagnostic in one.diagnostics)]
+    parts = [render_all(diagnostics, colour=colour)] if diagnostics else []
     width = max((len(one.subject) for one in changed), default=0)
     lines = [f"{escape_invisible(one.subject):{width}}  {one.relation.value}" for one in changed]
     if difference.changes:

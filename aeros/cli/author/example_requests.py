@@ -1,4 +1,4 @@
-"""Requests that are allowed, made from the witnesses of the proof that no envelope is dead."""
+"""Example requests that the gate allows, made from the witnesses of proofs."""
 
 from __future__ import annotations
 
@@ -24,10 +24,20 @@ _ATTEMPTS = 200
 
 
 def example_requests(gate: Gate, site: Site, ecm: Ecm, skill: Skill, report: Report) -> Iterator[str]:
-    """For each action kind of the skill's envelope one request, as a line, that `gate` allows.
+    """Make an allowed request for each action kind of a skill's envelope.
 
-    What the proof did not depend on has the middle of its range.  A witness is rational and a request
-    holds doubles, so where the witness lies on bounds, doubles on either side of it are tried.
+    Values that the proof does not depend on are set to the middle of their range.  A witness is rational and
+    a request holds doubles, so if the witness lies on bounds, neighbouring doubles are tried.
+
+    Args:
+        gate: Decides the candidates.
+        site: The site of the gate.
+        ecm: The module.
+        skill: A skill of the module.
+        report: Full verification report with witnesses.
+
+    Yields:
+        Requests as lines of JSON.
     """
     witnesses = {
         finding.obligation.id: finding.witness.values
@@ -84,7 +94,7 @@ def _middle(declared: Declared) -> Any:
 
 
 def _double(value: Any, chance: random.Random) -> Any:
-    """The value as a double; where none is exact, the one below or the one above it."""
+    """Return a double for an exact value; if none is exact, one of the two nearest at random."""
     if isinstance(value, tuple):
         return [_double(part, chance) for part in value]
     if not isinstance(value, Fraction):

@@ -1,4 +1,4 @@
-"""`aeros explain`: what a diagnostic code means, why it matters on a robot, and how to repair it."""
+"""`aeros explain`: explain a diagnostic code: its meaning, its effect on a robot, and how to repair it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,17 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 examples:
   aeros explain AE501                 the page of one code
-  aeros explain invariant-violated    likewise, by its name
+  aeros explain invariant-violated    the same, by its name
   aeros explain                       all codes by group
 """
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "explain", __doc__, _EXAMPLES)
     parser.add_argument("code", nargs="?", metavar="CODE", help="a code or its name; all codes if absent")
     parser.set_defaults(command=_command)
@@ -52,7 +56,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def codes_by_group() -> str:
-    """Every code with what it says, under its group."""
+    """List every code with its summary, by group.
+
+    Returns:
+        The list as lines.
+    """
     rows: list[str] = []
     for group in dict.fromkeys(code.group for code in CODES.values()):
         rows += ["", group] if rows else [group]
@@ -61,7 +69,11 @@ def codes_by_group() -> str:
 
 
 def pages() -> Traversable:
-    """The folder of the pages: inside an installed package, or in the repository that it runs from."""
+    """Return the folder of the pages: in the installed package, or in the repository.
+
+    Returns:
+        A folder with one Markdown page for each code.
+    """
     package = resources.files("aeros")
     installed = package / "docs" / "codes"
     return installed if installed.is_dir() else Path(str(package)).parent / "docs" / "codes"

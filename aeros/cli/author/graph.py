@@ -1,4 +1,4 @@
-"""`aeros graph`: draws a task's planning rules, everything its closed loop can come to, or a composition."""
+"""`aeros graph`: draw a task's planning rules, the states of its closed loop, or a composition."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 MAX_NODES = 400
-"""Nodes of a drawing at most; more than that nobody reads."""
+"""Largest number of nodes in a diagram; larger ones are not legible."""
 
 _FORMATS = {"mermaid": mermaid, "dot": dot, "svg": svg}
 _EXAMPLES = """\
-rules: the planning rules in order, each with what it is left out for, its retries and its recovery.
+rules: the planning rules in order, each with the condition that skips it, its retries and its recovery.
 closed-loop: the states that the agent may measure when it plans or runs a step, and every declared
 outcome between them, as `aeros verify` explores them.  Dashed: a failure.
-composition: steps and handlers with the outcomes that lead from one to the next, conditions, and
-where parallel branches part and meet.
+composition: steps and handlers, the outcomes that lead from one to the next, conditions, and the
+points where parallel branches split and join.
 
 examples:
   aeros graph ecms/make_dumplings                                     for a Markdown page
@@ -40,7 +40,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "graph", __doc__, _EXAMPLES)
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the module")
     parser.add_argument("--task", help="the task (default: the module's first)")
@@ -74,7 +78,15 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def rules_drawing(ecm: Ecm, task: Task) -> Diagram:
-    """The rules in the order in which the planner reads them, from start to goal."""
+    """Draw the planning rules of a task, in the order in which the planner reads them.
+
+    Args:
+        ecm: The module.
+        task: A task of the module.
+
+    Returns:
+        The diagram, from start to goal.
+    """
     nodes = [Node("start", (task.id,), "start")]
     edges = []
     for index, rule in enumerate(task.rules):
@@ -100,12 +112,20 @@ def _rule_text(rule: PlanningRule) -> Iterator[str]:
 
 
 def closed_loop_drawing(ecm: Ecm, explored: ReachableStates) -> Diagram:
-    """Every node at which the loop plans, tries or recovers, and what leads from one to another.
+    """Draw every state in which the agent plans, tries or recovers, and the transitions between them.
 
-    Raises `StateSpaceError` where there are more than `MAX_NODES`.
+    Args:
+        ecm: The module.
+        explored: The reachable states of one of its tasks.
+
+    Returns:
+        The diagram.
+
+    Raises:
+        StateSpaceError: There are more than `MAX_NODES` states.
     """
     if len(explored.graph) > MAX_NODES:
-        raise StateSpaceError(f"it has {len(explored.graph)} nodes, and nobody reads more than {MAX_NODES}")
+        raise StateSpaceError(f"it has {len(explored.graph)} nodes; at most {MAX_NODES} are drawn")
     names = {node: f"n{index}" for index, node in enumerate(explored.graph)}
     stuck = set(explored.nodes_that_can_miss_goal())
     nodes, edges = [], []
@@ -138,6 +158,6 @@ def _loop_node(explored: ReachableStates, node: LoopNode, name: str, *, stuck: b
 
 
 def _state_text(explored: ReachableStates, node: LoopNode) -> list[str]:
-    """What holds in the state of `node`; what it does not name is false."""
+    """Return the values of a node's state; variables that are false are left out."""
     values = zip(explored.system.names, node.state, strict=True)
     return [name if value is True else f"{name} = {value}" for name, value in values if value is not False]

@@ -1,4 +1,4 @@
-"""The one module that a command is asked about, and what is named in it."""
+"""Arguments that name a module, and a task or composition in it."""
 
 from __future__ import annotations
 
@@ -17,9 +17,18 @@ _T = TypeVar("_T")
 
 
 def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
-    """The module at `path` under a site, the reference site where none is given.
+    """Read a module under a site.
 
-    Raises `UserError` with everything that stands in its way, `UsageError` where there are several.
+    Args:
+        path: The module's folder.
+        site_path: The site file; None for the reference site.
+
+    Returns:
+        The module and the site.
+
+    Raises:
+        UserError: A file is rejected; lists all problems.
+        UsageError: The folder holds several modules.
     """
     sink = Diagnostics()
     site = load_site(site_path or reference_site_path(), sink)
@@ -32,9 +41,19 @@ def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
 
 
 def select_declared(ecm: Ecm, what: str, declared: Mapping[str, _T], name: str | None) -> _T:
-    """The task or composition of that name, the first where none is given; `what` says which it is.
+    """Select a task or composition by name.
 
-    Raises `UsageError` where there is none.
+    Args:
+        ecm: The module, for messages.
+        what: `task` or `composition`, for messages.
+        declared: The module's tasks or compositions by name.
+        name: The name; None for the first.
+
+    Returns:
+        The selected task or composition.
+
+    Raises:
+        UsageError: There is none of that name, or none at all.
     """
     wanted = next(iter(declared), None) if name is None else name
     if wanted is None:

@@ -1,4 +1,4 @@
-"""`aeros new`: starts a module for its author, one that is proved and runs as it stands."""
+"""`aeros new`: create a module from a template, one that is proved and runs unchanged."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-The module picks up a piece of clutter.  Its folder holds ecm.yaml, which declares it, and skills.py;
-beside the folder stands test_NAME.py.  docs/tutorial.md goes on from there.
+The module picks up a piece of clutter.  Its folder holds the manifest ecm.yaml and the code skills.py.
+Its tests are in test_NAME.py next to the folder.  Continue with docs/tutorial.md.
 
 examples:
   aeros new ecm tidy                          the folder tidy/ and test_tidy.py, here
@@ -41,32 +41,38 @@ examples:
 """
 
 _RESERVED: Final = frozenset({"aeros", "null"})
-"""Names that no module may have, whatever the site: ours, and what YAML takes for nothing."""
+"""Names that no module may have under any site: the name of AEROS, and `null` of YAML."""
 
 _WORDS: Final = re.compile(r"[^\W_][\w-]*( [\w-]+)*")
-"""What routes an instruction: words with single blanks between them."""
+"""Trigger phrases: words with single blanks between them."""
 
 _MAX_NAME_CHARS: Final = 60
-"""The most characters of a name or of the words; file systems stop at about 250 bytes."""
+"""Largest number of characters of a name or phrase; file systems allow about 250 bytes."""
 
 
 class _NewModuleError(Exception):
-    """Nothing was made; the message says why and what to do."""
+    """A module that is not created; the message says why and what to do."""
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "new", __doc__, _EXAMPLES)
-    parser.add_argument("what", choices=("ecm",), help="what to start: a capability module")
-    parser.add_argument("name", type=_name, metavar="NAME", help="its name and that of its folder")
+    parser.add_argument("what", choices=("ecm",), help="what to create: a capability module")
+    parser.add_argument("name", type=_name, metavar="NAME", help="name of the module and of its folder")
     parser.add_argument(
         "--in", dest="place", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
     )
     parser.add_argument(
-        "--site", type=existing_path, help="the site it is for (default: the reference site, a Panda cell)"
+        "--site",
+        type=existing_path,
+        help="the site file for which it is (default: the reference site, a Panda cell)",
     )
     parser.add_argument(
-        "--task", type=_task, metavar="WORDS", help="the words that ask for its task (default: NAME)"
+        "--task", type=_task, metavar="WORDS", help="the instruction that starts its task (default: NAME)"
     )
     parser.set_defaults(command=_command)
 
@@ -120,7 +126,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _check_name(name: str, site: Site) -> None:
-    """A policy that speaks of `name` means another module: a new one must not inherit its grants."""
+    """Reject a name that the site's policy mentions: a new module must not inherit another's grants."""
     if name in site.grants or any(block.module == name for block in site.blocks):
         raise _NewModuleError(
             f"the policy of `{site.id}` already speaks of a module `{name}`; choose another name"
@@ -129,7 +135,7 @@ def _check_name(name: str, site: Site) -> None:
 
 def _check_absent(path: Path) -> None:
     if os.path.lexists(path):
-        raise _NewModuleError(f"`{path}` is there already; choose another name, or another place with --in")
+        raise _NewModuleError(f"`{path}` exists already; choose another name, or another folder with --in")
 
 
 def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, str]:
@@ -152,12 +158,12 @@ def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, s
 
 
 def _relative_path(place: Path, site: Path) -> str:
-    """From the folder `place` to the file `site`."""
+    """Return the path from the folder `place` to the file `site`."""
     return os.path.relpath(site.resolve(), place.resolve())
 
 
 def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> None:
-    """Write `files` into `place`, all or none, if `site` has what they speak of."""
+    """Write `files` into `place`, all or none, if `site` declares the vocabulary that they use."""
     with tempfile.TemporaryDirectory(prefix=".aeros-new-", dir=place) as stage:
         staged = Path(stage)
         (staged / name).mkdir()
@@ -169,15 +175,15 @@ def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> 
 
 
 def _check_site_vocabulary(folder: Path, site: Site) -> None:
-    """A site need not have the vocabulary that the templates speak of; says what it lacks."""
+    """Reject a site that lacks vocabulary of the templates; the message lists it."""
     sink = Diagnostics()
     load_ecm(folder, site, sink)
     lacking = dict.fromkeys(escape_invisible(problem.headline) for problem in sink)
     if lacking:
         raise _NewModuleError(
-            f"`{site.id}` lacks what the module would speak of:\n"
+            f"`{site.id}` lacks vocabulary that the template uses:\n"
             + "".join(f"  {headline}\n" for headline in lacking)
-            + "start from the reference site and change the module's words to those of yours"
+            + "use the reference site, then replace its vocabulary by yours"
         )
 
 

@@ -1,4 +1,4 @@
-"""`aeros plan`: the shortest plan for a goal that no declared outcome leads astray, or why there is none."""
+"""`aeros plan`: find the shortest plan from which the goal always stays reachable, or check a given plan."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ SCHEMA = "aeros/plan/1"
 CHECK_SCHEMA = "aeros/plan-check/1"
 
 _EXAMPLES = """\
-Planning rules are not looked at: preconditions and outcomes of the skills of all modules are, as in
-`aeros run --planner smt`.  While every outcome is a declared one, what is planned never comes to a state
-from which the goal cannot be reached; among such plans it is the shortest.  It starts where the
-symbolic plant does: from the task's `initial`, or from harmless values where no instruction is given.
+The search uses preconditions and outcomes of the skills of all modules, not planning rules, as
+`aeros run --planner smt` does.  As long as only declared outcomes occur, the plan never leads to a state
+from which the goal cannot be reached; it is the shortest such plan.  It starts from the same state as the
+symbolic plant: the task's `initial`, or harmless values if no instruction is given.
 
 examples:
   aeros plan "make dumplings"
@@ -54,30 +54,34 @@ examples:
   aeros plan "clean the table" --start wiping_area_clear=unknown
   aeros plan --goal "object_grasped and not object_delivered" --format json
   aeros plan "make dumplings" --pddl pddl/
-  aeros plan check dumplings.plan "make dumplings"       accept a plan from elsewhere, or say what is wrong
+  aeros plan check dumplings.plan "make dumplings"       accept a given plan, or list its problems
 
-A plan from elsewhere is as classical planners write them: one `(module.skill)` a line, or action of the PDDL.
+A given plan has the format of classical planners: one `(module.skill)`, or PDDL action, on each line.
 """
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "plan", __doc__, _EXAMPLES)
     parser.usage = "aeros plan [INSTRUCTION] [options]\n       aeros plan check FILE [INSTRUCTION] [options]"
     parser.add_argument(
         "words",
         nargs="*",
         metavar="INSTRUCTION",
-        help='whose task to plan, as in "make dumplings"; after `check FILE`, whose task that plan is for',
+        help='the task to plan, as in "make dumplings"; after `check FILE`, the task of that plan',
     )
-    parser.add_argument("--goal", metavar="EXPR", help="plan for this condition, not for the task's goal")
+    parser.add_argument("--goal", metavar="EXPR", help="goal condition that replaces the task's goal")
     parser.add_argument(
         "--start",
         type=_setting,
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="start where this is measured, or `unknown`; may be repeated",
+        help="initial value of a state variable, or `unknown` (repeatable)",
     )
     parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
     parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
@@ -88,7 +92,7 @@ def add_to(commands: Subparsers) -> None:
         "--pddl",
         type=Path,
         metavar="FOLDER",
-        help="write domain.pddl and problem.pddl for a classical planner, and make no plan",
+        help="write domain.pddl and problem.pddl for a classical planner instead of planning",
     )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.set_defaults(command=_command)
@@ -102,7 +106,7 @@ def _setting(text: str) -> tuple[str, str]:
 
 
 def _parse_words(words: list[str]) -> tuple[Path | None, str | None]:
-    """The plan to be judged, if one is, and the instruction, if there is one."""
+    """Split the arguments into the plan to check, if any, and the instruction, if any."""
     check = None
     if words[:1] == ["check"] and len(words) > 1:
         try:
@@ -118,9 +122,9 @@ def _parse_words(words: list[str]) -> tuple[Path | None, str | None]:
 def _command(arguments: argparse.Namespace) -> Exit:
     check, instruction = _parse_words(arguments.words)
     if instruction is None and arguments.goal is None:
-        raise UsageError("there is nothing to plan for: give an instruction, or --goal")
+        raise UsageError("give an instruction or --goal")
     if check is not None and arguments.pddl is not None:
-        raise UsageError("a plan is judged, or a problem is written: `check` does not go with --pddl")
+        raise UsageError("`check` cannot be combined with --pddl")
     site, modules, others = _load(arguments)
     task: Task | None = None
     if instruction is not None:
@@ -206,9 +210,9 @@ def _check_result(strategy: StrongCyclicStrategy, start: State, steps: tuple[str
 def _load(
     arguments: argparse.Namespace,
 ) -> tuple[Site, Mapping[str, Ecm], Callable[[], Mapping[str, Ecm]]]:
-    """The site, the modules to plan with and those that are there and not active.
+    """Load the site, the modules to plan with, and the inactive modules.
 
-    On a robot, what is in force; or what the arguments name, which is read and not proved.
+    Without options the robot's registry is used if there is one; files named by options are read, not proved.
     """
     registry = Registry(arguments.state)
     if arguments.ecms is None and arguments.site is None and registry.exists:
@@ -231,7 +235,7 @@ def _task_goal(task: Task | None) -> ActionCondition:
 
 
 def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str, Value]:
-    """What is known at the start, by name."""
+    """Return the known values at the start, by name."""
     initial = {} if task is None else to_doubles(task.initial)
     known = {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
     for name, text in given.items():

@@ -1,4 +1,4 @@
-"""`aeros predict`: how likely a task succeeds and how much work it takes, exactly, from its manifest."""
+"""`aeros predict`: compute a task's success probability and expected work exactly, from its manifest."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ _LABELS = {
 }
 
 _EXAMPLES = """\
-Nothing is sampled: the agent's loop with its retries, recoveries and re-plans is a Markov chain over
-the declared outcomes, and it is solved in fractions.  A run starts where the symbolic plant does: from
-the task's `initial`, everything else false.  With --set the other outcomes of the skill share what is
-left in the proportions that they have.  Nothing is proved here; that is `aeros verify`.
+The agent's loop with its retries, recoveries and re-plans is a Markov chain over the declared outcomes.
+It is solved exactly, in fractions, without sampling.  A run starts from the same state as the symbolic
+plant: the task's `initial`, everything else false.  With --set the other outcomes of the skill keep their
+proportions.  The module is not proved; use `aeros verify`.
 
 examples:
   aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
@@ -53,7 +53,11 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "predict", __doc__, _EXAMPLES)
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the folder of a module")
     parser.add_argument("--task", help="one of its tasks (default: all)")
@@ -63,16 +67,18 @@ def add_to(commands: Subparsers) -> None:
         action="append",
         default=[],
         metavar="SKILL.OUTCOME=P",
-        help="another probability: a decimal, a fraction or a percentage; may be repeated",
+        help="override an outcome probability, as 0.7, 7/10 or 70%% (repeatable)",
     )
-    parser.add_argument("--replans", type=_count, metavar="N", help="at most so many (default: the site's)")
+    parser.add_argument(
+        "--replans", type=_count, metavar="N", help="maximum number of re-plans (default: the site's)"
+    )
     parser.add_argument(
         "--retry",
         type=_retry,
         action="append",
         default=[],
         metavar="SKILL=N",
-        help="another retry budget of the steps that run this skill; may be repeated",
+        help="override the number of retries of steps with this skill (repeatable)",
     )
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
@@ -137,7 +143,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 def _apply_overrides(
     ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace
 ) -> tuple[Ecm, list[Task]]:
-    """The module and `tasks` of it, as --set and --retry want them."""
+    """Apply --set and --retry to the module and its tasks."""
     chances: dict[str, dict[str, Fraction]] = {}
     for skill, outcome, value in arguments.set:
         chances.setdefault(skill, {})[outcome] = value
@@ -145,7 +151,7 @@ def _apply_overrides(
 
 
 def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:
-    """The prediction for JSON."""
+    """Compute a prediction as JSON."""
     try:
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
         values = initial_values(site, to_doubles(task.initial))
@@ -166,7 +172,7 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
 
 
 def _number(value: Fraction) -> dict[str, Any]:
-    # By way of Decimal: Python refuses to write integers of more than 4,300 digits.
+    # Via Decimal: Python does not print integers of more than 4,300 digits.
     parts = [str(Decimal(part)) for part in value.as_integer_ratio()]
     return {"exact": parts[0] if parts[1] == "1" else "/".join(parts), "decimal": float(value)}
 

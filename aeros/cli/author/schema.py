@@ -1,4 +1,4 @@
-"""`aeros schema`: prints the JSON Schema of manifests, site, people, faults and scene files, or reports."""
+"""`aeros schema`: print the JSON Schema of manifests, site, people, faults and scene files, or reports."""
 
 from __future__ import annotations
 
@@ -16,20 +16,24 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 examples:
-  aeros schema ecm > .vscode/ecm.schema.json      then, on top of an ecm.yaml, for yaml-language-server:
+  aeros schema ecm > .vscode/ecm.schema.json      then, as first line of an ecm.yaml:
                                                   # yaml-language-server: $schema=../.vscode/ecm.schema.json
-  aeros schema site > .vscode/site.schema.json    likewise for a site file
-  aeros schema people > .vscode/people.schema.json  and for who walks about in `aeros run --person`
-  aeros schema faults > faults.schema.json        likewise for a faults file
-  aeros schema scene > scene.schema.json          likewise for a scene file
-  aeros schema report                             what `aeros verify --format json` prints
+  aeros schema site > .vscode/site.schema.json    the same for a site file
+  aeros schema people > .vscode/people.schema.json  the same for a people file
+  aeros schema faults > faults.schema.json        the same for a faults file
+  aeros schema scene > scene.schema.json          the same for a scene file
+  aeros schema report                             the output of `aeros verify --format json`
 """
 
 _REPORT: Final = "report"
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "schema", __doc__, _EXAMPLES)
     parser.add_argument("name", choices=(*FILES, _REPORT), help="which schema")
     parser.set_defaults(command=_command)
@@ -42,7 +46,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def report_schema() -> dict[str, Any]:
-    """The published schema of `aeros verify --format json`."""
+    """Read the published schema of `aeros verify --format json`.
+
+    Returns:
+        The JSON Schema.
+    """
     text = (resources.files("aeros") / "schemas" / "report.json").read_text(encoding="utf-8")
     schema: dict[str, Any] = json.loads(text)
     return schema

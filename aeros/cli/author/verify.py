@@ -1,4 +1,4 @@
-"""`aeros verify`: proves modules under a site's policy and writes their certificates."""
+"""`aeros verify`: prove modules under a site's policy and write their certificates."""
 
 from __future__ import annotations
 
@@ -40,18 +40,22 @@ _EXAMPLES = """\
 examples:
   aeros verify ecms/                          every module below, under the reference site
   aeros verify my_module --site cell.yaml     one module under another site
-  aeros verify ecms/ --format json            for programs; `aeros schema report` describes it
+  aeros verify ecms/ --format json            for programs; `aeros schema report` prints its schema
   aeros verify ecms/ --format sarif --output verify.sarif
-                                              text here, and a file for code scanning
+                                              text, and a file for code scanning
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
-  aeros verify ecms/ --second-solver cvc5     ask another solver everything again
+  aeros verify ecms/ --second-solver cvc5     check every obligation with cvc5 too
 """
 
 _FORMATS: Final = ("text", "json", "sarif", "junit")
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "verify", __doc__, _EXAMPLES)
     parser.add_argument(
         "paths", nargs="+", type=existing_path, metavar="PATH", help="a module, or a folder of modules"
@@ -64,7 +68,7 @@ def add_to(commands: Subparsers) -> None:
         "--output",
         type=writable_path,
         metavar="FILE",
-        help="write the report of that format to FILE, and the text to standard output",
+        help="write the report of that format to FILE, and text to standard output",
     )
     parser.add_argument(
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
@@ -74,22 +78,20 @@ def add_to(commands: Subparsers) -> None:
         "--rlimit",
         type=solver_budget,
         default=DEFAULT_RLIMIT,
-        help="the solver's budget for one question, in z3 resource units (default: %(default)s)",
+        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
     )
-    parser.add_argument(
-        "--no-cache", action="store_true", help="ask the solver again what earlier runs asked"
-    )
+    parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
     parser.add_argument(
         "--jobs",
         type=process_count,
         metavar="N",
-        help="how many processes prove modules, where there are many (default: one for each processor)",
+        help="number of processes that prove modules (default: one for each processor)",
     )
     parser.add_argument(
         "--second-solver",
         type=second_solver,
         metavar="cvc5",
-        help="put every question to cvc5 too, as SMT-LIB text; a disagreement ends with exit code 4",
+        help="also check every obligation with cvc5; a disagreement exits with code 4",
     )
     parser.set_defaults(command=_command)
 
@@ -129,7 +131,7 @@ def _verify(arguments: argparse.Namespace) -> Report:
 
 
 def _renderer(name: str) -> Callable[[VerifyResult], str]:
-    """Of the formats, most runs need none but text."""
+    """Import the renderer of a format; most runs need none but text."""
     match name:
         case "json":
             from aeros.cli.author.reports.json_report import as_json
@@ -148,11 +150,11 @@ def _renderer(name: str) -> Callable[[VerifyResult], str]:
 
 
 def _disagreement(error: DisagreementError) -> str:
-    """What to report; the question itself is kept in a file, as nobody else could ask it again."""
+    """Describe a disagreement of the solvers, and save the query in a file for a bug report."""
     lines = [
         f"aeros: the solvers disagree about {escape_invisible(error.about)}:",
         *(f"  {escape_invisible(answer)}" for answer in error.answers),
-        "One of them, or aeros, is wrong, so nothing is proved and nothing was written.",
+        "One of the solvers or aeros is wrong; nothing was proved or written.",
     ]
     try:
         handle, name = tempfile.mkstemp(prefix="aeros-disagreement-", suffix=".smt2")
@@ -166,7 +168,7 @@ def _disagreement(error: DisagreementError) -> str:
 
 
 def _write_report(path: Path, text: str) -> bool:
-    """Whether the report could be written to `path`; says so where it could not."""
+    """Write a report; print the reason and return False if it cannot be written."""
     try:
         path.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
@@ -180,9 +182,9 @@ def _progress(name: str) -> None:
 
 
 def _update_certificates(report: Report, *, write: bool) -> list[LocatedDiagnostic]:
-    """Write or check the certificate of each proved module; what is wrong with any of them.
+    """Write or check the certificate of each proved module, and return the problems.
 
-    That of a rejected module stays as it is: it is stale now, so nothing runs on the strength of it.
+    The certificate of a rejected module is kept.  It is stale now, so no agent loads the module.
     """
     problems: list[LocatedDiagnostic] = []
     for module in report.modules:

@@ -1,4 +1,4 @@
-"""`aeros mcp`: lets a client of the Model Context Protocol look, propose plans, and have them executed."""
+"""`aeros mcp`: serve the robot to an MCP client, which can read state and propose plans to execute."""
 
 from __future__ import annotations
 
@@ -40,30 +40,34 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-A client starts this command and talks to it over standard input and output.  It sees skills and state,
-has plans judged as `aeros plan check` judges them, and has accepted ones executed: by the same agent,
-gate and record as `aeros run`.  Unless the site's `policy.mcp` says otherwise each execution waits for
-`aeros approve` in another terminal.  `aeros pause`, `resume` and `stop` reach it as they reach a run, and
-when the client goes, the robot stops.  Needs the extra: pip install 'aeros[mcp]'.
+A client starts this command and communicates with it over standard input and output.  It can read skills
+and state, have plans checked as by `aeros plan check`, and have accepted plans executed, with the same
+agent, gate and audit log as `aeros run`.  Unless the site's `policy.mcp` says otherwise, each execution
+waits for `aeros approve` in another terminal.  `aeros pause`, `resume` and `stop` work as for a run.  The
+robot stops when the client disconnects.  Needs the extra: pip install 'aeros[mcp]'.
 
 examples:
   aeros mcp "make dumplings" --plant symbolic
   aeros mcp "clean the table" --state /srv/robot7 --site cell.yaml --ecms ecms
-  as an entry of a client's configuration:
+  entry of a client's configuration:
     {"mcpServers": {"robot": {"command": "aeros", "args": ["mcp", "make dumplings", "--state", "/srv/r7"]}}}
 """
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = commands.add_parser(
         "mcp",
         description=__doc__,
         epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("instruction", help='the task that the robot is set up for, as in "make dumplings"')
-    parser.add_argument("--seed", type=parse_seed, default=0, help="of everything random (default: 0)")
+    parser.add_argument("instruction", help='the task for which the robot is set up, as in "make dumplings"')
+    parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
     parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
@@ -71,14 +75,16 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
-    parser.add_argument("--audit-key", type=existing_path, metavar="FILE", help="sign the audit log with it")
+    parser.add_argument(
+        "--audit-key", type=existing_path, metavar="FILE", help="sign the audit log with this key"
+    )
     parser.add_argument("--anchor", type=writable_path, metavar="FILE", help="keep the newest signature here")
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
     if find_spec("mcp") is None:
-        print("aeros: the SDK of the protocol is not here: pip install 'aeros[mcp]'", file=sys.stderr)
+        print("aeros: the MCP SDK is not installed: pip install 'aeros[mcp]'", file=sys.stderr)
         return Exit.USAGE
     from aeros.apps.mcp.server import serve
 
@@ -91,11 +97,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
         with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)
             former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())
-            heard = LatestMeasurements()
+            measurements = LatestMeasurements()
 
             @contextmanager
             def opened() -> Iterator[RobotParts]:
-                with _open_robot(arguments, configuration, run_governor, routed, out, signing, heard) as one:
+                with _open_robot(
+                    arguments, configuration, run_governor, routed, out, signing, measurements
+                ) as one:
                     yield one
 
             robot = McpRobotThread(opened, arguments.instruction, run_governor.interrupt)
@@ -103,13 +111,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
                 folder = Registry(arguments.state).folder
                 tools = Tools(
                     robot,
-                    heard,
+                    measurements,
                     routed,
                     Approvals(arguments.state),
                     lambda command: request_command(folder, command),
                     lambda: run_governor.command,
                 )
-                print(f"aeros: answers on standard output; leaves {out}/", file=sys.stderr)
+                print(f"aeros: serving MCP on stdio; output in {out}/", file=sys.stderr)
                 serve(tools, lambda: run_governor.is_interrupted)
                 by_signal = run_governor.is_interrupted
             finally:
@@ -131,9 +139,9 @@ def _open_robot(
     routed: RoutedTask,
     out: Path,
     signing: SigningConfiguration | None,
-    heard: LatestMeasurements,
+    measurements: LatestMeasurements,
 ) -> Iterator[RobotParts]:
-    """Open everything that acts, as `aeros run` does."""
+    """Open plant, gate, audit log and agent, as `aeros run` does."""
     planner = ClientPlanner(ClientPlanChecker(lambda: robot.executor.site))
     setup = SessionSetup(
         configuration=configuration,
@@ -143,7 +151,7 @@ def _open_robot(
         warn=print_warning,
         stream=sys.stderr,
         signing=signing,
-        listeners=(heard,),
+        listeners=(measurements,),
         planner=planner,
         seed=arguments.seed,
     )
@@ -158,6 +166,7 @@ def _warn_of_unknown_skills(configuration: Configuration) -> None:
         near = did_you_mean(name, known)
         hint = f"; did you mean `{near}`?" if near else ""
         print(
-            f"aeros: warning: `policy.mcp.skills` names `{escape_invisible(name)}`, which is not here{hint}",
+            f"aeros: warning: `policy.mcp.skills` names `{escape_invisible(name)}`, "
+            f"which no active module has{hint}",
             file=sys.stderr,
         )

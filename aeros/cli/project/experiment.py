@@ -1,4 +1,4 @@
-"""`aeros experiment`: the paper's experiments and others, measured in trials beside what is exact."""
+"""`aeros experiment`: run seeded trials of experiments and compare them with exact predictions."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-An experiment is a number, and a condition of it a path below, as `aeros experiment list` shows.  The folder
-of --out holds afterwards: trials.jsonl (each finished trial), results.json, report.html, report.md and
-figures/.  After Ctrl-C or a kill, --resume with the same --out runs what is missing; trials of other modules,
-another site or another release of AEROS are not taken.  The same seeds find the same, whoever runs them.
+Experiments have numbers, and their conditions have paths below, as `aeros experiment list` shows.  The
+folder of --out gets trials.jsonl (each finished trial), results.json, report.html, report.md and figures/.
+After Ctrl-C or a kill, --resume with the same --out runs the missing trials.  Trials of other modules, of
+another site or of another release of AEROS are not reused.  The same seeds give the same results.
 
 examples:
   aeros experiment list
@@ -48,33 +48,42 @@ _PROGRESS_DELAY_S: Final = 2.0
 _PROGRESS_INTERVAL_S: Final = 0.2
 
 _REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
-"""What writes the report, imported once it is written."""
+"""Packages of the report writer, imported only when it runs."""
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "experiment", __doc__, _EXAMPLES)
-    parser.add_argument("experiments", nargs="+", metavar="list|N|all", help="which, or a condition of one")
     parser.add_argument(
-        "--trials", type=_count, default=100, metavar="N", help="of each condition (default: 100)"
+        "experiments", nargs="+", metavar="list|N|all", help="experiments, or conditions of one"
+    )
+    parser.add_argument(
+        "--trials", type=_count, default=100, metavar="N", help="trials of each condition (default: 100)"
     )
     parser.add_argument("--first", type=_seed, default=0, metavar="SEED", help="the first seed (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
-        "--workers", type=process_count, metavar="N", help="processes (default: one a processor)"
+        "--workers",
+        type=process_count,
+        metavar="N",
+        help="number of processes (default: one for each processor)",
     )
     where.add_argument("--executor", metavar="dask://HOST:PORT", help="run on a cluster instead")
     parser.add_argument(
         "--out", type=Path, help="the folder for trials and report (default: a new one in runs/)"
     )
-    parser.add_argument("--resume", action="store_true", help="take the finished trials that are in --out")
+    parser.add_argument("--resume", action="store_true", help="reuse the finished trials in --out")
     parser.add_argument(
         "--enter",
         action="append",
         default=[],
         metavar="MODULE:CLASS",
-        help="let another architecture take part, where architectures are compared; may be repeated",
+        help="add your own architecture to comparisons (repeatable)",
     )
     parser.add_argument(
         "--ecms", type=existing_path, default=Path("ecms"), help="the modules (default: ecms)"
@@ -125,7 +134,7 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
         if sys.stderr.isatty():
             print("proving the modules …", end="\r", file=sys.stderr, flush=True)
         premises = load_inputs(where)
-        told = f"what is finished is in {out}; go on with --out {out} --resume"
+        hint = f"finished trials are in {out}; continue with --out {out} --resume"
         try:
             with executor_at(arguments.executor, arguments.workers or available_cpus()) as (
                 executor,
@@ -136,26 +145,26 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
             results = results_of(experiments, store.trials, premises, seeds, arguments.plant, again)
             write_report(results, out)
         except KeyboardInterrupt:
-            print(f"\naeros: {told}", file=sys.stderr)
+            print(f"\naeros: {hint}", file=sys.stderr)
             return Exit.INTERRUPTED
         except BrokenExecutor as broken:
-            print(f"\naeros: a worker ended without a word ({broken}); {told}", file=sys.stderr)
+            print(f"\naeros: a worker process died ({broken}); {hint}", file=sys.stderr)
             return Exit.REJECTED
         except (InputsMismatchError, OSError) as refused:
-            print(f"\naeros: {refused}; {told}", file=sys.stderr)
+            print(f"\naeros: {refused}; {hint}", file=sys.stderr)
             return Exit.REJECTED
     off = [row["id"] for one in results["experiments"] for row in one["rows"] if _interval_misses(row)]
     rows = sum(len(one.rows) for one in experiments)
     print(
         f"{rows} conditions, {len(dict.fromkeys(conditions))} of them different, {len(seeds)} trials of each"
     )
-    print(f"{len(off)} with an interval that misses what is exact" + (f": {', '.join(off)}" if off else ""))
-    print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print(f"{len(off)} with intervals that exclude the exact value" + (f": {', '.join(off)}" if off else ""))
+    print(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.SUCCESS
 
 
 def _import_report_writer() -> Callable[..., dict[str, Any]]:
-    """What makes results of trials; raises `UsageError` where it cannot, and so before anything is tried."""
+    """Import the report writer before any trial runs; raise `UsageError` if a package is missing."""
     try:
         from aeros.experiments.report.results import compute_results
 
@@ -173,7 +182,7 @@ def _interval_misses(row: dict[str, object]) -> bool:
 
 
 def _rerun_options(arguments: argparse.Namespace) -> str:
-    """The options that run a row again."""
+    """Return the options that repeat a row."""
     options = [f"--plant {arguments.plant} --trials {arguments.trials}"]
     options += [f"--first {arguments.first}"] if arguments.first else []
     options += [f"--enter {quote(name)}" for name in arguments.enter]
@@ -183,19 +192,19 @@ def _rerun_options(arguments: argparse.Namespace) -> str:
 
 
 def _folder(arguments: argparse.Namespace) -> Path:
-    """Where everything is left; raises `UsageError` where trials are there and nobody said to take them."""
+    """Return the output folder; raise `UsageError` if it holds trials and --resume is not given."""
     out: Path | None = arguments.out
     if out is None:
         if arguments.resume:
-            raise UsageError("--resume goes with --out FOLDER, which is the folder of the trials")
+            raise UsageError("--resume requires --out FOLDER, the folder of the trials")
         return create_output_folder(None, "experiment")
     if not arguments.resume and (out / TRIALS_FILE).exists():
-        raise UsageError(f"there are trials in `{out}` already: go on with --resume, or give another folder")
+        raise UsageError(f"`{out}` already holds trials: continue with --resume, or give another folder")
     return out
 
 
 def _progress_printer() -> Callable[[RunProgress], None]:
-    """Shows progress on a terminal, once it takes a while: in one line, with the time that is left."""
+    """Return a printer of progress: one line with the remaining time, after some seconds."""
     is_seen = sys.stderr.isatty()
     last, is_ending = 0.0, False
 
@@ -203,7 +212,7 @@ def _progress_printer() -> Callable[[RunProgress], None]:
         nonlocal last, is_ending
         if progress.is_interrupted and not is_ending:
             is_ending = True
-            print("\naeros: what is under way is finished first; Ctrl-C again does not wait", file=sys.stderr)
+            print("\naeros: finishing running trials; press Ctrl-C again to abort", file=sys.stderr)
         now = time.monotonic()
         is_last = progress.done == progress.total
         if now - progress.start_time < _PROGRESS_DELAY_S or (

@@ -1,4 +1,4 @@
-"""`aeros migrate`: rewrites files of older AEROS versions to the current format, comments and layout kept."""
+"""`aeros migrate`: rewrite files of older AEROS versions in the current format, with comments and layout."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 SCHEMA: Final = "aeros/migration/1"
 
 _EXAMPLES: Final = """\
-A file says its format and version in `schema`, as in `schema: aeros/ecm/1`.  In a folder every file of a
-known format is looked at, in folders below it too; other files, links and hidden folders are left alone.
-Databases migrate themselves when they are opened.  docs/formats.md lists formats and their versions.
+A file says its format and version in `schema`, as in `schema: aeros/ecm/1`.  Folders are
+searched recursively for files of known formats; other files, links and hidden folders are skipped.
+Databases are migrated when they are opened.  docs/formats.md lists formats and their versions.
 
 examples:
   aeros migrate ecms/ cell.yaml       rewrite manifests and a site file
-  aeros migrate .aeros                likewise the files of a state folder, while no agent runs
+  aeros migrate .aeros                the files of a state folder, while no agent runs
   aeros migrate ecms/ --diff          show what would change, and write nothing
-  aeros migrate ecms/ --check         write nothing; exit with 1 where a file is of an older version
+  aeros migrate ecms/ --check         write nothing; exit with 1 if a file has an older version
   aeros migrate ecms/ --format json   for programs
 """
 _PINNED: Final = (
@@ -55,7 +55,7 @@ _SKIPPED: Final = frozenset({"__pycache__", "node_modules"})
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """What became of one file: `rewritten` from the text `before`, or the reason why it could not be."""
+    """Result of one file: `rewritten` from the text `before`, or the problem."""
 
     path: Path
     rewritten: Rewritten | None
@@ -71,7 +71,11 @@ class _File:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = commands.add_parser(
         "migrate",
         description=__doc__,
@@ -80,7 +84,7 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument("paths", nargs="+", type=existing_path, metavar="PATH", help="a file, or a folder")
     parser.add_argument(
-        "--check", action="store_true", help="write nothing; exit with 1 where a file is of an older version"
+        "--check", action="store_true", help="write nothing; exit with 1 if a file has an older version"
     )
     parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
@@ -105,7 +109,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _candidates(paths: Iterable[Path]) -> Iterator[tuple[Path, bool]]:
-    """Each file once, and whether it was named; of folders those whose names are known."""
+    """Yield each file once, with whether it was named; of folders the files with known names."""
     seen: set[Path] = set()
     for path in paths:
         for one in [path] if not path.is_dir() else _below(path):
@@ -124,7 +128,7 @@ def _below(folder: Path) -> Iterator[Path]:
 
 
 def _migrated(path: Path, *, is_named: bool, is_dry: bool) -> _File | None:
-    """Migrate one file; None for a file of a folder that is none of AEROS."""
+    """Migrate one file; None for a file in a folder that has no AEROS format."""
     guard = nullcontext() if is_dry else undisturbed(path.parent)
     try:
         with guard:
@@ -146,13 +150,13 @@ def _migrated(path: Path, *, is_named: bool, is_dry: bool) -> _File | None:
     except (UnmigratableError, AgentError) as error:
         return _File(path, None, str(error))
     except UserError as error:
-        return _File(path, None, "; ".join(_told(error)))
+        return _File(path, None, "; ".join(_error_lines(error)))
     except OSError as error:
         return _File(path, None, str(error.strerror or error))
 
 
 def _is_pinned(path: Path) -> bool:
-    """Whether a registry keeps the file under its digest."""
+    """Check if a registry keeps the file under its digest."""
     real = path.resolve()
     return any(
         (folder / _REGISTRY).exists() and real.relative_to(folder).parts[0] in _KEPT
@@ -171,14 +175,14 @@ def _read(path: Path) -> bytes:
 
 
 def _replace(path: Path, content: bytes) -> None:
-    """Replace a file whole or not at all; its mode stays, and a link to it stays a link."""
+    """Replace a file atomically; keep its mode, and keep links to it."""
     target = path.resolve()
     mode = stat.S_IMODE(target.stat().st_mode)
     replace_durably(target, content)
     target.chmod(mode)
 
 
-def _told(error: UserError) -> Iterator[str]:
+def _error_lines(error: UserError) -> Iterator[str]:
     for one in error.diagnostics:
         yield f"{one.code}: {one.headline}" + (f" ({one.primary.span})" if one.primary is not None else "")
 

@@ -1,4 +1,4 @@
-"""`aeros prove`: checks the theorems about AEROS itself, each with broken twins of the code that fail it."""
+"""`aeros prove`: check the theorems about AEROS itself, and that mutants of the code refute them."""
 
 from __future__ import annotations
 
@@ -34,28 +34,30 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
 examples:
-  aeros prove                                 every theorem in proofs/, by both solvers
-  aeros prove gate_soundness                  one of them
-  aeros prove --solver z3                     by one solver
+  aeros prove                                 all theorems in proofs/, with both solvers
+  aeros prove gate_soundness                  one theorem
+  aeros prove --solver z3                     with one solver
   aeros prove --format json                   for programs
-  aeros prove --update                        write the generated files of proofs/ anew
+  aeros prove --update                        rewrite the generated files of proofs/
 """
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "prove", __doc__, _EXAMPLES)
     parser.add_argument("names", nargs="*", metavar="NAME", help="a theorem (default: all of them)")
     parser.add_argument("--solver", choices=("z3", "cvc5", "both"), default="both", help="default: both")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
-    parser.add_argument(
-        "--update", action="store_true", help="write the SMT-LIB texts and expected.json anew"
-    )
+    parser.add_argument("--update", action="store_true", help="rewrite the SMT-LIB files and expected.json")
     parser.add_argument(
         "--jobs",
         type=process_count,
         metavar="N",
-        help="how many theorems are proved at a time (default: one for each processor)",
+        help="number of theorems proved in parallel (default: one for each processor)",
     )
     parser.add_argument(
         "--proofs",
@@ -71,8 +73,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     folders = _select_theorems(arguments.proofs, arguments.names)
     update = arguments.update or os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
     if update and arguments.solver != "both":
-        raise UsageError("what is written is what both solvers say: `--update` goes with `--solver both`")
-    _solvers(arguments.solver)  # refused here where one is missing, and not by each process
+        raise UsageError("`--update` requires `--solver both`")
+    _solvers(arguments.solver)  # a missing solver is reported here, not by each process
     found: list[dict[str, Any]] = []
     exits: list[Exit] = []
     for one in _prove_all(
@@ -88,7 +90,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 class _TheoremResult(NamedTuple):
-    """What is to be said of a theorem."""
+    """Result of one theorem as text and JSON, with its exit code."""
 
     text: str
     json_data: dict[str, Any]
@@ -96,7 +98,7 @@ class _TheoremResult(NamedTuple):
 
 
 def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) -> Iterator[_TheoremResult]:
-    """Each in its turn; several are proved at a time by as many processes, which end with the caller."""
+    """Yield the results in order; several theorems are proved at once in processes of their own."""
     prove = partial(_prove, solver=solver, update=update)
     if jobs == 1 or len(folders) == 1:
         yield from map(prove, folders)
@@ -104,7 +106,7 @@ def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) ->
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    # Spawned and not forked, as what asks may have threads, whose locks a fork would take along.
+    # Spawned, not forked: the caller may have threads, and a fork would copy their locks.
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _end_when_interrupted)
     try:
         running = [pool.submit(prove, folder) for folder in folders]
@@ -116,7 +118,7 @@ def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) ->
 
 
 def _end_when_interrupted() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # at once and without a word: nothing is lost with it
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # end at once without a traceback; no result is lost
 
 
 def _prove(folder: Path, solver: str, update: bool) -> _TheoremResult:
@@ -157,7 +159,7 @@ def _progress(what: str) -> None:
 
 
 def _outcome(folder: Path, solvers: SolverPanel) -> TheoremResult:
-    begun = time.monotonic()
+    start_time = time.monotonic()
     theorem = load_theorem(folder)
 
     def progress(what: str) -> None:
@@ -165,19 +167,21 @@ def _outcome(folder: Path, solvers: SolverPanel) -> TheoremResult:
 
     checked = check_theorem(theorem, ModuleSource(), solvers, progress)
     mutants = check_mutants(theorem, solvers, progress)
-    return TheoremResult(theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - begun)
+    return TheoremResult(
+        theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - start_time
+    )
 
 
 def _problems(outcome: TheoremResult) -> list[str]:
-    """Why the theorem does not pass."""
+    """List the reasons why the theorem does not pass."""
     problems = [
         f"obligation {one.name} is {one.verdict.value}{f' ({one.reason})' if one.reason else ''}"
         for one in outcome.obligations
         if one.verdict is not Verdict.PROVED
     ]
     if not outcome.mutants:
-        problems.append("it has no mutant, so nothing shows that it could fail")
-    return problems + [f"it still holds of the mutant {name}" for name in outcome.surviving_mutants]
+        problems.append("it has no mutant, so it is not shown that it can fail")
+    return problems + [f"the theorem also holds for the mutant {name}" for name in outcome.surviving_mutants]
 
 
 def _exit(outcome: TheoremResult, problems: Sequence[str]) -> Exit:
@@ -197,7 +201,7 @@ def _text(outcome: TheoremResult, name: str, problems: Sequence[str], rewritten:
     lines += [f"  {problem}" for problem in problems]
     for one in outcome.obligations:
         if one.witness is not None:
-            lines += [f"  {one.name} fails where"]
+            lines += [f"  {one.name} is refuted by"]
             ways = witness_to_json(one.witness)["ways"]
             lines += [f"    {table}: {'; '.join(way)}" for table, way in ways.items()]
     return "\n".join([*lines, *(f"  wrote {one}" for one in rewritten)])

@@ -1,4 +1,4 @@
-"""`aeros audit`: whether a run's record is whole, what it says, and whether it comes out the same again."""
+"""`aeros audit`: verify, show and replay the audit log of a run."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-A run leaves its record in audit.jsonl.  With `aeros run --audit-key` it is signed, and with --anchor the
-newest signature is kept elsewhere too; docs/audit.md says what is noticed with which of them.
+A run writes its audit log to audit.jsonl.  `aeros run --audit-key` signs it, and --anchor keeps the newest
+signature in a second file; docs/audit.md lists the tampering that each of them detects.
 
 examples:
   aeros audit keygen --out .aeros/audit.key
@@ -43,21 +43,21 @@ examples:
   aeros audit replay runs/demo/audit.jsonl
 """
 _VERIFY_EXAMPLES = """\
-Exits with 0 if the log is sound as far as was asked, 1 if not.
+Exits with 0 if the log is sound as far as it was checked, else with 1.
 
-without options   finds edited, deleted, inserted, moved and torn records; not a cut tail, nor a log of
-                  which all hashes were made anew
---public-key      finds that too up to the newest checkpoint; not a log cut off right after an earlier
-                  checkpoint, nor one exchanged for another that the same key signed
---anchor          finds these too, up to the checkpoint that the anchor holds
+without options   detects edited, deleted, inserted, moved and torn records; not a cut tail, nor a log
+                  whose hashes were all recomputed
+--public-key      detects these too, up to the newest checkpoint; not a log cut off right after an earlier
+                  checkpoint, nor one replaced by another that the same key signed
+--anchor          detects these too, up to the checkpoint in the anchor
 
 examples:
   aeros audit verify runs/demo/audit.jsonl
   aeros audit verify runs/demo/audit.jsonl --public-key audit.key.pub --anchor /mnt/other/demo.anchor
 """
 _SHOW_EXAMPLES = """\
-Below each decision that is no plain ALLOW stands why; with --site also where the rule is written, where it
-comes from, and the values it read.
+Each decision other than a plain ALLOW is followed by its reasons.  With --site they include the place and
+source of the rule, and the values that it read.
 
 examples:
   aeros audit show runs/demo/audit.jsonl --verdict DENY --site cell.yaml      why was this denied?
@@ -65,10 +65,10 @@ examples:
   aeros audit show runs/demo/audit.jsonl --event step-ended --format json
 """
 _REPLAY_EXAMPLES = """\
-What governed is made and proved again, and must have the digest that the log names.  The registry in the
-agent's folder keeps whatever was in force on the robot, so a log is replayed across all changes of that.  A
-run with --site or --ecms is replayed with the same.  Exits with 0 if every decision comes out the same,
-else with 1.
+The configuration is loaded and proved again, and must have the digest in the log.  The registry in the
+agent's folder keeps all earlier configurations of the robot, so a log is replayed across changes.  Replay a
+run with --site or --ecms with the same options.  Exits with 0 if every decision is reproduced, else
+with 1.
 
 examples:
   aeros audit replay runs/demo/audit.jsonl
@@ -76,8 +76,8 @@ examples:
   aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate shadow
 """
 _KEYGEN_EXAMPLES = """\
-Writes the private key to FILE, readable by its owner alone, and the public key to FILE.pub.  Keep the
-public key where who can write the log cannot write: who can exchange it can sign a log of his own.
+Writes the private key to FILE, readable only by its owner, and the public key to FILE.pub.  Keep the
+public key where nobody who can write the log can write: whoever can replace it can sign a forged log.
 
 examples:
   aeros audit keygen --out .aeros/audit.key      where `aeros run` looks for it
@@ -86,30 +86,36 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command, its own commands and their arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "audit", __doc__, _EXAMPLES)
     own = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
-    verify = _add(own, "verify", "whether the log is whole", _VERIFY_EXAMPLES, _verify)
-    verify.add_argument("--public-key", type=existing_path, help="whose signatures there must be")
-    verify.add_argument("--anchor", type=existing_path, help="where the newest checkpoint was kept as well")
-
-    show = _add(own, "show", "records, and why actions were denied", _SHOW_EXAMPLES, _show)
-    show.add_argument(
-        "--site", type=existing_path, help="the site file that governed, to say more of its rules"
+    verify = _add(
+        own, "verify", "check that the audit log is complete and untampered", _VERIFY_EXAMPLES, _verify
     )
+    verify.add_argument(
+        "--public-key", type=existing_path, help="public key that the log must be signed with"
+    )
+    verify.add_argument("--anchor", type=existing_path, help="file with the copy of the newest checkpoint")
+
+    show = _add(own, "show", "show records, and why actions were denied", _SHOW_EXAMPLES, _show)
+    show.add_argument("--site", type=existing_path, help="the site file of the run, to show its rules")
     add_filters(show)
 
-    replay = _add(own, "replay", "decide everything again", _REPLAY_EXAMPLES, _replay)
+    replay = _add(own, "replay", "re-decide every recorded action", _REPLAY_EXAMPLES, _replay)
     replay.add_argument(
         "--site",
         type=existing_path,
-        help="the site file (default: whatever was in force on this robot, or else the reference site)",
+        help="the site file (default: those in force on this robot, or else the reference site)",
     )
     replay.add_argument(
         "--ecms",
         type=existing_path,
-        help="the modules (default: whatever was active on this robot, or else `ecms`)",
+        help="the modules (default: those active on this robot, or else `ecms`)",
     )
     replay.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
@@ -154,7 +160,7 @@ def _add(
 def _verify(arguments: argparse.Namespace) -> Exit:
     if arguments.anchor is not None and arguments.public_key is None:
         print(
-            "aeros: --anchor needs --public-key: anybody can write an anchor without a signature",
+            "aeros: --anchor needs --public-key: anyone can write an anchor without a signature",
             file=sys.stderr,
         )
         return Exit.USAGE
@@ -183,7 +189,7 @@ def _verify(arguments: argparse.Namespace) -> Exit:
 
 
 def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchored: bool) -> list[str]:
-    """What could have been done to this log that was not looked for, or that nobody could notice."""
+    """List changes to the log that this check cannot detect."""
     if signed is None:
         return ["a tail cut off", "a log or its end rewritten with new hashes"]
     found = []
@@ -201,22 +207,26 @@ def _format_verification(
     chain: AuditReport, signed: SignatureReport | None, checkpoints: int, unnoticed: list[str]
 ) -> list[str]:
     counts = chain.decisions
-    told = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
+    counts_text = f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"
     if not chain.is_sound:
-        return [f"NOT SOUND: {chain.reason}", f"before it    {chain.records} sound records: {told}"]
-    lines = [f"chain        sound, {chain.records} records: {told}", f"head         {chain.head}"]
+        return [f"NOT SOUND: {chain.reason}", f"before it    {chain.records} sound records: {counts_text}"]
+    lines = [f"chain        sound, {chain.records} records: {counts_text}", f"head         {chain.head}"]
     if signed is None:
         there = f", though {checkpoints} checkpoints are in the log" if checkpoints else ""
         lines.append(f"signatures   not checked: no --public-key{there}")
     else:
-        end = "closed by its writer" if signed.closed else "not closed: its writer is at work, or was killed"
+        end = (
+            "closed by its writer"
+            if signed.closed
+            else "not closed: the writer is still running or was killed"
+        )
         lines.append(f"signatures   sound, of the first {signed.signed} records; the log is {end}")
         lines.append(
             f"anchor       the first {signed.anchored} records are all there"
             if signed.anchored
             else "anchor       not checked: no --anchor"
         )
-    return [*lines, *(f"NOT NOTICED  {one}" for one in unnoticed)]
+    return [*lines, *(f"NOT CHECKED  {one}" for one in unnoticed)]
 
 
 def _verification_json(
@@ -250,8 +260,8 @@ def _show(arguments: argparse.Namespace) -> Exit:
             else None
         )
         if site is not None and type(opened) is dict and opened.get("digest") != site.digest:
-            told = f"record {record['sequence']} opens a session that another site file governed"
-            print(f"aeros: {told}; what is said of rules may not fit", file=sys.stderr)
+            warning = f"record {record['sequence']} opens a session under a different site file"
+            print(f"aeros: {warning}; its rules may differ from those shown", file=sys.stderr)
         if not matches_filters(record, arguments):
             return
         if arguments.format == "json":
@@ -281,7 +291,7 @@ def _explained(log: Path, chain: AuditReport) -> AuditReport:
 def _require_sound(chain: AuditReport) -> Exit:
     if chain.is_sound:
         return Exit.SUCCESS
-    print(f"aeros: the log is not sound, and was read up to there only: {chain.reason}", file=sys.stderr)
+    print(f"aeros: the log is not sound and was read only up to there: {chain.reason}", file=sys.stderr)
     return Exit.REJECTED
 
 
@@ -309,16 +319,16 @@ def _replay(arguments: argparse.Namespace) -> Exit:
         for one in replay.mismatches:
             print("\n".join(map(escape_invisible, _disagreement(one))))
         part = f", {replay.verdict_only_count} of them by verdict alone" if replay.verdict_only_count else ""
-        print(f"{replay.matching_count} decisions come out the same{part}; {len(replay.mismatches)} do not")
+        print(f"{replay.matching_count} decisions reproduced{part}; {len(replay.mismatches)} differ")
     sound = _require_sound(chain)
     return Exit.REJECTED if replay.mismatches else sound
 
 
 def _disagreement(one: ReplayMismatch) -> list[str]:
     if one.replayed is None:
-        return [f"record {one.sequence} cannot be decided again: {one.reason}"]
+        return [f"record {one.sequence} cannot be replayed: {one.reason}"]
     return [
-        f"record {one.sequence} does not come out the same",
+        f"record {one.sequence} is not reproduced",
         f"   recorded: {json.dumps(one.recorded)}",
         f"   again:    {json.dumps(one.replayed)}",
     ]

@@ -1,4 +1,4 @@
-"""`aeros report`: a finished run as one HTML file, to be opened anywhere, without a network."""
+"""`aeros report`: write a finished run as one HTML file that needs no network."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-The page shows what followed what, a timeline with faults and stops, what was measured against the bounds
-of the site's rules, every decision with its reasons, and whether the audit chain is sound.  Bounds are
-drawn where a site is at hand whose digest is the record's: the one of --site, those that were in force on
-this robot, or the reference site.  Exits with 1 where the record is not sound; the page says why.
+The page shows the sequence of skills, a timeline with faults and stops, measurements against the bounds of
+the site's rules, every decision with its reasons, and the result of the check of the audit log.  Bounds are
+drawn if a site with the digest in the log is available: that of --site, those that were in force on this
+robot, or the reference site.  Exits with 1 if the log is not sound; the page gives the reason.
 
 examples:
   aeros report runs/demo
@@ -39,18 +39,24 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "report", __doc__, _EXAMPLES)
-    parser.add_argument("folder", type=existing_path, help="the folder that the run left, as of `--out`")
+    parser.add_argument("folder", type=existing_path, help="output folder of the run (`--out`)")
     parser.add_argument(
         "-o", "--output", type=writable_path, metavar="FILE", help="default: report.html in that folder"
     )
-    parser.add_argument("--site", type=existing_path, help="the site file that the run was under")
+    parser.add_argument("--site", type=existing_path, help="the site file of the run")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
-    parser.add_argument("--public-key", type=existing_path, help="whose signatures there must be")
-    parser.add_argument("--anchor", type=existing_path, help="where the newest checkpoint was kept as well")
+    parser.add_argument(
+        "--public-key", type=existing_path, help="public key that the log must be signed with"
+    )
+    parser.add_argument("--anchor", type=existing_path, help="file with the copy of the newest checkpoint")
     parser.set_defaults(command=_command)
 
 
@@ -70,7 +76,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.REJECTED
     wanted = {one.site for one in left.decisions}
     if given is not None and wanted and given.digest not in wanted:
-        print(f"aeros: the run was not under `{arguments.site}`: its digest is not recorded", file=sys.stderr)
+        print(f"aeros: the run did not use `{arguments.site}`: its digest is not in the log", file=sys.stderr)
         return Exit.REJECTED
     at_hand = available_sites(arguments.state, arguments.site)
     sites = {site.digest: site for site in at_hand if site.digest in wanted}
@@ -78,7 +84,17 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: str) -> Exit:
-    """Write the page about a run, and say so."""
+    """Write the page about a run, and print a summary.
+
+    Args:
+        left: Data of the run.
+        path: The HTML file.
+        sites: Available sites of the run, by digest.
+        signed: Result of the check of signatures, as text.
+
+    Returns:
+        The exit code: rejected if the file cannot be written or the audit log is not sound.
+    """
     page = page_of(left, path.resolve().parent.name, sites, signed)
     try:
         replace_durably(path, page.encode("utf-8", "backslashreplace"))
@@ -91,9 +107,9 @@ def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: s
 
 
 def _signature_text(left: RunData, log: Path, key: Path | None, anchor: Path | None) -> str:
-    """What the signatures say; where they do not fit, the chain of `left` is not sound."""
+    """Check the signatures; if they do not match, mark the chain of `left` as not sound."""
     if key is None:
-        return "not checked: no --public-key was given, so a log that was rewritten whole goes unnoticed"
+        return "not checked: without --public-key a fully rewritten log is not detected"
     found = verify_signed(log, read_public_key(key), anchor)
     left.chain = found.chain
     anchored = "" if anchor is None else f"; the anchor's first {found.anchored} records are all there"
@@ -110,7 +126,15 @@ def _read_site(path: Path) -> Site:
 
 
 def available_sites(state: Path, given: Path | None) -> Iterable[Site]:
-    """`given`, the reference site, and whatever was in force on this robot as far as it can still be read."""
+    """Yield the sites under which a run may have been, as far as their files can be read.
+
+    Args:
+        state: The agent's state folder.
+        given: A further site file; None for none.
+
+    Yields:
+        The given site, the reference site, and each site that was in force on this robot.
+    """
     if given is not None:
         yield _read_site(given)
     yield from _with_blocks(reference_site_path(), ())

@@ -1,4 +1,4 @@
-"""Records of the audit log for people: which of them, and why an action was denied or reduced."""
+"""Audit records as text: filters, and the reasons why an action was denied or attenuated."""
 
 from __future__ import annotations
 
@@ -22,14 +22,18 @@ _MAX_CHARS = 400
 
 
 def add_filters(parser: argparse.ArgumentParser) -> None:
-    """The options that say which records are shown."""
-    group = parser.add_argument_group("which records (of one option any, of several options all must fit)")
+    """Add the options that select records.
+
+    Args:
+        parser: Parser of the command.
+    """
+    group = parser.add_argument_group("record filters (repeat an option for OR; different options are ANDed)")
     group.add_argument(
-        "--verdict", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="decided so"
+        "--verdict", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="with this verdict"
     )
-    group.add_argument("--module", action="append", help="asked for, or run, by this module")
-    group.add_argument("--skill", action="append", help="by this skill, SKILL or MODULE.SKILL")
-    group.add_argument("--kind", action="append", help="asking for an action of this kind")
+    group.add_argument("--module", action="append", help="of this module")
+    group.add_argument("--skill", action="append", help="of this skill, SKILL or MODULE.SKILL")
+    group.add_argument("--kind", action="append", help="with an action of this kind")
     group.add_argument("--rule", action="append", help="with this rule, field or AE code among the reasons")
     group.add_argument("--event", action="append", help="of this kind, as `decision`, `step-ended`, `note`")
     group.add_argument("--from", type=int, dest="first", metavar="N", help="from this sequence number on")
@@ -46,7 +50,12 @@ def _time(text: str) -> float:
 
 
 def matches_filters(record: Record, filters: argparse.Namespace) -> bool:
-    """Whether the options ask for this record."""
+    """Check if the options select a record.
+
+    Args:
+        record: An audit record.
+        filters: Parsed options of `add_filters`.
+    """
     details = record["details"]
     module, skill = details.get("module"), details.get("skill")
     asked = details.get("asked")
@@ -69,7 +78,14 @@ def matches_filters(record: Record, filters: argparse.Namespace) -> bool:
 
 
 def decision_reasons(record: Record) -> list[tuple[str, str, str]]:
-    """Code, rule and text of each reason of a decision; of other records none."""
+    """Return the reasons of a decision.
+
+    Args:
+        record: An audit record.
+
+    Returns:
+        Code, rule and text of each reason; empty if the record is no decision.
+    """
     reasons = record["details"].get("reasons") if record["event"] == "decision" else None
     if type(reasons) is not list:
         return []
@@ -78,7 +94,15 @@ def decision_reasons(record: Record) -> list[tuple[str, str, str]]:
 
 
 def format_record(record: Record, site: Site | None) -> str:
-    """The record in a line, and below it why, if an action was not allowed as it was asked for."""
+    """Format a record as a line, followed by the reasons if the action was denied or attenuated.
+
+    Args:
+        record: An audit record.
+        site: The site of the run, to show its rules; None if unknown.
+
+    Returns:
+        Lines of text.
+    """
     try:
         written = datetime.fromtimestamp(record["written"]).astimezone().isoformat(" ", "milliseconds")
     except (ValueError, OverflowError, OSError):
@@ -93,7 +117,15 @@ def format_record(record: Record, site: Site | None) -> str:
 
 
 def explain_record(record: Record, site: Site | None) -> list[str]:
-    """Every reason of a decision in words; with a site also what the rule is, and what it read."""
+    """Explain each reason of a decision.
+
+    Args:
+        record: An audit record.
+        site: The site of the run, to show its rules and the values that they read; None if unknown.
+
+    Returns:
+        Lines of text; empty if the record is no decision or has no reasons.
+    """
     lines: list[str] = []
     for code, rule, text in decision_reasons(record):
         lines.append(f"{code} {rule}: {text}")
@@ -101,11 +133,11 @@ def explain_record(record: Record, site: Site | None) -> list[str]:
         lines.append(f"   {code} means: {summary}")
         if site is not None:
             lines += [f"   {line}" for line in _rule_lines(record, code, rule, site)]
-    beside = record["details"].get("beside")
-    if lines and type(beside) is list:
-        lines.append(f"it was asked for beside the actions of these records: {', '.join(map(str, beside))}")
+    joint_records = record["details"].get("beside")
+    if lines and type(joint_records) is list:
+        lines.append(f"decided jointly with the actions of records {', '.join(map(str, joint_records))}")
     if record["details"].get("verdict") == "ATTENUATE" and lines:
-        lines.append(f"so it was reduced to {_action(record['details'].get('decided'))}")
+        lines.append(f"attenuated to {_action(record['details'].get('decided'))}")
     return lines
 
 
@@ -137,14 +169,14 @@ def _rule_lines(record: Record, code: str, rule: str, site: Site) -> Iterator[st
 
 
 def _rule_inputs(rule: Rule, details: Mapping[str, Any], site: Site) -> Iterator[str]:
-    """What the rule reads: parameters as asked for, and state as measured."""
+    """Yield the inputs of a rule: requested parameters and measured state."""
     asked = details.get("asked")
     if not _is_action(asked) or asked["kind"] not in rule.terms:
         return
     kind = site.kinds[asked["kind"]]
     for name, variable in sorted(t.variables_of(rule.terms[kind.name]).items()):
         if variable.role is t.VariableRole.PARAMETER:
-            yield f"`{name}` was asked to be {_value(kind.parameters[name], asked['parameters'].get(name))}"
+            yield f"requested `{name}` = {_value(kind.parameters[name], asked['parameters'].get(name))}"
         elif name in site.observed_variables:
             yield _measured(site.observed_variables[name], details)
 

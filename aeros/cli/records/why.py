@@ -1,4 +1,4 @@
-"""`aeros why`: why a run failed, a step was denied, a plan was rejected or the robot stopped."""
+"""`aeros why`: explain why a run failed, a step was denied, a plan was rejected or the robot stopped."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-From the audit log alone: a chain from the end back to the values that were measured, with each rule, where
-it is written, and what would have to be otherwise.  Exits with 1 where the log is not sound.
+Reads only the audit log.  Prints a chain from the end back to the measured values, with each rule, the
+place where it is written, and the values that would have to differ.  Exits with 1 if the log is not sound.
 
 examples:
   aeros why                           the newest run in `runs`
@@ -34,14 +34,18 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "why", __doc__, _EXAMPLES)
     parser.add_argument(
         "run",
         nargs="?",
         type=existing_path,
         metavar="FOLDER|LOG",
-        help="what a run has left (default: the newest in `runs`)",
+        help="a run's output folder or audit log (default: the newest in `runs`)",
     )
     parser.add_argument("--step", type=int, metavar="N", help="explain the N-th step, not the end of the run")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
@@ -53,7 +57,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     records: list[Record] = []
     chain = verify_log(log, lambda record, own: records.append(record))
     if not chain.is_sound:
-        print(f"aeros: the log explains nothing, as it is not sound: {chain.reason}", file=sys.stderr)
+        print(f"aeros: cannot explain: the audit log is not sound: {chain.reason}", file=sys.stderr)
         return Exit.REJECTED
     run = RunLog(records)
     why = run.explain_end() if arguments.step is None else run.explain_step(_check_step(run, arguments.step))
@@ -65,14 +69,14 @@ def _find_log(given: Path | None) -> Path:
     if given is None:
         found = sorted(Path("runs").glob("*/audit.jsonl"), key=lambda path: path.stat().st_mtime)
         if not found:
-            raise UsageError("there is no run in `runs`: name the folder that `aeros run` has said")
+            raise UsageError("there is no run in `runs`: give the output folder that `aeros run` printed")
         return found[-1]
     return given / "audit.jsonl" if given.is_dir() else given
 
 
 def _check_step(run: RunLog, number: int) -> StepTrace:
     if not 1 <= number <= len(run.steps):
-        raise UsageError(f"there is no step {number}: the record has {len(run.steps)}")
+        raise UsageError(f"no step {number}; the run has {len(run.steps)} steps")
     return run.steps[number - 1]
 
 
@@ -105,7 +109,7 @@ def _as_json(log: Path, why: CausalExplanation) -> str:
         for links in (why.chain, why.broken_assumptions)
     )
     failed = [asdict(step) for step in why.failed]
-    said: dict[str, Any] = {
+    answer: dict[str, Any] = {
         "log": str(log),
         "headline": why.headline,
         "chain": chain,
@@ -113,4 +117,4 @@ def _as_json(log: Path, why: CausalExplanation) -> str:
         "broken": broken,
         "failed": failed,
     }
-    return json.dumps(said, indent=2)
+    return json.dumps(answer, indent=2)

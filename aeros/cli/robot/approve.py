@@ -1,4 +1,4 @@
-"""`aeros approve`: what clients of `aeros mcp` ask for, and the operator's yes or no."""
+"""`aeros approve`: list, approve or reject requests of clients of `aeros mcp`."""
 
 from __future__ import annotations
 
@@ -19,22 +19,26 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-An approval is for exactly what is listed, is used once, and holds for ten minutes.
+An approval covers exactly the listed content, is used once, and expires after ten minutes.
 
 examples:
-  aeros approve                     list what waits
+  aeros approve                     list pending requests
   aeros approve 3f9c01aa
   aeros approve 3f9c01aa --refuse
 """
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "approve", __doc__, _EXAMPLES)
-    parser.add_argument("id", nargs="?", help="what to approve, as it is listed (default: list what waits)")
-    parser.add_argument("--refuse", action="store_true", help="say no to it")
+    parser.add_argument("id", nargs="?", help="id of the pending request (default: list pending requests)")
+    parser.add_argument("--refuse", action="store_true", help="reject the request")
     parser.add_argument(
-        "--format", choices=("text", "json"), default="text", help="of the list; default: text"
+        "--format", choices=("text", "json"), default="text", help="format of the list (default: text)"
     )
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
@@ -45,10 +49,10 @@ def add_to(commands: Subparsers) -> None:
 def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.id is None:
         if arguments.refuse:
-            print("aeros: --refuse needs what to refuse", file=sys.stderr)
+            print("aeros: --refuse needs the id of a request", file=sys.stderr)
             return Exit.USAGE
         waiting = pending_requests(arguments.state)
-        listed = "\n".join(map(_format_request, waiting)) or "nothing waits for approval"
+        listed = "\n".join(map(_format_request, waiting)) or "no pending approvals"
         print(json.dumps(waiting, indent=1) if arguments.format == "json" else listed)
         return Exit.SUCCESS
     try:
@@ -56,19 +60,19 @@ def _command(arguments: argparse.Namespace) -> Exit:
     except (ApprovalError, OSError) as error:
         print(f"aeros: {escape_invisible(str(error))}", file=sys.stderr)
         return Exit.REJECTED
-    print(f"{arguments.id} is {'refused' if arguments.refuse else 'approved, for once and for ten minutes'}")
+    print(f"{arguments.id} is {'refused' if arguments.refuse else 'approved, once and within ten minutes'}")
     return Exit.SUCCESS
 
 
 def _format_request(one: Mapping[str, Any]) -> str:
     asked = one.get("asked")
     ago = f", {time.time() - asked:.0f} s ago" if type(asked) is float else ""
-    lines = [f"{one.get('id')}  {one.get('what')}, asked for by {one.get('client')}{ago}"]
+    lines = [f"{one.get('id')}  {one.get('what')}, requested by {one.get('client')}{ago}"]
     steps = one.get("steps")
     for step in steps if type(steps) is list else []:
         given = step.get("inputs") if type(step) is dict else None
-        told = f" {json.dumps(given)}" if given else ""
-        lines.append(f"    {step.get('skill') if type(step) is dict else step}{told}")
+        inputs_text = f" {json.dumps(given)}" if given else ""
+        lines.append(f"    {step.get('skill') if type(step) is dict else step}{inputs_text}")
     if one.get("goal"):
         lines.append(f"    until {one['goal']}")
     return "\n".join(escape_invisible(line) for line in lines)

@@ -1,4 +1,4 @@
-"""`aeros memory`: what the agent remembers, shown, searched, exported, or forgotten at your word."""
+"""`aeros memory`: show, search, export or delete the agent's memory."""
 
 from __future__ import annotations
 
@@ -27,47 +27,61 @@ if TYPE_CHECKING:
 SCHEMA: Final = "aeros/memory/1"
 
 _EXAMPLES: Final = """\
-Memory is of the agent and decides nothing: the dispatcher chooses by it between skills that provide the
-same capability, and each action is decided by the gate, which does not know it.
+The dispatcher uses memory to choose between skills that provide the same capability.  Memory never decides
+whether an action is safe: the gate decides each action and does not read it.
 
 examples:
-  aeros memory show                                      of each skill its record, by context too
+  aeros memory show                                      each skill's record, also by context
   aeros memory show --skill make_dumplings.wrap --format json
-  aeros memory search sealed --failed                    failures in which the word occurs
+  aeros memory search sealed --failed                    failures that contain the word
   aeros memory search --skill make_dumplings.wrap --outcome wrapped --limit 5
-  aeros memory export > memory.jsonl                     everything, a line of JSON each
-  aeros memory forget --skill make_dumplings.wrap        refuses; with --yes it is done
+  aeros memory export > memory.jsonl                     everything, as lines of JSON
+  aeros memory forget --skill make_dumplings.wrap        asks for --yes and deletes nothing
   aeros memory forget --older-than 90 --yes              sessions that began more than 90 days ago
 """
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "memory", __doc__, _EXAMPLES)
     actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
-    show = _action(actions, "show", "Sum up what is remembered of each skill, and the facts.", _show)
+    show = _action(actions, "show", "Summarize each skill's record, and list facts and sessions.", _show)
     show.add_argument("--skill", type=_skill, metavar="MODULE.SKILL", help="only this one")
     search = _action(actions, "search", "List steps, the newest first.", _search)
     search.add_argument("text", nargs="?", help="part of status, outcome, reason or inputs")
     search.add_argument("--skill", type=_skill, metavar="MODULE.SKILL", help="of this skill")
     search.add_argument("--task", metavar="MODULE.TASK", help="in this task")
-    search.add_argument("--outcome", help="that ended so")
+    search.add_argument("--outcome", help="with this outcome")
     search.add_argument("--failed", action="store_true", default=None, help="that failed")
     search.add_argument("--session", type=_number, metavar="N", help="of this session, by its id")
-    search.add_argument("--limit", type=_number, default=20, metavar="N", help="at most (default: 20)")
+    search.add_argument(
+        "--limit", type=_number, default=20, metavar="N", help="maximum number of steps (default: 20)"
+    )
     for action in (show, search):
         action.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
-    _action(actions, "export", "Print everything, a line of JSON each, with the table in `row`.", _export)
-    forgetting = _action(actions, "forget", "Remove what is remembered, for good.", _forget)
+    _action(actions, "export", "Print everything, as lines of JSON, with the table in `row`.", _export)
+    forgetting = _action(actions, "forget", "Delete memory permanently.", _forget)
     which = forgetting.add_mutually_exclusive_group(required=True)
     which.add_argument(
-        "--skill", type=_skill, metavar="MODULE.SKILL", help="its steps, and events and facts that name it"
+        "--skill",
+        type=_skill,
+        metavar="MODULE.SKILL",
+        help="steps of this skill, and events and facts that name it",
     )
-    which.add_argument("--session", type=_number, metavar="N", help="all of a session, by its id")
+    which.add_argument("--session", type=_number, metavar="N", help="everything of this session, by its id")
     which.add_argument(
-        "--older-than", type=_number, metavar="DAYS", help="all of sessions that began longer ago"
+        "--older-than",
+        type=_number,
+        metavar="DAYS",
+        help="everything of sessions that began more than DAYS days ago",
     )
-    forgetting.add_argument("--yes", action="store_true", help="really; else nothing is done")
+    forgetting.add_argument(
+        "--yes", action="store_true", help="confirm the deletion; without it nothing is deleted"
+    )
 
 
 def _action(
@@ -117,7 +131,7 @@ def _show(arguments: argparse.Namespace) -> Exit:
         facts = remembered.facts() if whole else []
         sessions = remembered.sessions() if whole else []
     if not whole and not skills:
-        print(f"aeros: nothing is remembered of `{escape_invisible(arguments.skill)}`", file=sys.stderr)
+        print(f"aeros: there is no memory of `{escape_invisible(arguments.skill)}`", file=sys.stderr)
         return Exit.REJECTED
     if arguments.format == "json":
         listed = [_skill_data(one) for one in skills]
@@ -168,7 +182,7 @@ def _success_text(record: SuccessRecord) -> str:
 
 def _context_text(context: Mapping[str, Any] | None) -> str:
     if context is None:
-        return "in contexts that were not kept"
+        return "in unknown contexts"
     values = [f"{name} = {json.dumps(value)}" for name, value in context["predicates"].items()]
     return f"in {context['task']}, by code {context['code'][:12]}" + (
         f", {', '.join(values)}" if values else ""
@@ -183,18 +197,16 @@ def _search(arguments: argparse.Namespace) -> Exit:
     if arguments.format == "json":
         print(json.dumps({"schema": SCHEMA, "episodes": found}, indent=1))
     else:
-        print("\n".join(map(_line, found)) or "nothing that is remembered fits")
+        print("\n".join(map(_line, found)) or "no matching episodes")
     return Exit.SUCCESS
 
 
 def _line(episode: Mapping[str, Any]) -> str:
     ended = episode["ended"]
     took = "" if ended is None else f", {ended - episode['started']:.1f} s"
-    said = episode["reason"] or (
-        f"outcome `{episode['outcome']}`" if episode["outcome"] else "no ending is known"
-    )
+    ending = episode["reason"] or (f"outcome `{episode['outcome']}`" if episode["outcome"] else "end unknown")
     where = f"{episode['id']} (session {episode['session']}, {episode['task']}{took})"
-    return escape_invisible(f"{where} {episode['role']} {episode['module']}.{episode['skill']}: {said}")
+    return escape_invisible(f"{where} {episode['role']} {episode['module']}.{episode['skill']}: {ending}")
 
 
 def _export(arguments: argparse.Namespace) -> Exit:
@@ -211,10 +223,10 @@ def _forget(arguments: argparse.Namespace) -> Exit:
         what, which = f"session {arguments.session}", filter_by_session(arguments.session)
     else:
         since = datetime.now(UTC) - timedelta(days=arguments.older_than)
-        what, which = f"what is older than {since:%Y-%m-%d %H:%M} UTC", filter_before(since)
+        what, which = f"sessions before {since:%Y-%m-%d %H:%M} UTC", filter_before(since)
     if not arguments.yes:
-        raise UsageError(f"{what} would be forgotten for good; say so with --yes")
-    gone = forget(arguments.state, arguments.state / MEMORY_FILE, which)
-    counts = ", ".join(f"{count} {table}" for table, count in asdict(gone).items())
-    print(f"forgot {what}: {counts}")
+        raise UsageError(f"{what} would be deleted permanently; add --yes to confirm")
+    deleted = forget(arguments.state, arguments.state / MEMORY_FILE, which)
+    counts = ", ".join(f"{count} {table}" for table, count in asdict(deleted).items())
+    print(f"deleted {what}: {counts}")
     return Exit.SUCCESS

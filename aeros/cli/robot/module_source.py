@@ -1,4 +1,4 @@
-"""Where `aeros install` finds a module: a folder, a bundle, or an installed Python distribution."""
+"""Sources of modules for `aeros install`: a folder, a bundle, or an installed Python distribution."""
 
 from __future__ import annotations
 
@@ -17,14 +17,21 @@ from aeros.spec.diagnostics.errors import UserError
 BUNDLE: Final = ".ecm.zip"
 
 ENTRY_POINT_GROUP: Final = "aeros.ecms"
-"""The entry points under which an installed Python distribution offers its modules."""
+"""Group of entry points under which an installed Python distribution provides its modules."""
 
 
 @contextmanager
 def module_source(given: str) -> Iterator[Path]:
-    """The folder of the module that `given` names, for as long as the block runs.
+    """Open the folder of a module.  No code of the module is executed.
 
-    Raises `UserError` where there is none.  Nothing of a module is executed to find it.
+    Args:
+        given: A folder, a bundle file, or an entry point of the group `aeros.ecms`.
+
+    Yields:
+        The module's folder, valid until the block ends.
+
+    Raises:
+        UserError: There is no such module.
     """
     path = Path(given)
     if path.is_dir():
@@ -39,16 +46,14 @@ def module_source(given: str) -> Iterator[Path]:
         for found in entry_points(group=ENTRY_POINT_GROUP, name=given):
             yield _package_folder(found)
             return
-        raise _error(
-            f"`{given}` is no folder, no file, and no entry point of the group `{ENTRY_POINT_GROUP}`"
-        )
+        raise _error(f"`{given}` is not a folder, a file or an entry point of `{ENTRY_POINT_GROUP}`")
 
 
 def _package_folder(found: EntryPoint) -> Path:
-    """The folder of the package that the entry point names.
+    """Return the folder of the package that the entry point names.
 
-    To load it would execute the package before any of it is proved; only where the outermost package
-    lies is asked for, which imports none of it.
+    Loading the package would execute it before it is proved.  So only its outermost package is located, which
+    imports none of it.
     """
     outermost, *inner = found.value.split(".")
     try:

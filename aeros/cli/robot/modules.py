@@ -28,52 +28,57 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _LIFECYCLE_HELP: Final = """\
-A module is installed, then configured, then activated; `deactivate` withdraws it and `activate` brings
-it back; `remove` forgets one that is not active.  Each change is proved for everything that is then
-installed, and refused with the reason otherwise; a refused change has changed nothing.
+A module is installed, then configured, then activated; `deactivate` withdraws its skills and `activate`
+brings them back; `remove` uninstalls a module that is not active.  Each change is proved for all modules
+that are then installed.  If the proof fails the change is rejected with the reason and has no effect.
 """
 _DESCRIPTIONS: Final = {
-    "bundle": "Pack a module's files into one, to be carried elsewhere and installed there by its digest.",
-    "install": "Keep a module on this robot.  Over another version of it, that version's state is kept.",
-    "configure": "Settle what a module needs around it.",
-    "activate": "Let a module's skills be dispatched.",
-    "deactivate": "Withdraw a module's skills; when this returns, none of them acts any more.",
-    "remove": "Forget a module that is not active.",
-    "list": "Show what is installed, in which state, and what it can do.",
+    "bundle": "Pack a module's files into one file, to install it elsewhere by its digest.",
+    "install": "Install a module on this robot.  It keeps the state of a version that it replaces.",
+    "configure": "Check the dependencies of an installed module.",
+    "activate": "Activate a module, so that its skills can run.",
+    "deactivate": "Deactivate a module; when the command returns, none of its skills acts.",
+    "remove": "Uninstall a module that is not active.",
+    "list": "List installed modules with their states and capabilities.",
 }
 _EXAMPLES: Final = {
     "bundle": """\
-  aeros bundle ecms/make_dumplings                  writes make_dumplings.ecm.zip and says its digest
+  aeros bundle ecms/make_dumplings                  writes make_dumplings.ecm.zip and prints its digest
   aeros install make_dumplings.ecm.zip --digest sha256:1234…
                                                     elsewhere
 """,
     "install": """\
   aeros install ecms/make_dumplings                 the module in a folder
   aeros install ecms/make_dumplings --digest sha256:1234…
-                                                    and only if its files are these
+                                                    only if its files have this digest
   aeros install make_dumplings.ecm.zip              a bundle
-  aeros install make_dumplings                      of an installed Python distribution with an entry
+  aeros install make_dumplings                      from an installed Python distribution with an entry
                                                     point of that name in the group `aeros.ecms`
 """,
     "configure": "  aeros configure make_dumplings\n",
     "activate": "  aeros activate make_dumplings\n",
-    "deactivate": "  aeros deactivate make_dumplings     also while one of its skills is under way\n",
+    "deactivate": "  aeros deactivate make_dumplings     also while one of its skills runs\n",
     "remove": "  aeros remove make_dumplings\n",
     "list": """\
   aeros list
-  aeros list --capability grasping                  who can grasp
+  aeros list --capability grasping                  modules that can grasp
   aeros list --format json
 """,
 }
 
 
 def add_to(commands: Subparsers, name: str) -> None:
-    """Add the command `name` and its arguments."""
+    """Add one of this module's commands and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+        name: The command's name.
+    """
     examples = f"{_LIFECYCLE_HELP}\nexamples:\n{_EXAMPLES[name]}"
     parser = add_command(commands, name, _DESCRIPTIONS[name], examples)
     if name == "install":
         parser.add_argument("module", help="a folder, a bundle, or the name of an entry point")
-        parser.add_argument("--digest", metavar="sha256:HEX", help="what the module's files must be")
+        parser.add_argument("--digest", metavar="sha256:HEX", help="expected digest of the module's files")
     elif name == "bundle":
         parser.add_argument("module", type=existing_path, help="the module's folder")
         parser.add_argument(
@@ -82,7 +87,7 @@ def add_to(commands: Subparsers, name: str) -> None:
         parser.set_defaults(command=_bundle)
         return
     elif name == "list":
-        parser.add_argument("--capability", help="only modules that provide it")
+        parser.add_argument("--capability", help="only modules that provide this capability")
         parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     else:
         parser.add_argument("module", help="the module's name")
@@ -140,11 +145,11 @@ def _list(arguments: argparse.Namespace) -> Exit:
 
 
 _Broken = dict[tuple[str, str], list[dict[str, Any]]]
-"""What was measured that certificates exclude, by module and version."""
+"""Measured events that certificates exclude, by module and version."""
 
 
 def _broken_assumptions(state: Path) -> _Broken:
-    """As the agent of this robot remembers."""
+    """Read the broken assumptions from the agent's memory."""
     found: _Broken = {}
     if not (state / MEMORY_FILE).exists():
         return found
@@ -153,12 +158,12 @@ def _broken_assumptions(state: Path) -> _Broken:
             for one in memory.broken_assumptions():
                 found.setdefault((one["module"], one["version"]), []).append(one)
     except AgentError as refusal:
-        print(f"aeros: warning: which assumptions were broken is not known: {refusal}", file=sys.stderr)
+        print(f"aeros: warning: broken assumptions are unknown: {refusal}", file=sys.stderr)
     return found
 
 
 def _broken_lines(broken: list[dict[str, Any]]) -> list[str]:
-    """A line for each skill, of its latest."""
+    """Format the latest broken assumption of each skill."""
     lines = []
     for skill in dict.fromkeys(one["skill"] for one in broken):
         every = [one for one in broken if one["skill"] == skill]
@@ -167,7 +172,8 @@ def _broken_lines(broken: list[dict[str, Any]]) -> list[str]:
         rests = f"{len(last['obligations'])} obligations of certificate {(last['certificate'] or '')[:12]}"
         when = f"last in session {last['session']} at {last['time']:.2f} s"
         lines.append(
-            f"broken: {skill} came to none of {declared}, {len(every)} times, {when}; {rests} rest on it"
+            f"broken assumption: {skill} ended in none of {declared}, {len(every)} times, {when}; "
+            f"affects {rests}"
         )
     return lines
 
@@ -179,7 +185,7 @@ def _text(
     broken: _Broken,
 ) -> str:
     if not shown:
-        return "nothing is installed that provides it" if snapshot.modules else "nothing is installed"
+        return "no installed module provides it" if snapshot.modules else "no modules installed"
     width = max(len(name) + len(one.version) + 1 for name, one in shown.items())
     lines = [
         f"{name + ' ' + one.version:<{width}}  {one.state.value:<10}  {', '.join(capable[name])}"

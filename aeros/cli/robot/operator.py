@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _DESCRIPTIONS: Final = {
-    "block": "Deny everything that a module, one of its skills or an action kind asks for, from now on.",
-    "unblock": "Take a block back.",
-    "policy": "Put a site file in force for everything that is installed, or say which one is.",
-    "pause": "Let nothing begin until `aeros resume`; what moves ends first.",
-    "resume": "Let actions begin again.",
-    "stop": "Bring what moves to rest, and end the run.",
-    "release": "Let an agent go on that kept crashing, and was left in quarantine.",
+    "block": "Deny all actions of a module, one of its skills or an action kind from now on.",
+    "unblock": "Remove a block.",
+    "policy": "Set the site policy for all installed modules, or show the one in force.",
+    "pause": "Pause: no new action starts until `aeros resume`; running motions finish.",
+    "resume": "Let actions start again.",
+    "stop": "Stop all motion and end the run.",
+    "release": "Lift the quarantine of an agent that crashed repeatedly.",
 }
 _EXAMPLES: Final = {
     "block": """\
@@ -43,11 +43,16 @@ _EXAMPLES: Final = {
 
 
 def add_to(commands: Subparsers, name: str) -> None:
-    """Add the command `name` and its arguments."""
+    """Add one of this module's commands and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+        name: The command's name.
+    """
     parser = add_command(commands, name, _DESCRIPTIONS[name], f"examples:\n{_EXAMPLES[name]}")
     if name == "block":
-        parser.add_argument("--id", required=True, help="a short name for it")
-        parser.add_argument("--reason", required=True, help="why, for whoever is refused")
+        parser.add_argument("--id", required=True, help="short name of the block")
+        parser.add_argument("--reason", required=True, help="reason shown in denials")
         parser.add_argument("--module", help="the module it blocks")
         parser.add_argument("--skill", help="the skill of that module it blocks")
         parser.add_argument("--action", help="the action kind it blocks")
@@ -73,7 +78,7 @@ def _block(arguments: argparse.Namespace) -> Exit:
 
 def _unblock(arguments: argparse.Namespace) -> Exit:
     Registry(arguments.state).remove_override(arguments.id)
-    print(f"{arguments.id} is taken back")
+    print(f"block {arguments.id} removed")
     return Exit.SUCCESS
 
 
@@ -88,7 +93,7 @@ def _policy(arguments: argparse.Namespace) -> Exit:
 
 def _release(arguments: argparse.Namespace) -> Exit:
     was = Quarantine(arguments.state).clear()
-    print("released: it may be started again" if was else "it was in no quarantine")
+    print("quarantine lifted; the agent can start again" if was else "the agent is not quarantined")
     return Exit.SUCCESS
 
 
@@ -101,7 +106,7 @@ def _command_for(command: OperatorCommand, done: str) -> Callable[[argparse.Name
         try:
             request_command(folder, command)
         except MotionTimeoutError as late:
-            print(f"aeros: something still moves {late}; use the robot's own stop", file=sys.stderr)
+            print(f"aeros: still moving {late}; use the robot's emergency stop", file=sys.stderr)
             return Exit.REJECTED
         print(done)
         return Exit.SUCCESS
@@ -113,7 +118,7 @@ _COMMANDS: Final = {
     "block": _block,
     "unblock": _unblock,
     "policy": _policy,
-    "pause": _command_for(OperatorCommand.PAUSE, "paused: nothing begins until `aeros resume`"),
+    "pause": _command_for(OperatorCommand.PAUSE, "paused: no action starts until `aeros resume`"),
     "resume": _command_for(OperatorCommand.RUN, "resumed"),
     "stop": _command_for(OperatorCommand.STOP, "stopped"),
     "release": _release,

@@ -1,1 +1,1 @@
-"""Commands that run: one agent on a plant, the gate as a filter, and looking on at a run."""
+"""Commands that run: one agent on a plant, the gate as a filter, and a live view of a run."""

@@ -1,4 +1,4 @@
-"""`aeros decide`: the gate as a filter.  One request per line of JSON in, one decision per line out."""
+"""`aeros decide`: decide action requests: one request per line of JSON in, one decision per line out."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-The module is proved first; if it cannot be, nothing is decided and the exit code is 1.  Each line is
-decided on its own: it brings the state, the time and the use of quotas.  State that no rule on the
-action reads may be absent or old; what is there must be well-formed.  Denials do not change the exit
-code, which is 0 once every line has its decision.
+The module is proved first; if the proof fails, nothing is decided and the exit code is 1.  Each line is
+decided on its own: it contains the state, the time and the use of quotas.  State that no rule on the
+action reads may be absent or old; values that are present must be well-formed.  Denials do not change the
+exit code, which is 0 once every line has its decision.
 
---explain says of each decision which layers it passed, which rules the proof stood in for (with the
-obligations of the certificate), and which were evaluated now, with what result at which values.
+--explain lists for each decision the layers that it passed, the rules that were proved at installation
+(with the obligations of the certificate), and the runtime-checked rules with results and values.
 
 a request:
   {"time": 10.0,
@@ -48,27 +48,31 @@ examples:
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "decide", __doc__, _EXAMPLES)
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
-    parser.add_argument("--ecm", type=existing_path, required=True, help="the module whose skill asks")
-    parser.add_argument("--skill", required=True, help="the skill that asks")
+    parser.add_argument("--ecm", type=existing_path, required=True, help="module of the requesting skill")
+    parser.add_argument("--skill", required=True, help="the requesting skill")
     parser.add_argument(
         "--gate",
         choices=[mode.value for mode in GateMode],
         default=GateMode.COMPILED.value,
-        help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
+        help="how conditions are decided; shadow uses both and halts on a disagreement (default: compiled)",
     )
-    parser.add_argument("--explain", action="store_true", help="say of each decision why it is as it is")
+    parser.add_argument("--explain", action="store_true", help="explain each decision")
     parser.add_argument(
         "--format",
         choices=["json", "text"],
         help="json: one object per line; text: for people (default: json, with --explain text)",
     )
     parser.add_argument(
-        "--example", action="store_true", help="print requests that are allowed, and decide nothing"
+        "--example", action="store_true", help="print example requests that are allowed, and decide nothing"
     )
     parser.set_defaults(command=_command)
 
@@ -105,7 +109,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _lines(stream: BinaryIO) -> Iterator[bytes]:
-    """Each line; of a line beyond the limit only as much as shows that it is too long."""
+    """Yield each line; of a line beyond the limit only enough to show that it is too long."""
     while line := stream.readline(MAX_LINE + 2):
         rest = line
         while rest and not rest.endswith(b"\n"):

@@ -1,4 +1,4 @@
-"""Decisions and their grounds as text."""
+"""Decisions and their explanations as text."""
 
 from __future__ import annotations
 
@@ -9,16 +9,30 @@ from aeros.runtime.gate.explain import EvaluatedCondition, Explanation
 
 
 def decision_text(decision: Decision) -> str:
-    """The verdict, what may be executed, and every reason."""
+    """Format a decision: verdict, permitted action, and every reason.
+
+    Args:
+        decision: The decision.
+
+    Returns:
+        Lines of text.
+    """
     return "\n".join(_decision_lines(decision))
 
 
 def explanation_text(explanation: Explanation) -> str:
-    """The decision, its layers, and each condition on the action with its grounds; ends with a blank line."""
+    """Format an explanation: decision, layers, and each condition with its proof or values.
+
+    Args:
+        explanation: The explanation.
+
+    Returns:
+        Lines of text that end with a blank line.
+    """
     lines = [*_decision_lines(explanation.decision), *_layer_lines(explanation)]
     lines += _clause_lines(explanation.conditions)
     if explanation.attenuated_parameters:
-        lines += ["  decided again, as attenuated", *_clause_lines(explanation.attenuated_parameters)]
+        lines += ["  re-decided after attenuation", *_clause_lines(explanation.attenuated_parameters)]
     return "\n".join([*lines, ""])
 
 
@@ -44,12 +58,12 @@ def _clause_lines(clauses: Sequence[EvaluatedCondition]) -> Iterator[str]:
     proved = [one for one in clauses if one.obligation and one.holds is None and not one.missing]
     width = max((len(one.name) for one in clauses), default=0)
     if proved:
-        yield "  proved at install, not evaluated"
+        yield "  proved at installation"
         for one in proved:
             yield f"    {one.name:<{width}}  by {one.obligation}"
     rest = [one for one in clauses if one not in proved]
     if rest:
-        yield "  evaluated now"
+        yield "  runtime-checked"
         for one in rest:
             yield f"    {one.name:<{width}}  {_result(one):<7}  {one.text}{_at(one)}"
 
@@ -62,5 +76,5 @@ def _at(clause: EvaluatedCondition) -> str:
     parts = [", ".join(f"{name} = {value}" for name, value in clause.values.items())]
     parts += [f"no value of {', '.join(clause.missing)}"] if clause.missing else []
     parts += [f"proved by {clause.obligation}"] if clause.obligation else []
-    said = "; ".join(part for part in parts if part)
-    return f"  [{said}]" if said else ""
+    text = "; ".join(part for part in parts if part)
+    return f"  [{text}]" if text else ""

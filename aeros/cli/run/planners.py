@@ -1,4 +1,4 @@
-"""Which planner a run has, as its arguments say, and how long that may think."""
+"""Planner of a run and its time limit, as the options select them."""
 
 from __future__ import annotations
 
@@ -18,27 +18,38 @@ from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.model.model import Ecm, Site
 
 LLM_KEY: Final = "AEROS_LLM_KEY"
-"""The variable of the environment that holds the key of the language model's API."""
+"""Environment variable that holds the key of the language model's API."""
 
 
 def build_planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Planner:
-    """What proposes plans: the task's planning rules unless another is asked for."""
+    """Build the planner that the options select; without options, the task's planning rules.
+
+    Args:
+        arguments: Parsed options of `aeros run`.
+        module: The module of the task.
+        site: The site in force.
+
+    Returns:
+        The planner.
+
+    Raises:
+        UsageError: Options contradict each other.
+        AgentError: A package is missing, or the composition does not exist.
+    """
     composition, by_rules = arguments.composition, arguments.planner == "rules"
     if composition is not None and (arguments.planner or arguments.goal) is not None:
-        raise UsageError("--composition is followed as it is: neither --planner nor --goal goes with it")
+        raise UsageError("--composition cannot be combined with --planner or --goal")
     if arguments.goal is not None and by_rules:
-        raise UsageError("planning rules pursue their own task's goal: --goal goes with --planner smt")
+        raise UsageError("--goal requires --planner smt, pddl or llm")
     if (arguments.planner == "llm") is not (
         arguments.llm_url is not None and arguments.llm_model is not None
     ):
-        raise UsageError("--planner llm, --llm-url and --llm-model go together")
+        raise UsageError("--planner llm, --llm-url and --llm-model must be given together")
     if arguments.engine is not None and arguments.planner != "pddl":
-        raise UsageError("--engine goes with --planner pddl")
+        raise UsageError("--engine requires --planner pddl")
     by_search = arguments.goal is not None or arguments.planner in ("smt", "pddl", "llm")
     if arguments.plan_within is not None and not by_search:
-        raise UsageError(
-            "what is declared is at hand at once: --plan-within goes with --planner smt, pddl or llm"
-        )
+        raise UsageError("--plan-within requires --planner smt, pddl or llm")
     if arguments.planner == "llm":
         return _llm_planner(arguments, site)
     if arguments.planner == "pddl":
@@ -55,7 +66,7 @@ def build_planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Pla
 
 
 def _llm_planner(arguments: argparse.Namespace, site: Site) -> Planner:
-    """A language model, and where it does not help what would plan without it."""
+    """Build the planner that asks a language model and falls back on rules or search."""
     try:
         from aeros.agent.planning.llm import LlmPlanner
         from aeros.agent.planning.llm_client import LlmEndpoint
@@ -64,12 +75,20 @@ def _llm_planner(arguments: argparse.Namespace, site: Site) -> Planner:
         raise AgentError(f"--planner llm needs `pip install 'aeros[llm]'` {missing}") from error
     endpoint = LlmEndpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
     fallback = RulePlanner() if arguments.goal is None else SmtPlanner(site)
-    # So that the other planner can still plan in time.
+    # Leave time for the fallback planner.
     asked_within = 0.8 * min(arguments.plan_within or inf, float(site.limits.planning))
     return LlmPlanner(site, endpoint, fallback, asked_within)
 
 
 def planning_timeout(arguments: argparse.Namespace, planner: Planner) -> float | None:
-    """Seconds for a plan that is made beside the plant's time; None of a planner that answers at once."""
+    """Return the time limit for one plan.
+
+    Args:
+        arguments: Parsed options of `aeros run`.
+        planner: The planner.
+
+    Returns:
+        Seconds, while the plant's clock runs on; None for a planner that answers at once.
+    """
     at_once = isinstance(planner, RulePlanner | CompositionPlanner)
     return None if at_once else arguments.plan_within or inf

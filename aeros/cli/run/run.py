@@ -1,4 +1,4 @@
-"""`aeros run`: one agent pursues an instruction on a plant, every action decided by the gate."""
+"""`aeros run`: run one agent that pursues an instruction on a plant; the gate decides every action."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-All modules are proved before anything moves, and each `ecm.lock` must be the certificate that
-results.  The folder given by --out holds afterwards: run.webp (physics), trace.jsonl (what the agent
-did), measured.jsonl (what was measured, ten times a second), audit.jsonl (every decision, chained), and
-with --report a page about all of it.  The exit code is 0 when the goal is measured, 1 when not.
-A film, bag or MCAP file is whole or not there: after Ctrl-C, which stops the robot, it ends there.
-A person walks their own way and minds nothing; the robot slows down or stops as the site says.
+All modules are proved before anything moves, and each `ecm.lock` must equal the resulting certificate.
+The folder of --out gets run.webp (video, physics), trace.jsonl (events of the agent), measured.jsonl
+(measurements, ten a second), audit.jsonl (every decision, hash-chained), and with --report an HTML page.
+The exit code is 0 if the goal is reached, else 1.
+Ctrl-C stops the robot; a video, bag or MCAP file is complete up to then.  After a kill there is none.
+Simulated people walk scripted paths and ignore the robot; it slows down or stops as the site demands.
 A composition is a graph of skills that the module declares; its branches run at the same time.
-The planner smt needs no planning rules: it plans by what skills declare, for any goal (`aeros plan`).
+The planner smt plans for any goal from preconditions and outcomes, without planning rules (`aeros plan`).
 
 examples:
   aeros run "make dumplings"
@@ -71,11 +71,15 @@ examples:
 
 
 _AGENT_EXIT_TIMEOUT_S: Final = 30.0
-"""Seconds for an earlier agent to end."""
+"""Seconds to wait for an earlier agent to end."""
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = commands.add_parser(
         "run",
         description=__doc__,
@@ -83,13 +87,13 @@ def add_to(commands: Subparsers) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("instruction", nargs="?", help='what to do, as in "make dumplings"')
-    parser.add_argument("--seed", type=parse_seed, default=0, help="of everything random (default: 0)")
+    parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument(
         "--gate",
         choices=[mode.value for mode in GateMode],
         default=GateMode.COMPILED.value,
-        help="how conditions are decided; shadow does both and halts on a disagreement (default: compiled)",
+        help="how conditions are decided; shadow uses both and halts on a disagreement (default: compiled)",
     )
     parser.add_argument(
         "--site",
@@ -102,71 +106,74 @@ def add_to(commands: Subparsers) -> None:
         help="the modules to load (default: those that are active on this robot, or else `ecms`)",
     )
     parser.add_argument(
-        "--out", type=Path, help="a new folder for film, trace and audit log (default: in runs/)"
+        "--out", type=Path, help="a new folder for video, trace and audit log (default: in runs/)"
     )
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
     parser.add_argument(
-        "--composition", metavar="NAME", help="follow this composition of the module, not its planning rules"
+        "--composition",
+        metavar="NAME",
+        help="run this composition of the module instead of its planning rules",
     )
     parser.add_argument(
         "--planner",
         choices=("rules", "smt", "pddl", "llm"),
-        help="plan by the task's rules, by what skills declare with our own search or a classical planner's, "
-        "or as a language model proposes (default: rules; smt with --goal)",
+        help="how to plan: the task's rules, built-in search, a classical planner, or a language model "
+        "(default: rules; smt with --goal)",
     )
     parser.add_argument(
         "--engine",
         metavar="NAME",
-        help="the classical planner of --planner pddl, as unified-planning calls it (default: its choice)",
+        help="classical planner of --planner pddl, by its name in unified-planning (default: its choice)",
     )
     parser.add_argument(
         "--llm-url",
         metavar="URL",
-        help=f"the OpenAI-compatible API to ask, as in http://localhost:11434/v1; its key in {LLM_KEY}",
+        help=f"OpenAI-compatible API, as in http://localhost:11434/v1; reads its key from {LLM_KEY}",
     )
-    parser.add_argument("--llm-model", metavar="NAME", help="the language model to ask there")
-    parser.add_argument(
-        "--goal", metavar="EXPR", help="reach this in place of the task's goal, where the task takes place"
-    )
+    parser.add_argument("--llm-model", metavar="NAME", help="the language model")
+    parser.add_argument("--goal", metavar="EXPR", help="goal condition that replaces the task's goal")
     parser.add_argument(
         "--plan-within",
         type=_seconds,
         metavar="SECONDS",
-        help="what a planner that searches or asks may take for a plan, while the plant's time goes on "
-        "(default, and at most: what the site allows)",
+        help="time limit for planning, while the plant's clock runs on "
+        "(default and maximum: the site's limit)",
     )
     parser.add_argument(
         "--timeout",
         type=_seconds,
         metavar="SECONDS",
-        help="cancel the task after this time on the plant's clock (default: only each skill has a time-out)",
+        help="cancel the task after this time on the plant's clock (default: only skills have timeouts)",
     )
     kept = parser.add_mutually_exclusive_group()
     kept.add_argument(
         "--bag",
         type=Path,
         metavar="FOLDER",
-        help="keep decisions, joints, transforms and what is measured as a ROS 2 bag in this new folder",
+        help="record decisions, joints, transforms and measurements as a ROS 2 bag in this new folder",
     )
     kept.add_argument(
-        "--mcap", type=mcap_path, metavar="FILE", help="keep the same in this one new file, for Foxglove, say"
+        "--mcap",
+        type=mcap_path,
+        metavar="FILE",
+        help="record the same in this new MCAP file, for example for Foxglove",
     )
     parser.add_argument(
         "--person",
         metavar="FILE|NAME",
-        help="let somebody walk about (physics): a people file, or one that comes with AEROS",
+        help="simulated people: a people file or a shipped name (physics)",
     )
     parser.add_argument(
         "--faults",
         metavar="FILE|NAME",
-        help="let things go wrong (physics): a faults file, or one that comes with AEROS",
+        help="inject faults: a faults file or a shipped name (physics)",
     )
     parser.add_argument(
         "--scene",
         metavar="FILE|NAME",
-        help="let more stand and lie about (physics): a scene file, or one that comes with AEROS",
+        help="extra objects: a scene file or a shipped name (physics)",
     )
     parser.add_argument(
         "--report", action="store_true", help="write report.html there too, as `aeros report` does"
@@ -176,11 +183,11 @@ def add_to(commands: Subparsers) -> None:
         "--record",
         type=video_path,
         metavar="FILE",
-        help="the film to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
+        help="video to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
     )
-    film.add_argument("--no-record", action="store_true", help="take no film")
+    film.add_argument("--no-record", action="store_true", help="record no video")
     parser.add_argument(
-        "--view", action="store_true", help="show the run in a window (physics), where there is a display"
+        "--view", action="store_true", help="show the run in a window (physics); needs a display"
     )
     parser.add_argument(
         "--audit-key",
@@ -189,31 +196,42 @@ def add_to(commands: Subparsers) -> None:
         help="sign the audit log with this key (default: audit.key in the agent's folder, if there is one)",
     )
     parser.add_argument(
-        "--anchor", type=writable_path, metavar="FILE", help="keep the log's newest signature here as well"
+        "--anchor",
+        type=writable_path,
+        metavar="FILE",
+        help="keep a copy of the log's newest signature in this file",
     )
-    surviving = parser.add_argument_group("survival", "docs/survival.md says what is held by what")
+    surviving = parser.add_argument_group("survival", "see docs/survival.md")
     surviving.add_argument(
         "--watchdog",
         action="store_true",
-        help="let the plant outlive the agent, which is started anew where it crashes, and goes on",
+        help="run the agent under a watchdog that restarts it after a crash",
     )
     surviving.add_argument(
         "--resume",
         action="store_true",
-        help="go on with the task that a crash interrupted",
+        help="resume the interrupted task",
     )
     surviving.add_argument(
-        "--crashes", type=_count, default=5, metavar="N", help="so many are a crash loop (default: 5) …"
+        "--crashes",
+        type=_count,
+        default=5,
+        metavar="N",
+        help="crashes within --within that trigger quarantine (default: 5)",
     )
     surviving.add_argument(
-        "--within", type=_seconds, default=600.0, metavar="SECONDS", help="… within this time (default: 600)"
+        "--within",
+        type=_seconds,
+        default=600.0,
+        metavar="SECONDS",
+        help="time window of --crashes (default: 600)",
     )
     surviving.add_argument(
         "--silence",
         type=_seconds,
         default=60.0,
         metavar="SECONDS",
-        help="an agent without a sign of life for so long is killed (default: 60)",
+        help="kill an agent without a heartbeat for this long (default: 60)",
     )
     surviving.add_argument("--serve-plant", action="store_true", help=argparse.SUPPRESS)
     surviving.add_argument("--supervised", action="store_true", help=argparse.SUPPRESS)
@@ -247,8 +265,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             return _run_watchdog(arguments)
         if not arguments.resume:
             return _run_agent(arguments)
-        # One process after the other, from the first to the last that it does: an agent whose watchdog was
-        # killed may still be about to end.
+        # Wait for an earlier agent: one whose watchdog was killed may still be ending.
         with lock_folder(arguments.state / "task", arguments.instruction, _AGENT_EXIT_TIMEOUT_S):
             return _run_agent(arguments)
     except (AgentError, PlantSetupError) as refusal:
@@ -257,9 +274,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _run_watchdog(arguments: argparse.Namespace) -> Exit:
-    """Have the task pursued by an agent under a watchdog, of which there is one."""
+    """Run the task under a watchdog; there is at most one for each state folder."""
     if arguments.bag is not None or arguments.mcap is not None:
-        raise UsageError("--bag and --mcap are written by one process: they do not go with --watchdog")
+        raise UsageError("--bag and --mcap cannot be combined with --watchdog")
     with lock_folder(arguments.state / "watchdog", arguments.instruction):
         quarantined = Quarantine(arguments.state).reason()
         if quarantined is not None:
@@ -268,9 +285,9 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
             with lock_folder(arguments.state, arguments.instruction):
                 arguments.out = create_output_folder(arguments.out, "watched")
                 arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
-                # What an earlier task left is not this one's.
+                # The checkpoint of an earlier task must not be resumed.
                 CheckpointStore(arguments.state).delete()
-                # A stop ended an earlier run; from here on it is meant for this one.
+                # An earlier stop ended an earlier run; from here on a stop is for this one.
                 OperatorCommands(Registry(arguments.state).folder, resumed=False).close()
                 save_run_options(arguments)
         return run_watchdog(arguments)
@@ -299,6 +316,6 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     except ConnectionLostError as lost:
-        # Whoever supervises this process may try it again.
+        # A supervisor may restart this process.
         print(f"aeros: the plant is lost: {lost}", file=sys.stderr)
         return Exit.INTERNAL_ERROR

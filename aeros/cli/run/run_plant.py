@@ -1,4 +1,4 @@
-"""The plant of a run: what is in its scene, who looks on, and whether it is this process's or another's."""
+"""The plant of a run: scene extras, viewers, and the choice between this process and another."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class SceneExtras(NamedTuple):
-    """What is in a simulated scene besides the task's own things, and what goes wrong there."""
+    """Simulated people, faults, and bodies besides the task's own objects."""
 
     people: Sequence[Person]
     faults: Sequence[Fault]
@@ -45,9 +45,10 @@ class SceneExtras(NamedTuple):
 
 @dataclass(frozen=True)
 class PlantSetup:
-    """All that a run needs of its plant.
+    """Everything that a run needs to open its plant.
 
-    out: the folder for what is left of the run.
+    Attributes:
+        out: The run's output folder.
     """
 
     arguments: argparse.Namespace
@@ -59,14 +60,27 @@ class PlantSetup:
 
 
 def is_remote(arguments: argparse.Namespace) -> bool:
-    """Whether the plant is of another process, which serves it."""
+    """Check if another process serves the plant.
+
+    Args:
+        arguments: Parsed options of `aeros run`.
+    """
     return arguments.plant_at is not None and not arguments.serve_plant
 
 
 def load_scene_extras(
     arguments: argparse.Namespace, configuration: Configuration, routed: RoutedTask
 ) -> SceneExtras:
-    """What the arguments name; of a plant elsewhere nothing, as that has it."""
+    """Load people, faults and bodies.
+
+    Args:
+        arguments: Parsed options of `aeros run`.
+        configuration: Modules and site of the run.
+        routed: The selected task.
+
+    Returns:
+        The extras; empty if another process serves the plant, which loads them itself.
+    """
     people = load_people(arguments.plant, arguments.person)
     if is_remote(arguments):
         return SceneExtras((), (), ())
@@ -77,7 +91,15 @@ def load_scene_extras(
 
 @contextmanager
 def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Path, Sequence[Viewer]]]:
-    """The folder for what is left of the run, and who looks on: both are there before anything moves."""
+    """Open output folder and viewers before anything moves.
+
+    Args:
+        arguments: Parsed options of `aeros run`.
+        task: Id of the task.
+
+    Yields:
+        The output folder, and window and video recorder as far as requested.
+    """
     with ExitStack() as stack:
         spectators: list[Viewer] = []
         if is_remote(arguments):
@@ -93,8 +115,18 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
         yield out, spectators
 
 
-def open_run_plant(staged: PlantSetup, tell: Callable[[FaultEvent], None]) -> AbstractContextManager[Plant]:
-    """The plant of this process, or of another that is served at `plant_at`."""
+def open_run_plant(
+    staged: PlantSetup, on_fault: Callable[[FaultEvent], None]
+) -> AbstractContextManager[Plant]:
+    """Open the plant in this process, or connect to the one served at `plant_at`.
+
+    Args:
+        staged: Setup of the plant.
+        on_fault: Called with each injected fault.
+
+    Returns:
+        A context manager of the plant.
+    """
     arguments, (people, faults, bodies) = staged.arguments, staged.extras
     if is_remote(arguments):
         return closing(connect_plant(arguments.plant_at))
@@ -106,22 +138,29 @@ def open_run_plant(staged: PlantSetup, tell: Callable[[FaultEvent], None]) -> Ab
         staged.viewers,
         people,
         faults,
-        tell,
+        on_fault,
         bodies,
     )
 
 
 def serve_plant(staged: PlantSetup) -> Exit:
-    """Be the plant of a run whose agent is another process; nothing, where there is one already."""
+    """Serve the plant to an agent in another process; end at once if another process serves it already.
+
+    Args:
+        staged: Setup of the plant.
+
+    Returns:
+        The exit code.
+    """
     arguments = staged.arguments
-    tell = HostLog(staged.out / "plant.jsonl")
+    log = HostLog(staged.out / "plant.jsonl")
     with (
         suppress(AgentError),
         lock_folder(arguments.state / "plant", arguments.instruction),
-        open_run_plant(staged, lambda one: tell(one._asdict())) as plant,
+        open_run_plant(staged, lambda one: log(one._asdict())) as plant,
     ):
         arguments.plant_at.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        PlantHost(plant, tell).serve(arguments.plant_at)
+        PlantHost(plant, log).serve(arguments.plant_at)
         with suppress(OSError):
             arguments.plant_at.parent.rmdir()
     return Exit.SUCCESS

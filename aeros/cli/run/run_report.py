@@ -11,7 +11,18 @@ from aeros.spec.verification.reports import Report
 
 
 def summary(proof_report: Report, report: RunReport, plant: str, simulated: float, real: float) -> str:
-    """The end of a run in a few lines."""
+    """Summarize a run in a few lines.
+
+    Args:
+        proof_report: Verification report of the modules.
+        report: The agent's report.
+        plant: Name of the plant.
+        simulated: Duration on the plant's clock, in seconds.
+        real: Duration on the wall clock, in seconds.
+
+    Returns:
+        Lines of text.
+    """
     measured = _measured(report.measured)
     obligations = sum(module.claim_count for module in proof_report.modules)
     guarded = sum(module.runtime_checked_count for module in proof_report.modules)
@@ -21,7 +32,8 @@ def summary(proof_report: Report, report: RunReport, plant: str, simulated: floa
             "",
             f"{report.module}.{report.task}: {outcome}",
             f"goal       {report.goal}; measured on the {plant} plant: {measured}",
-            f"modules    {len(proof_report.modules)} proved, {obligations} obligations, {guarded} left to the gate",
+            f"modules    {len(proof_report.modules)} proved, {obligations} obligations, "
+            f"{guarded} runtime-checked",
             f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "
             f"{report.replans} re-plans",
             f"decisions  {report.allowed} allowed, {report.attenuated} attenuated, {report.denied} denied",

@@ -39,10 +39,14 @@ if TYPE_CHECKING:
 
 
 class RunRequest(NamedTuple):
-    """What the agent is to do, and under whom.
+    """The task of an agent and its governor.
 
-    proof: of the modules that it does it with.
-    goal: in place of the task's own.
+    Attributes:
+        governor: Governor of the run.
+        proof_report: Verification report of the modules.
+        planner: Proposes plans.
+        goal: Goal that replaces the task's; None to keep it.
+        signing: Signs the audit log; None for no signatures.
     """
 
     governor: Governor
@@ -52,40 +56,48 @@ class RunRequest(NamedTuple):
     signing: SigningConfiguration | None
 
 
-def run_task(staged: PlantSetup, meant: RunRequest) -> Exit:
-    """Have the agent pursue it, tell what came of it, and leave that in the run's folder."""
+def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
+    """Run the agent until the task ends, print the summary and write the outputs.
+
+    Args:
+        staged: Setup of the plant.
+        request: Task and governor.
+
+    Returns:
+        The exit code.
+    """
     began = time.perf_counter()
     arguments, out = staged.arguments, staged.out
-    if arguments.resume and (ended := _find_task_end(staged, meant)) is not None:
-        return _report_past_end(staged, meant, ended)
-    setup = _setup(staged, meant)
+    if arguments.resume and (ended := _find_task_end(staged, request)) is not None:
+        return _report_past_end(staged, request, ended)
+    setup = _setup(staged, request)
     with Notifier() as notifier, open_recorded_plant(setup) as recorded:
         with (
-            RunGovernor(meant.governor, notifier) as governor,
+            RunGovernor(request.governor, notifier) as governor,
             open_agent(setup, recorded, governor) as (_, agent),
         ):
             save_latest_run(arguments.state, out)
             governor.on_command = partial(_apply_command, agent)
             notifier.send(READY)
             pursue = agent.resume if arguments.resume else agent.run
-            report = pursue(arguments.instruction, arguments.timeout, meant.goal)
+            report = pursue(arguments.instruction, arguments.timeout, request.goal)
         notifier.send(STOPPING)
         simulated = recorded.plant.now()
-        # An agent whose supervisor is gone has stopped, and leaves its task and plant to be resumed.
+        # An agent that lost its supervisor has stopped; its task and plant can be resumed.
         is_over = False
         if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
             end_plant(recorded.plant, arguments.state)
             is_over = True
     seconds = time.perf_counter() - began
-    code = _report_run(staged, meant, report, simulated, seconds, recorded.feed)
-    # Last of all, and by whoever supervises this process: until then another one may tell how it ended.
+    code = _report_run(staged, request, report, simulated, seconds, recorded.feed)
+    # Last of all, and by the supervisor if there is one: until then another process can report the end.
     if is_over and not arguments.supervised:
         delete_run_options(arguments.state)
     return Exit.INTERRUPTED if governor.is_interrupted else code
 
 
-def _setup(staged: PlantSetup, meant: RunRequest) -> SessionSetup:
-    """Describe the session that the arguments ask for."""
+def _setup(staged: PlantSetup, request: RunRequest) -> SessionSetup:
+    """Describe the session that the options select."""
     arguments = staged.arguments
     return SessionSetup(
         configuration=staged.configuration,
@@ -95,35 +107,35 @@ def _setup(staged: PlantSetup, meant: RunRequest) -> SessionSetup:
         warn=print_warning,
         stream=sys.stdout,
         gate_mode=GateMode(arguments.gate),
-        signing=meant.signing,
+        signing=request.signing,
         bag=arguments.bag,
         mcap=arguments.mcap,
-        planner=meant.planner,
-        planning_timeout=planning_timeout(arguments, meant.planner),
+        planner=request.planner,
+        planning_timeout=planning_timeout(arguments, request.planner),
         seed=arguments.seed,
         purpose=arguments.instruction,
         is_resumed=arguments.resume,
     )
 
 
-def _find_task_end(staged: PlantSetup, meant: RunRequest) -> TaskEnd | None:
-    """How the task ended, if an agent has kept that, and this run's log holds it: mended, and signed."""
+def _find_task_end(staged: PlantSetup, request: RunRequest) -> TaskEnd | None:
+    """Return the saved end of the task, if this run's log contains it; repairs and signs the log."""
     ended = CheckpointStore(staged.arguments.state).read_final(staged.arguments.instruction)
     if ended is None:
         return None
     durability = staged.configuration.site.durability
-    with AuditLog(staged.out / AUDIT, durability=durability, signing=meant.signing) as audit:
+    with AuditLog(staged.out / AUDIT, durability=durability, signing=request.signing) as audit:
         return None if audit.records_since(ended.head) is None else ended
 
 
-def _report_past_end(staged: PlantSetup, meant: RunRequest, ended: TaskEnd) -> Exit:
-    """Tell what an agent had no time left to tell; nothing more is done, and the plant may be gone."""
+def _report_past_end(staged: PlantSetup, request: RunRequest, ended: TaskEnd) -> Exit:
+    """Print the report of a task that ended before its agent could print it."""
     arguments = staged.arguments
     with Notifier() as notifier:
         notifier.send(READY)
         notifier.send(STOPPING)
-    print("The task had ended.")
-    code = _report_run(staged, meant, ended.report, ended.time, 0.0, None)
+    print("The task had already ended.")
+    code = _report_run(staged, request, ended.report, ended.time, 0.0, None)
     if not arguments.supervised:
         end_task(arguments.state, arguments.plant_at)
     return code
@@ -131,16 +143,16 @@ def _report_past_end(staged: PlantSetup, meant: RunRequest, ended: TaskEnd) -> E
 
 def _report_run(
     staged: PlantSetup,
-    meant: RunRequest,
+    request: RunRequest,
     report: RunReport,
     simulated: float,
     seconds: float,
     feed: BusFeed | None,
 ) -> Exit:
-    """Print what came of it and what is left; the exit code that says so, too."""
+    """Print the summary and the outputs; return the exit code."""
     out = staged.out
-    print(summary(meant.proof_report, report, staged.arguments.plant, simulated, seconds))
-    audited, sound = _check_log(out / AUDIT, meant.signing)
+    print(summary(request.proof_report, report, staged.arguments.plant, simulated, seconds))
+    audited, sound = _check_log(out / AUDIT, request.signing)
     print(f"audit      {audited.records} records, {sound}")
     if not report.reached:
         print(f"why        aeros why {out}")
@@ -149,21 +161,21 @@ def _report_run(
 
 
 def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:
-    """Write the page, if one is asked for, and print what is left of the run."""
+    """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
     if arguments.record is not None and arguments.record.exists():
-        print(f"film       {arguments.record}")
+        print(f"video      {arguments.record}")
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
-        print(kept + (f", {feed.lost} not kept: {feed.trouble}" if feed.lost else ""))
+        print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
         write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound)
-    print(f"left in    {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 
 
 def _fault_event(one: FaultEvent) -> AgentEvent:
-    """What the plant does of itself, as the trace has it."""
+    """Convert an event of the plant to an event of the trace."""
     return AgentEvent(one.event, one.text, {"fault": one.fault, "opportunity": one.opportunity}, one.time)
 
 
@@ -172,7 +184,7 @@ def _apply_command(agent: Agent, command: OperatorCommand) -> None:
 
 
 def _check_log(log: Path, signing: SigningConfiguration | None) -> tuple[AuditReport, str]:
-    """What a look at the finished log finds, and in words."""
+    """Verify the finished log; return the report and a text."""
     if signing is None:
         chain, sound = verify_log(log), "chain sound"
     else:

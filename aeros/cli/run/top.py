@@ -1,4 +1,4 @@
-"""`aeros top`: looks on at a run from another terminal; asks nothing of it, and changes nothing."""
+"""`aeros top`: show a live view of a run in another terminal, read-only."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 SCHEMA: Final = "aeros/top/1"
 
 _EXAMPLES = """\
-Shows the plan and where it is, the latest decisions with their reasons, what is measured and how old it
-is, quotas, and how near each rule is to being broken.  On a terminal it goes on until Ctrl-C, from run to
-run; elsewhere it says what has changed until the run has ended.  Exits with 1 where there is no run.
+Shows the plan and its progress, the latest decisions with their reasons, measurements with their ages,
+quotas, and the smallest margins to the rules.  On a terminal it continues until Ctrl-C, from run to run;
+otherwise it prints each change until the run has ended.  Exits with 1 if there is no run.
 
 examples:
   aeros top
@@ -43,7 +43,11 @@ _DECISIONS, _BOUNDS, _EVENTS = 8, 14, 4
 
 
 def add_to(commands: Subparsers) -> None:
-    """Add the command and its arguments."""
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
     parser = add_command(commands, "top", __doc__, _EXAMPLES)
     parser.add_argument(
         "--run", type=existing_path, help="the folder of a run (default: the latest of --state)"
@@ -52,10 +56,10 @@ def add_to(commands: Subparsers) -> None:
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
     )
     parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros report`)")
-    parser.add_argument("--once", action="store_true", help="say how it is now, and end")
+    parser.add_argument("--once", action="store_true", help="print the current state once and exit")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.add_argument(
-        "--every", type=_seconds, default=0.5, metavar="SECONDS", help="how often to look (default: 0.5)"
+        "--every", type=_seconds, default=0.5, metavar="SECONDS", help="refresh interval (default: 0.5)"
     )
     parser.set_defaults(command=_command)
 
@@ -71,34 +75,34 @@ def _seconds(text: str) -> float:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    looking = _RunViewer(arguments.state, arguments.run, arguments.site)
+    viewer = _RunViewer(arguments.state, arguments.run, arguments.site)
     if arguments.once:
-        return _print(looking.snapshot(), arguments.format)
+        return _print(viewer.snapshot(), arguments.format)
     if arguments.format == "text" and sys.stdout.isatty():
-        return _watch(looking, arguments.every)
-    said = looking.snapshot()
-    code = _print(said, arguments.format)
-    while said is not None and said["is_running"]:
+        return _watch(viewer, arguments.every)
+    shown = viewer.snapshot()
+    code = _print(shown, arguments.format)
+    while shown is not None and shown["is_running"]:
         time.sleep(arguments.every)
-        view = looking.snapshot()
-        if view is not None and view != said:
-            code, said = _print(view, arguments.format), view
+        view = viewer.snapshot()
+        if view is not None and view != shown:
+            code, shown = _print(view, arguments.format), view
     return code
 
 
-def _watch(looking: _RunViewer, every: float) -> Exit:
-    """Go on until Ctrl-C, which is how one leaves."""
+def _watch(viewer: _RunViewer, every: float) -> Exit:
+    """Refresh the view until Ctrl-C."""
     try:
         with _alternate_screen():
             while True:
-                _draw(looking.snapshot())
+                _draw(viewer.snapshot())
                 time.sleep(every)
     except KeyboardInterrupt:
         return Exit.SUCCESS
 
 
 class _RunViewer:
-    """Follows the latest run, and the next one once that begins."""
+    """Viewer of the latest run, and of the next one once that begins."""
 
     def __init__(self, state: Path, folder: Path | None, site: Path | None) -> None:
         self._state = state
@@ -108,7 +112,7 @@ class _RunViewer:
         self._following: RunFollower | None = None
 
     def snapshot(self) -> dict[str, Any] | None:
-        """How things are now, as JSON; None where nothing was ever run."""
+        """Return the current state as JSON; None if there is no run."""
         found = latest_run(self._state)
         folder = self._given or (None if found is None else found[0])
         if folder is None:
@@ -127,13 +131,24 @@ class _RunViewer:
 
 
 def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str, Any]:
-    """How the run is, as JSON.  is_there: whether its process is."""
+    """Describe the current state of a run.
+
+    Args:
+        run: The run, read up to now.
+        site: The site in force; None if its file is not available.
+        is_there: Whether the run's process exists.
+
+    Returns:
+        JSON values; times in plant seconds.
+    """
     ended = run.ended
     parts = () if run.plan is None else plan_step_states(run.plan, run.runs)
     used = run.last[-1].usage if run.last else {}
     most = {} if site is None else {quota.id: quota.max_count for quota in site.quotas}
-    single = [(name, told) for name, told in sorted(run.world.items()) if not isinstance(told[0], list)]
-    told = [one for one in run.events if one.text][-_EVENTS:]
+    single = [
+        (name, reading) for name, reading in sorted(run.world.items()) if not isinstance(reading[0], list)
+    ]
+    events = [one for one in run.events if one.text][-_EVENTS:]
     return {
         "schema": SCHEMA,
         "folder": str(run.folder),
@@ -147,7 +162,7 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
         "under_way": [
             {"skill": one.skill, "since": one.start_time} for one in run.runs if one.end_time is None
         ],
-        "events": [{"time": one.time, "text": one.text} for one in told],
+        "events": [{"time": one.time, "text": one.text} for one in events],
         "counts": {verdict: run.counts[verdict] for verdict in ("ALLOW", "ATTENUATE", "DENY")},
         "decisions": [
             {
@@ -180,7 +195,7 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
 
 def _print(view: dict[str, Any] | None, form: str) -> Exit:
     if view is None:
-        print("aeros: nothing was run from here yet", file=sys.stderr)
+        print("aeros: no runs found", file=sys.stderr)
         return Exit.REJECTED
     print(json.dumps(view) if form == "json" else "\n".join(_lines(view)) + "\n", flush=True)
     return Exit.SUCCESS
@@ -190,7 +205,7 @@ _STATUS_SYMBOLS: Final = {"under way": "▶", "done": "✓", "failed": "✗", "t
 
 
 def _lines(view: Mapping[str, Any]) -> Iterator[str]:
-    """The view as text, the most urgent first."""
+    """Format the view as text, the most urgent first."""
     for line in _unsafe_lines(view):
         yield escape_invisible(line)
 
@@ -201,7 +216,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     if ended is not None:
         how = "goal reached" if ended["reached"] is True else f"goal not reached: {ended['reason']}"
     elif not view["is_running"]:
-        how = "its process is gone, and no end is recorded"
+        how = "process ended without recording an end"
     yield f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}"
     yield (
         f"decisions  {counts['ALLOW']} allowed, {counts['ATTENUATE']} attenuated, {counts['DENY']} denied"
@@ -211,7 +226,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     yield from _section(
         "under way", (f"{one['skill']}  {view['time'] - one['since']:.2f} s" for one in view["under_way"])
     )
-    yield from _section("nearest to their bounds", map(_bound, view["bounds"][:_BOUNDS]))
+    yield from _section("smallest margins", map(_bound, view["bounds"][:_BOUNDS]))
     yield from _section("latest decisions", map(_decision, reversed(view["decisions"])))
     yield from _section("agent", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["events"])))
     yield from _section("measured", _world(view["world"]))
@@ -244,7 +259,7 @@ def _decision(one: Mapping[str, Any]) -> str:
 
 
 def _world(world: Mapping[str, Any]) -> Iterator[str]:
-    """Truth values and names first, then numbers; each with its age."""
+    """Format measured values with their ages: truth values and names first, then numbers."""
     for name, one in sorted(world.items(), key=lambda item: (type(item[1]["value"]) is float, item[0])):
         value = one["value"]
         shown = f"{value:.4g}" if type(value) is float else json.dumps(value)
@@ -253,7 +268,7 @@ def _world(world: Mapping[str, Any]) -> Iterator[str]:
 
 @contextmanager
 def _alternate_screen() -> Iterator[None]:
-    """The terminal for us alone; however the block ends it is as it was."""
+    """Use the terminal's alternate screen, and restore the terminal however the block ends."""
 
     def leave(_number: int, _frame: object) -> None:
         raise KeyboardInterrupt
@@ -271,7 +286,7 @@ def _alternate_screen() -> Iterator[None]:
 
 def _draw(view: dict[str, Any] | None) -> None:
     columns, rows = shutil.get_terminal_size()
-    lines = ["nothing was run from here yet"] if view is None else list(_lines(view))
+    lines = ["no runs found"] if view is None else list(_lines(view))
     shown = [line[: columns - 1] + _END_OF_LINE for line in lines[: rows - 1]]
     sys.stdout.write(_HOME + "\n".join(shown) + "\n" + _BELOW)
     sys.stdout.flush()

@@ -106,7 +106,7 @@ def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: sub
     for command in ("deactivate make_dumplings", "remove make_dumplings"):
         robot.terminal(command)
     said = robot.terminal("audit replay out/audit.jsonl")
-    assert said == f"{len(decisions)} decisions come out the same; 0 do not\n"
+    assert said == f"{len(decisions)} decisions reproduced; 0 differ\n"
 
 
 def test_what_is_withdrawn_in_the_middle_of_a_run_acts_no_more(

@@ -328,8 +328,8 @@ def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: 
     os.kill(workers[0], signal.SIGKILL)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 1
-    assert "a worker ended without a word" in said
-    assert f"go on with --out {tmp_path} --resume" in said
+    assert "a worker process died" in said
+    assert f"continue with --out {tmp_path} --resume" in said
     _assert_nothing_is_lost(tmp_path)
 
 
@@ -365,14 +365,14 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     assert process.stderr is not None
     said = ""
-    while "Ctrl-C again does not wait" not in said:
+    while "press Ctrl-C again to abort" not in said:
         said += (line := process.stderr.readline())
         assert line
     process.send_signal(signal.SIGINT)
     _, more = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in said + more
-    assert f"go on with --out {tmp_path} --resume" in more
+    assert f"continue with --out {tmp_path} --resume" in more
     assert not any(map(_alive, workers))
     _assert_nothing_is_lost(tmp_path)
 
@@ -406,8 +406,8 @@ def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signa
     assert process.returncode == (-signal.SIGKILL if how is signal.SIGKILL else 130)
     assert "Traceback" not in said
     if how is signal.SIGINT:
-        assert "what is under way is finished first" in said
-        assert f"go on with --out {tmp_path} --resume" in said
+        assert "finishing running trials" in said
+        assert f"continue with --out {tmp_path} --resume" in said
     while any(map(_alive, workers)) and time.monotonic() < latest:
         time.sleep(0.05)
     assert not any(map(_alive, workers))

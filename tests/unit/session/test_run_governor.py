@@ -17,7 +17,7 @@ def test_the_first_interrupt_asks_for_a_stop_and_the_second_raises(capfd: pytest
         assert (governor.command, governor.is_interrupted) == (OperatorCommand.RUN, False)
         signal.raise_signal(signal.SIGINT)
         assert (governor.command, governor.is_interrupted) == (OperatorCommand.STOP, True)
-        assert capfd.readouterr().err == "stopping; Ctrl-C again ends at once\n"
+        assert capfd.readouterr().err == "stopping the robot; press Ctrl-C again to exit at once\n"
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is former

@@ -1,1 +1,1 @@
-"""What `aeros verify` found, in the formats that people, programs and CI services read."""
+"""Results of `aeros verify` as text, JSON, SARIF and JUnit XML."""

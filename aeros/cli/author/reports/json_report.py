@@ -1,4 +1,4 @@
-"""The report as JSON for programs: exactly what `aeros schema report` describes."""
+"""Verification report as JSON; `aeros schema report` prints its schema."""
 
 from __future__ import annotations
 
@@ -10,11 +10,18 @@ from aeros.spec.diagnostics.render import render_json
 from aeros.spec.verification.reports import SubjectReport
 
 SCHEMA: Final = "aeros/report/1"
-"""Changes when a program that reads reports would have to."""
+"""Changes with each change that breaks programs that read reports."""
 
 
 def as_json(result: VerifyResult) -> str:
-    """The report as ASCII text, whatever the files hold."""
+    """Render the report as JSON.
+
+    Args:
+        result: Report and problems of certificates.
+
+    Returns:
+        ASCII text.
+    """
     data: dict[str, Any] = {
         "schema": SCHEMA,
         "conclusion": result.report.conclusion.value,

@@ -1,8 +1,8 @@
-"""The report as JUnit XML: a test suite for each subject, a test case for each obligation.
+"""Verification report as JUnit XML: a test suite for each subject, a test case for each obligation.
 
-An obligation that is left to the gate passes, and says so.  What is reported without being about
-an obligation, such as a file that cannot be read, fails the case `form/readable` of its subject.
-The file is ASCII, so that no tool can misread it, and holds no times: what counts are verdicts.
+A runtime-checked obligation passes, with a note.  Diagnostics without an obligation, such as a file that
+cannot be read, fail the case `form/readable` of their subject.  The file is ASCII, so that every tool can
+read it, and holds no times.
 """
 
 from __future__ import annotations
@@ -18,7 +18,14 @@ from aeros.spec.verification.reports import SubjectReport
 
 
 def as_junit(result: VerifyResult) -> str:
-    """The report as an XML document, ASCII and well-formed whatever the files hold."""
+    """Render the report as JUnit XML.
+
+    Args:
+        result: Report and problems of certificates.
+
+    Returns:
+        A well-formed ASCII document, for any content of the files.
+    """
     root = ET.Element("testsuites", name="aeros verify")
     for subject in result.subjects:
         root.append(_suite(subject))
@@ -34,15 +41,15 @@ def as_junit(result: VerifyResult) -> str:
 def _suite(subject: SubjectReport) -> ET.Element:
     name = escape_invisible(subject.name) or "paths"
     suite = ET.Element("testsuite", name=name)
-    told: set[Diagnostic] = set()
+    reported: set[Diagnostic] = set()
     for one in subject.claims:
         case = _case(suite, name, str(one.id))
         if one.diagnostic is not None:
-            told.add(one.diagnostic)
+            reported.add(one.diagnostic)
             _add_diagnostic(case, one.diagnostic, "error" if one.verdict is Verdict.UNKNOWN else "failure")
         elif one.runtime_checked_rule is not None:
             _add_runtime_checked(case, one.runtime_checked_rule, one.boundary)
-    _add_other_diagnostics(suite, name, [found for found in subject.diagnostics if found not in told])
+    _add_other_diagnostics(suite, name, [found for found in subject.diagnostics if found not in reported])
     return suite
 
 
@@ -50,13 +57,13 @@ def _add_runtime_checked(case: ET.Element, rule: str, boundary: str) -> None:
     guard = escape_invisible(rule)
     properties = ET.SubElement(case, "properties")
     ET.SubElement(properties, "property", name="guarded", value=guard)
-    told = f"not implied, so the gate decides `{guard}` each time"
+    note = f"not proved; `{guard}` is runtime-checked"
     allowed = f"; allowed while {escape_invisible(boundary)}" if boundary else ""
-    ET.SubElement(case, "system-out").text = told + allowed
+    ET.SubElement(case, "system-out").text = note + allowed
 
 
 def _add_other_diagnostics(suite: ET.Element, name: str, others: list[Diagnostic]) -> None:
-    """What is about no obligation: errors fail a case of their own, the rest is the suite's output."""
+    """Add diagnostics without an obligation: errors fail a case of their own, the rest is output."""
     case = _case(suite, name, "form/readable")
     errors = [found for found in others if found.severity is Severity.ERROR]
     if errors:
@@ -79,12 +86,12 @@ def _case(suite: ET.Element, subject: str, name: str) -> ET.Element:
 
 
 def _add_diagnostic(case: ET.Element, diagnostic: Diagnostic, kind: str = "failure") -> None:
-    """An ERROR fails the case; anything less is its output."""
+    """Add a diagnostic to a case: an error fails it, anything less is output."""
     if diagnostic.severity is not Severity.ERROR:
         ET.SubElement(case, "system-out").text = render_all([diagnostic])
         return
-    told = ET.SubElement(case, kind, type=diagnostic.code, message=_headline(diagnostic))
-    told.text = render_all([diagnostic])
+    element = ET.SubElement(case, kind, type=diagnostic.code, message=_headline(diagnostic))
+    element.text = render_all([diagnostic])
 
 
 def _headline(diagnostic: Diagnostic) -> str:

@@ -1,4 +1,4 @@
-"""What a run of `aeros verify` came to: the report, and what is wrong with certificates."""
+"""Result of a run of `aeros verify`: the report, and problems of certificates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aeros.spec.verification.reports import Report, SubjectReport
 
 @dataclass(frozen=True)
 class LocatedDiagnostic:
-    """A diagnostic and the file it is about, also where it has no place in one; None: about no file."""
+    """A diagnostic and the file that it concerns; None if it concerns no file."""
 
     diagnostic: Diagnostic
     path: Path | None
@@ -21,19 +21,19 @@ class LocatedDiagnostic:
 
 @dataclass(frozen=True)
 class VerifyResult:
-    """Everything there is to tell; renderers only read it."""
+    """The report and the problems of certificates, the input of all renderers."""
 
     report: Report
     certificates: tuple[LocatedDiagnostic, ...] = ()
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:
-        """The site, the modules, and their configuration where there are several."""
+        """The site, the modules, and the configuration if there are several modules."""
         return self.report.subjects
 
     @property
     def problems(self) -> Iterator[LocatedDiagnostic]:
-        """Every diagnostic of the run, in the order of subjects; those of certificates last."""
+        """All diagnostics of the run in the order of subjects; those of certificates last."""
         site, modules = self.report.site, self.report.modules
         yield from (LocatedDiagnostic(found, site.path) for found in site.diagnostics)
         for module in modules:

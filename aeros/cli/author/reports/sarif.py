@@ -1,8 +1,8 @@
-"""The report as SARIF 2.1.0, for code scanning: each diagnostic beside the line it is about.
+"""Verification report as SARIF 2.1.0 for code scanning: each diagnostic at its line.
 
-Written by hand, within the limits of GitHub code scanning: one run of at most 25,000 results and
-10 MB.  What does not fit is left out, warnings first, and a notification says how much; the exit
-code of the command counts everything.
+The file keeps the limits of GitHub code scanning: one run of at most 25,000 results and 10 MB.  Results
+beyond the limits are left out, warnings first, and a notification gives their number; the exit code of the
+command counts all.
 """
 
 from __future__ import annotations
@@ -32,7 +32,14 @@ _SEVERITY_ORDER: Final = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 
 
 def as_sarif(result: VerifyResult) -> str:
-    """The report as one SARIF log with one run, as ASCII text."""
+    """Render the report as a SARIF log with one run.
+
+    Args:
+        result: Report and problems of certificates.
+
+    Returns:
+        ASCII text.
+    """
     problems = sorted(result.problems, key=lambda one: _SEVERITY_ORDER.index(one.diagnostic.severity))
     rules = list(dict.fromkeys(problem.diagnostic.code for problem in problems))
     fingerprints = _fingerprints(problems)
@@ -66,7 +73,7 @@ def _to_json(data: object) -> str:
 
 
 def _within_limits(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The first of the results, as many as are allowed and fit."""
+    """Return the first results, as many as the limits allow."""
     kept, room = [], MAX_BYTES - _RESERVED
     for result in results[:MAX_RESULTS]:
         room -= len(_to_json(result)) + 1
@@ -87,7 +94,7 @@ def _truncation_notice(count: int) -> list[dict[str, Any]]:
 
 
 def _rule(code: DiagnosticCode) -> dict[str, Any]:
-    """The code as the registry and its page explain it."""
+    """Describe a code with its summary and page."""
     sentence = f"{code.summary[0].upper()}{code.summary[1:]}."
     return {
         "id": code.id,
@@ -126,7 +133,7 @@ def _result(problem: LocatedDiagnostic, rule_index: int, fingerprint: str) -> di
 
 
 def _fix(fix: Fix) -> dict[str, Any]:
-    """The repair that was proved before it is offered, as an edit of one file."""
+    """Describe a proved repair as an edit of one file."""
     replacement = {"deletedRegion": _region(fix.span), "insertedContent": {"text": fix.text}}
     artifact = {"uri": _uri(Path(fix.span.source.path))}
     return {
@@ -142,7 +149,7 @@ def _message(diagnostic: Diagnostic) -> str:
 
 
 def _visible_text(text: str) -> str:
-    """The text line by line without invisible characters, and without what SARIF reads as a link."""
+    """Escape invisible characters line by line, and the syntax of links in SARIF."""
     return "\n".join(escape_invisible(line) for line in text.split("\n")).replace("](", "] (")
 
 
@@ -158,7 +165,7 @@ def _location(label: SpanLabel) -> dict[str, Any]:
 
 
 def _region(span: SourceSpan) -> dict[str, int]:
-    """Lines and columns from 1, the end exclusive, as spans count them."""
+    """Convert a span to lines and columns from 1, with an exclusive end."""
     return {
         "startLine": span.line,
         "startColumn": span.column,
@@ -168,7 +175,7 @@ def _region(span: SourceSpan) -> dict[str, int]:
 
 
 def _uri(path: Path) -> str:
-    """Relative to the working folder, which CI makes the repository's root, if the file lies below it."""
+    """Return a URI, relative to the working folder (in CI the repository's root) for files below it."""
     full = Path(os.path.abspath(path))
     below = full.is_relative_to(Path.cwd())
     quoted = quote(os.fsencode(full.relative_to(Path.cwd()) if below else full))
@@ -176,9 +183,9 @@ def _uri(path: Path) -> str:
 
 
 def _fingerprints(problems: Iterable[LocatedDiagnostic]) -> list[str]:
-    """One of each problem, the same when only lines move: of code, file, headline and underlined text.
+    """Return a fingerprint for each problem, which does not change if only lines move.
 
-    Equal problems of one file are told apart by counting them.
+    It covers code, file, headline and underlined text; equal problems of one file are numbered.
     """
     seen: Counter[tuple[str, ...]] = Counter()
     fingerprints = []

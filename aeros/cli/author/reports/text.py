@@ -1,4 +1,4 @@
-"""The report for a person at a terminal: every diagnostic, then a line for each subject."""
+"""Verification report for a terminal: all diagnostics, then one line for each subject."""
 
 from __future__ import annotations
 
@@ -9,7 +9,15 @@ from aeros.spec.verification.reports import SubjectReport
 
 
 def as_text(result: VerifyResult, *, colour: bool = False) -> str:
-    """The report as lines; none of them holds a character that could fool a terminal."""
+    """Render the report as text without characters that could mislead a terminal.
+
+    Args:
+        result: Report and problems of certificates.
+        colour: Whether to use ANSI colours.
+
+    Returns:
+        Lines of text.
+    """
     parts = [render_text(problem.diagnostic, colour=colour) for problem in result.problems]
     width = max(len(escape_invisible(subject.name)) for subject in result.subjects)
     lines = [_summary(subject, width) for subject in result.subjects if subject.name]
@@ -18,7 +26,7 @@ def as_text(result: VerifyResult, *, colour: bool = False) -> str:
 
 
 def _boundaries(result: VerifyResult) -> list[str]:
-    """A line for each rule that the gate decides of a proved module, and for each way it then reads."""
+    """List the runtime-checked rules of proved modules with the conditions that remain to be checked."""
     proved = (subject for subject in result.subjects if subject.conclusion is Conclusion.PROVED)
     pairs = dict.fromkeys(pair for subject in proved for pair in subject.boundaries)
     shown = [(escape_invisible(rule), escape_invisible(boundary)) for rule, boundary in pairs]
@@ -28,18 +36,18 @@ def _boundaries(result: VerifyResult) -> list[str]:
 
 
 def _agreement(result: VerifyResult) -> list[str]:
-    """What a second solver came to, where one was asked."""
+    """Summarize the answers of a second solver, if there was one."""
     found = result.report.agreement
     if found is None:
         return []
-    said = f"{found.solver} agreed on {found.agreed_count} of {found.query_count} questions"
+    agreement = f"{found.solver} agreed on {found.agreed_count} of {found.query_count} questions"
     if not found.undecided_queries:
-        return ["", said]
+        return ["", agreement]
     beyond = [
         f"  {escape_invisible(about)}: {escape_invisible(reason)}"
         for about, reason in found.undecided_queries
     ]
-    return ["", f"{said}; {len(beyond)} undecided by it, where Z3's word stands:", *beyond]
+    return ["", f"{agreement}; {len(beyond)} undecided by it (Z3's verdict used):", *beyond]
 
 
 def _summary(subject: SubjectReport, width: int) -> str:

@@ -146,7 +146,7 @@ def missing(_: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "find", "code", "said"),
     [
-        (["--engine", "pyperplan"], None, Exit.USAGE, "--engine goes with --planner pddl"),
+        (["--engine", "pyperplan"], None, Exit.USAGE, "--engine requires --planner pddl"),
         (["--planner", "pddl"], missing, Exit.REJECTED, "--planner pddl needs `pip install 'aeros[pddl]'`"),
     ],
 )

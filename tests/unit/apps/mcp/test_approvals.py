@@ -69,7 +69,7 @@ def test_an_approval_that_is_late_is_void(tmp_path: Path) -> None:
     said = json.loads(path.read_text())
     path.write_text(json.dumps({**said, "at": time.time() - VALIDITY_S - 1}))
     assert approvals.consume(id_) is None
-    approve_again = pytest.raises(ApprovalError, match="nothing called")
+    approve_again = pytest.raises(ApprovalError, match="no pending approval")
     with approve_again:
         approve(tmp_path, id_)
 
@@ -104,7 +104,7 @@ def test_a_client_cannot_fill_the_folder(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
     for _ in range(MAX_PENDING):
         approvals.request(WHAT)
-    with pytest.raises(ApprovalError, match="8 things wait"):
+    with pytest.raises(ApprovalError, match=r"too many pending approvals \(8\)"):
         approvals.request(WHAT)
     approvals.withdraw_all()
     assert pending_requests(tmp_path) == []
@@ -114,9 +114,9 @@ def test_a_client_cannot_fill_the_folder(tmp_path: Path) -> None:
 def test_only_what_waits_can_be_approved(id_: str, tmp_path: Path) -> None:
     Approvals(tmp_path)
     (tmp_path / "identity.json").write_text("{}")
-    with pytest.raises(ApprovalError, match="nothing called"):
+    with pytest.raises(ApprovalError, match="no pending approval"):
         approve(tmp_path, id_)
-    with pytest.raises(ApprovalError, match="nothing called"):
+    with pytest.raises(ApprovalError, match="no pending approval"):
         reject(tmp_path, id_)
 
 
@@ -136,7 +136,7 @@ def test_the_operator_lists_approves_and_refuses(tmp_path: Path, capsys: pytest.
     state = ["--state", str(tmp_path)]
     assert main(["approve", *state]) == Exit.SUCCESS
     listed = capsys.readouterr().out
-    assert f"{one}  execute, asked for by evil\\x1b[2J, 0 s ago\n    a.b\n    until x\n" in listed
+    assert f"{one}  execute, requested by evil\\x1b[2J, 0 s ago\n    a.b\n    until x\n" in listed
     assert f"{other}  resume" in listed
     assert main(["approve", one, *state]) == Exit.SUCCESS
     assert main(["approve", other, "--refuse", *state]) == Exit.SUCCESS

@@ -34,7 +34,7 @@ def nested(depth: int) -> Any:
         ("propose_plan", {"steps": [], "goal": "x" * 1001}, "longer than 1000 characters"),
         ("propose_plan", {"steps": [{"x" * 1001: 1}]}, "longer than 1000 characters"),
         ("propose_plan", {"steps": [{"skill": "x" * 900}] * 80}, "larger than 65536 bytes"),
-        ("propose_plan", {"steps": {1, 2}}, "a set is no JSON value"),
+        ("propose_plan", {"steps": {1, 2}}, "set is not a JSON value"),
     ],
 )
 def test_a_call_is_refused(tool: str, arguments: dict[str, Any], why: str) -> None:
@@ -51,7 +51,7 @@ def test_a_call_is_refused(tool: str, arguments: dict[str, Any], why: str) -> No
         (["a.b"], "step 1 is not an object"),
         ([{"skill": "a.b"}, {}], "step 2: the field `skill` is missing"),
         ([{"skill": "a.b", "retry": 3}], "step 1: there is no field `retry`"),
-        ([{"skill": ["a.b"]}], "step 1: `skill` is a text"),
+        ([{"skill": ["a.b"]}], "step 1: `skill` must be a string"),
         ([{"skill": "a.b", "inputs": [1]}], "`inputs` an object"),
     ],
 )
@@ -76,5 +76,5 @@ def test_texts_and_seconds_are_taken() -> None:
     assert read_seconds({}, "wait") == 0.0
     assert read_text({"goal": "x"}, "goal") == "x"
     assert read_text({}, "goal") is None
-    with pytest.raises(ToolCallError, match="`goal` is a text"):
+    with pytest.raises(ToolCallError, match="`goal` must be a string"):
         read_text({"goal": 3}, "goal")

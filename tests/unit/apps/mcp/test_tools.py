@@ -207,7 +207,7 @@ def test_accepted_plans_are_kept_up_to_a_number(usual: Cell) -> None:
     first = usual.proposed()
     for _ in range(MAX_PLANS):
         usual.proposed()
-    with pytest.raises(ToolCallError, match="no accepted plan of that name"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         usual.call("execute_plan", plan=first)
 
 
@@ -251,7 +251,7 @@ def test_what_the_operator_refuses_is_not_executed(usual: Cell) -> None:
     reject(usual.folder / "state", id_)
     with pytest.raises(ToolCallError, match="the operator did not approve it"):
         usual.call("execute_plan", plan=name)
-    with pytest.raises(ToolCallError, match="no accepted plan"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         usual.call("execute_plan", plan=name)
     assert usual.decisions() == 0
 
@@ -263,7 +263,7 @@ def test_a_site_may_let_plans_be_executed_at_once(free: Cell) -> None:
 
 def test_a_site_may_let_nothing_be_executed(configuration: Configuration, tmp_path: Path) -> None:
     with cell(configuration, tmp_path, McpPolicy(Execute.DENIED)) as one:
-        with pytest.raises(ToolCallError, match="lets no client have a plan executed"):
+        with pytest.raises(ToolCallError, match="does not allow MCP clients to execute plans"):
             one.call("execute_plan", plan=one.proposed())
         assert one.noted("mcp-refused")[0]["tool"] == "execute_plan"
 
@@ -297,7 +297,7 @@ def test_after_a_failure_the_client_is_to_propose_again(configuration: Configura
     with cell(configuration, tmp_path, FREE, seed=7) as one:
         found = one.call("execute_plan", plan=one.proposed(), wait=30)
         assert found["status"] == "goal not reached"
-        assert "the client's plan is over; it may propose another" in found["reason"]
+        assert "the plan has ended; propose a new one" in found["reason"]
         assert [step["outcome"] for step in found["steps"]] == ["missed"]
         assert one.call("execute_plan", plan=one.proposed(), wait=30)["status"] == "goal reached"
 
@@ -306,7 +306,7 @@ def test_a_site_that_changes_is_followed(free: Cell) -> None:
     name = free.proposed()
     stricter = replace(free.operator.in_force.site, mcp=McpPolicy(Execute.DENIED, max_steps=1))
     free.operator.in_force = replace(free.operator.in_force, site=stricter, digest="another")
-    with pytest.raises(ToolCallError, match="lets no client have a plan executed"):
+    with pytest.raises(ToolCallError, match="does not allow MCP clients to execute plans"):
         free.call("execute_plan", plan=name)
     with pytest.raises(ToolCallError, match="this site allows 1"):
         free.call("propose_plan", steps=PREPARE * 2)
@@ -322,7 +322,7 @@ def test_a_plan_is_judged_again_when_it_is_executed(free: Cell) -> None:
     found = free.call("execute_plan", plan=name, wait=30)
     assert found["status"] == "goal not reached"
     assert free.noted("plan-rejected")[0]["problems"] == [
-        "the planner failed: PlanIsOverError: not accepted as things are now: step 1: this site's "
+        "the planner failed: PlanWithdrawnError: no longer valid in the current state: step 1: this site's "
         "`policy.mcp.skills` does not have `make_dumplings.prepare`"
     ]
     assert free.decisions() == 0
@@ -332,7 +332,7 @@ def test_a_plan_that_was_executed_is_not_there_to_be_executed_again(free: Cell) 
     first, second = free.proposed(), free.proposed()
     for name in (first, second):
         free.call("execute_plan", plan=name, wait=30)
-    with pytest.raises(ToolCallError, match="no accepted plan of that name"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         free.call("execute_plan", plan=first)
 
 
@@ -354,7 +354,7 @@ def test_a_stop_voids_what_was_accepted_and_approved(usual: Cell) -> None:
     approve(usual.folder / "state", id_)
     assert usual.call("stop") == {"status": "stopped"}
     usual.operator.ask(OperatorCommand.RUN)
-    with pytest.raises(ToolCallError, match="no accepted plan"):
+    with pytest.raises(ToolCallError, match="unknown plan"):
         usual.call("execute_plan", plan=name)
     assert usual.decisions() == 0
 
@@ -364,7 +364,7 @@ def test_to_resume_needs_the_operator_whatever_the_site_says(
     policy: McpPolicy, configuration: Configuration, tmp_path: Path
 ) -> None:
     with cell(configuration, tmp_path, policy) as one:
-        assert one.call("resume") == {"status": "nothing is held"}
+        assert one.call("resume") == {"status": "the robot is neither paused nor stopped"}
         assert one.call("pause") == {"status": "paused"}
         id_ = one.call("resume")["operator"].split()[-1]
         assert one.call("resume")["operator"].split()[-1] == id_

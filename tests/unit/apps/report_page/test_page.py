@@ -130,7 +130,7 @@ def test_a_denial_is_told_with_its_reasons(tmp_path: Path) -> None:
     text = "".join(elements(page).text)
     assert "AE750 arm-standing: somebody is so near" in text
     assert "AE730 envelope: outside" in text
-    assert "No bounds are drawn under a site that is not at hand: " + "0" * 64 in text
+    assert "No bounds are drawn under sites that are not available: " + "0" * 64 in text
 
 
 def test_what_follows_a_broken_link_is_not_shown(tmp_path: Path) -> None:

@@ -34,9 +34,7 @@ def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Pat
     out = run_symbolic(tmp_path)
     trace = out / "trace.jsonl"
     trace.write_text(trace.read_text().replace('"missed"', '"laid_out"'))
-    assert read_run_data(out).problems == [
-        "trace.jsonl does not say what the record says that the agent told"
-    ]
+    assert read_run_data(out).problems == ["trace.jsonl disagrees with the audit log"]
 
 
 def test_a_fault_that_the_plant_told_is_no_contradiction(tmp_path: Path) -> None:
@@ -59,7 +57,7 @@ def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
         "trace.jsonl cannot be read: No such file or directory",
         "measured.jsonl cannot be read: No such file or directory",
     ]
-    assert "the run left no samples" in page_of(left, "r", {}, "")
+    assert "The run has no samples" in page_of(left, "r", {}, "")
 
 
 def test_a_skill_that_did_not_come_to_its_own_end_is_told_by_how_it_ended() -> None:

@@ -1,4 +1,4 @@
-"""The latest plan and what followed what are drawn from the record, however long the run was."""
+"""The latest plan and the sequence of skills are drawn from the record, however long the run was."""
 
 from __future__ import annotations
 

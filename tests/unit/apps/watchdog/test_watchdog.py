@@ -117,7 +117,7 @@ def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
     os.kill(watched.until(lambda: watched.agent(other_than=first)), signal.SIGKILL)
     code, said = watched.end()
     assert code == Exit.REJECTED
-    assert "left in quarantine: it crashed 2 times within 600 s; the last time, killed by SIGKILL" in said
+    assert "agent quarantined: it crashed 2 times within 600 s; the last time, killed by SIGKILL" in said
     asked("resume", watched.state)
     state = str(watched.state)
     anew = ["run", "make dumplings", "--plant", "symbolic", "--state", state, "--out", str(tmp_path / "anew")]
@@ -170,7 +170,7 @@ def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> N
     asked("resume", watched.state)
     code, said = watched.end()
     assert code == Exit.SUCCESS, said
-    assert "it gave no sign of life for 8 s and was killed" in said
+    assert "no heartbeat for 8 s; killed" in said
     assert verify_log(watched.out / "audit.jsonl").is_sound
 
 
@@ -188,7 +188,7 @@ def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_pat
     watched.process = watched.start("--resume")
     code, said = watched.end()
     assert code == Exit.SUCCESS, said
-    assert "The task had ended.\n" in said
+    assert "The task had already ended.\n" in said
     assert "steps      3 run" in said
     assert (len(watched.events()), len(ended)) == (records, 1)
     assert verify_log(watched.out / "audit.jsonl").is_sound
@@ -263,12 +263,12 @@ def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_pa
 def test_a_plant_that_cannot_be_had_is_said_at_once(tmp_path: Path) -> None:
     code, said = Watched(tmp_path, "--faults", "wrapper_bumped").end()
     assert code == Exit.REJECTED
-    assert "the plant has ended: aeros: `--faults` needs the physics plant" in said
+    assert "the plant has ended: aeros: `--faults` needs `--plant physics`" in said
 
 
 def test_where_the_plant_is_gone_too_it_is_said_that_the_task_has_to_begin_anew(tmp_path: Path) -> None:
     path = tmp_path / "plant.sock"
     with socket.socket(socket.AF_UNIX) as left:
         left.bind(str(path))
-    with pytest.raises(PlantSetupError, match="begin the task anew"):
+    with pytest.raises(PlantSetupError, match="start the task again"):
         connect_plant(path)

@@ -165,7 +165,7 @@ def test_what_is_there_already_stays(
             path.symlink_to("nowhere")
     assert _new(tmp_path) == Exit.REJECTED
     said = capsys.readouterr().err
-    assert f"`{path}` is there already; choose another name, or another place with --in" in said
+    assert f"`{path}` exists already; choose another name, or another folder with --in" in said
     assert _below(tmp_path) == [taken]
 
 
@@ -206,9 +206,9 @@ def test_a_site_without_the_words_is_told_which_it_lacks(
 ) -> None:
     assert _new(tmp_path, "--site", str(OTHER_SITE)) == Exit.REJECTED
     said = capsys.readouterr().err
-    assert "lacks what the module would speak of" in said
+    assert "lacks vocabulary that the template uses" in said
     assert "`move_tool` is not an action kind of this site" in said
-    assert "start from the reference site" in said
+    assert "use the reference site" in said
     assert _below(tmp_path) == []
 
 

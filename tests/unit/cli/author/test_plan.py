@@ -58,7 +58,7 @@ def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        ([], Exit.USAGE, "there is nothing to plan for: give an instruction, or --goal"),
+        ([], Exit.USAGE, "give an instruction or --goal"),
         (["--goal", "table_wipd"], Exit.REJECTED, "did you mean `table_wiped`?"),
         (["--goal", "tool_speed > 3 m"], Exit.REJECTED, "--goal:1:14"),
         (["fly away"], Exit.REJECTED, "no installed module provides"),
@@ -110,9 +110,9 @@ def test_no_plan_in_time_leaves_the_robot_where_it_is(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--goal", "dumpling_cooked", "--planner", "rules"], "--goal goes with --planner smt"),
-        (["--plan-within", "5"], "--plan-within goes with --planner smt"),
-        (["--composition", "any", "--planner", "smt"], "neither --planner nor --goal goes with it"),
+        (["--goal", "dumpling_cooked", "--planner", "rules"], "--goal requires --planner smt"),
+        (["--plan-within", "5"], "--plan-within requires --planner smt"),
+        (["--composition", "any", "--planner", "smt"], "cannot be combined with --planner or --goal"),
     ],
 )
 def test_arguments_that_contradict_each_other_are_refused(
@@ -167,9 +167,9 @@ def test_a_plan_from_elsewhere_is_judged(
     ("arguments", "said"),
     [
         (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
-        (["check", "ecms"], "there is nothing to plan for"),
+        (["check", "ecms"], "give an instruction or --goal"),
         (["make", "dumplings"], 'an instruction is one argument: "make dumplings"'),
-        (["check", "ecms", "make dumplings", "--pddl", "out"], "`check` does not go with --pddl"),
+        (["check", "ecms", "make dumplings", "--pddl", "out"], "`check` cannot be combined with --pddl"),
     ],
 )
 def test_what_is_to_be_judged_has_to_be_said(

@@ -51,7 +51,7 @@ def test_a_run_leaves_trials_and_reports(tmp_path: Path, capsys: pytest.CaptureF
 def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     row = "9/wide_envelope"
     assert run(tmp_path, "--plant", "physics", "--trials", "1", row) == Exit.SUCCESS
-    assert "0 with an interval that misses what is exact" in capsys.readouterr().out
+    assert "0 with intervals that exclude the exact value" in capsys.readouterr().out
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     assert [found["cells"]["violated"]["measured"] for found in one["rows"]] == [100.0, 0.0, 0.0]
     assert [found["told"] for found in one["rows"]] == [[], ["AE750 cell-speed"], ["AE501"]]

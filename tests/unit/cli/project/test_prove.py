@@ -41,7 +41,15 @@ def risk(code):
 THEOREM = Theorem(
     "no action carries too much risk",
     {"risk": risk},
-    (Mutant("bears-any-risk", "risk", "aeros.runtime.gate.finite_layers", "skill.risk > site.risk_ceiling", "BROKEN"),),
+    (
+        Mutant(
+            "bears-any-risk",
+            "risk",
+            "aeros.runtime.gate.finite_layers",
+            "skill.risk > site.risk_ceiling",
+            "BROKEN",
+        ),
+    ),
 )
 """
 _RIGHT = {
@@ -134,7 +142,7 @@ def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
     [
         ({"CONCLUSION": "(= nothing (<= kind skill))"}, "REFUTED", "obligation risk is REFUTED"),
         ({"ASSUMPTION": "(< kind kind)"}, "VACUOUS", "obligation risk is VACUOUS"),
-        ({"BROKEN": "skill.risk >= site.risk_ceiling + 1"}, "PROVED", "it still holds of the mutant"),
+        ({"BROKEN": "skill.risk >= site.risk_ceiling + 1"}, "PROVED", "also holds for the mutant"),
     ],
 )  # fmt: skip
 def test_what_is_no_theorem_fails(

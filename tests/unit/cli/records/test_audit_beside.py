@@ -27,5 +27,5 @@ def test_it_says_which_rule_where_and_beside_what(tmp_path: Path) -> None:
     assert "site.yaml:" in said[2]
     assert said[3].strip().startswith("`charge`")
     assert "12.5 %" in said[3]
-    assert said[4] == f"it was asked for beside the actions of these records: {decisions[0]['sequence']}"
+    assert said[4] == f"decided jointly with the actions of records {decisions[0]['sequence']}"
     assert len(explain_record(decisions[1], None)) == 3

@@ -74,15 +74,15 @@ def test_verify_says_what_it_checked_and_what_nobody_could_notice(
     said = capsys.readouterr().out
     assert f"chain        sound, {count} records: {decisions_in(ran)} allowed, 0 attenuated, 0 denied" in said
     assert "signatures   not checked: no --public-key, though 5 checkpoints are in the log" in said
-    assert "NOT NOTICED  a tail cut off\n" in said
+    assert "NOT CHECKED  a tail cut off\n" in said
     assert audit("verify", ran, *with_key(ran)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"signatures   sound, of the first {count} records; the log is closed by its writer" in said
-    assert "NOT NOTICED  a tail cut off right after an earlier checkpoint\n" in said
+    assert "NOT CHECKED  a tail cut off right after an earlier checkpoint\n" in said
     assert audit("verify", ran, *with_anchor(ran)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"anchor       the first {count} records are all there" in said
-    assert "NOT NOTICED" not in said
+    assert "NOT CHECKED" not in said
 
 
 def rewritten(folder: Path) -> None:
@@ -148,9 +148,10 @@ def test_verify_says_how_much_of_a_log_that_was_not_closed_is_vouched_for(
     assert audit("verify", folder, *with_key(folder)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert (
-        "sound, of the first 2 records; the log is not closed: its writer is at work, or was killed" in said
+        "sound, of the first 2 records; the log is not closed: the writer is still running or was killed"
+        in said
     )
-    assert "NOT NOTICED  anything done after the newest checkpoint, where 8 records stand now" in said
+    assert "NOT CHECKED  anything done after the newest checkpoint, where 8 records stand now" in said
 
 
 def test_verify_refuses_an_anchor_without_a_key_and_what_is_no_key(
@@ -265,12 +266,12 @@ def test_show_says_why_in_words(decided: Path, capsys: pytest.CaptureFixture[str
         "AE750 means: the action breaks an invariant",
         "bench.yaml:64:14, and comes from: risk assessment",
         "`human_distance` was 0.25 m, measured 0 s before",
-        "`speed` was asked to be 1 m/s",
+        "requested `speed` = 1 m/s",
         "AE742 carry-rate: the quota `carry-rate` of 3 is used up",
         "of 3 actions within 60 s, 3 had been executed",
         "AE703 stop_pressed: `stop_pressed` is not measured",
         "`stop_pressed` was not measured",
-        'so it was reduced to sweep(pace=1.0, tool="knife", wet=true)',
+        'attenuated to sweep(pace=1.0, tool="knife", wet=true)',
         "handling.slowly: denied: r",
         r"note            plan\x1b[2J",
     ):
@@ -280,7 +281,7 @@ def test_show_says_why_in_words(decided: Path, capsys: pytest.CaptureFixture[str
 def test_show_says_that_another_site_governed(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
     site = str(REPOSITORY / "tests" / "corpus" / "site" / "table.yaml")
     assert audit("show", decided, "--site", site) == Exit.SUCCESS
-    assert "record 0 opens a session that another site file governed" in capsys.readouterr().err
+    assert "record 0 opens a session under a different site file" in capsys.readouterr().err
 
 
 def test_show_takes_whatever_a_sound_chain_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -316,7 +317,7 @@ def test_an_unsound_log_is_read_up_to_where_it_is_sound(
     options = ("--ecms", str(REPOSITORY / "ecms")) if command == "replay" else ()
     assert audit(command, folder, *options) == Exit.REJECTED
     assert (
-        "the log is not sound, and was read up to there only: record 9 was edited" in capsys.readouterr().err
+        "the log is not sound and was read only up to there: record 9 was edited" in capsys.readouterr().err
     )
 
 
@@ -326,7 +327,7 @@ def test_an_unsound_log_is_read_up_to_where_it_is_sound(
 @pytest.mark.parametrize("gate", ["compiled", "shadow"])
 def test_a_run_is_decided_the_same_again(gate: str, ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", ran, "--ecms", str(REPOSITORY / "ecms"), "--gate", gate) == Exit.SUCCESS
-    assert f"{decisions_in(ran)} decisions come out the same; 0 do not" in capsys.readouterr().out
+    assert f"{decisions_in(ran)} decisions reproduced; 0 differ" in capsys.readouterr().out
 
 
 def test_replay_names_what_does_not_come_out_the_same(
@@ -334,7 +335,7 @@ def test_replay_names_what_does_not_come_out_the_same(
 ) -> None:
     own = ("--site", str(bench.SITE), "--ecms", str(bench.MODULE))
     assert audit("replay", decided, *own) == Exit.SUCCESS
-    assert "9 decisions come out the same" in capsys.readouterr().out
+    assert "9 decisions reproduced" in capsys.readouterr().out
     path = decided / "out" / "audit.jsonl"
     opened, record = map(json.loads, path.read_bytes().splitlines()[:2])
     path.unlink()
@@ -343,7 +344,7 @@ def test_replay_names_what_does_not_come_out_the_same(
         log.append("decision", {**record["details"], "verdict": "DENY"})
     assert audit("replay", decided, *own) == Exit.REJECTED
     said = capsys.readouterr().out
-    assert "record 1 does not come out the same" in said
+    assert "record 1 is not reproduced" in said
     assert '"verdict": "DENY"' in said
     assert '"verdict": "ALLOW"' in said
     assert audit("replay", decided, *own, "--format", "json") == Exit.REJECTED
@@ -363,7 +364,7 @@ def test_replay_takes_what_was_in_force_on_this_robot(
     for change in changes:
         assert main([*change, *state]) == Exit.SUCCESS, capsys.readouterr().err
     assert audit("replay", decided, *state) == Exit.SUCCESS
-    assert "9 decisions come out the same" in capsys.readouterr().out
+    assert "9 decisions reproduced" in capsys.readouterr().out
     for verb in ("deactivate", "remove"):
         assert main([verb, "handling", *state]) == Exit.SUCCESS
     assert audit("replay", decided, *state) == Exit.SUCCESS
@@ -372,14 +373,14 @@ def test_replay_takes_what_was_in_force_on_this_robot(
     assert audit("replay", decided, *state) == Exit.REJECTED
     said = capsys.readouterr().out
     assert "of what it was made of is not kept any more: `handling` 1.0.0 sha256:" in said
-    assert "0 decisions come out the same; 9 do not" in said
+    assert "0 decisions reproduced; 9 differ" in said
 
 
 def test_replay_requires_the_same_configuration(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", decided, "--ecms", str(REPOSITORY / "ecms" / "clean_table")) == Exit.REJECTED
     said = capsys.readouterr().out
-    assert "record 1 cannot be decided again: it was decided under the configuration" in said
-    assert "0 decisions come out the same; 9 do not" in said
+    assert "record 1 cannot be replayed: it was decided under the configuration" in said
+    assert "0 decisions reproduced; 9 differ" in said
 
 
 @pytest.mark.parametrize("command", ["", "verify", "show", "replay", "keygen"])

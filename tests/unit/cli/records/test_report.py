@@ -50,7 +50,7 @@ def test_a_site_that_the_run_was_not_under_is_refused(
     other = tmp_path / "site.yaml"
     other.write_text(reference_site_path().read_text().replace("value: 500 mm\n", "value: 400 mm\n"))
     assert _report(left, "--site", str(other), "-o", str(tmp_path / "p.html")) == Exit.REJECTED
-    assert "its digest is not recorded" in capsys.readouterr().err
+    assert "its digest is not in the log" in capsys.readouterr().err
     assert not (tmp_path / "p.html").exists()
 
 

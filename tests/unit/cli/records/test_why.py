@@ -79,11 +79,11 @@ def test_a_chain_leads_from_the_end_to_the_value_measured_and_says_what_would_ha
         "tidy.clean: the goal was not reached (`clean`; clean is unknown)",
         "  because   `wipe` was denied  (record 4)",
         "  because   step 1, tidy.wipe: denied  (record 3)",
-        "  because   the runtime says that it ended as denied  (record 2)",
+        "  because   runtime status: ended as denied  (record 2)",
         "  because   the gate denied `grip`  (record 1)",
         "            separation: human_distance is 0.41 m (at least 0.5 m)",
         "               rule `human_distance >= 500 mm`; ISO 13855, cell.yaml:299",
-        "  to change human_distance is 0.41 m; at least 0.5 m is asked by `separation`",
+        "  to change human_distance is 0.41 m; at least 0.5 m required by `separation`",
         "  failed    step 1, tidy.wipe: denied: AE750",
     ]
 
@@ -125,7 +125,7 @@ def test_programs_get_the_rule_the_value_and_the_bound(
             "tidy.clean: the goal was not reached (`clean`; clean is unknown)",
             ["`wipe` was denied", "tidy.wipe was not started: no"],
             [
-                "cloth_held is false; true is asked by `tidy.wipe`",
+                "cloth_held is false; true required by `tidy.wipe`",
                 "`dirt` is not measured; `tidy.wipe` needs it measured",
             ],
         ),
@@ -133,9 +133,9 @@ def test_programs_get_the_rule_the_value_and_the_bound(
          "no installed module provides “fly”", ["no installed module provides “fly”"], []),
         (DENIED[:3], "the record does not say how the run ended: it goes on, or was killed",
          ["tidy.wipe ended as denied: AE750", "the gate denied it"],
-         ["human_distance is 0.41 m; at least 0.5 m is asked by `separation`"]),
+         ["human_distance is 0.41 m; at least 0.5 m required by `separation`"]),
         ([], "the record does not say how the run ended: it goes on, or was killed", [], []),
-        ([note("run-ended", task="tidy.clean", reached=True)], "tidy.clean: the goal is measured", [], []),
+        ([note("run-ended", task="tidy.clean", reached=True)], "tidy.clean: goal reached", [], []),
     ],
 )  # fmt: skip
 def test_each_way_to_end_is_explained(
@@ -174,8 +174,8 @@ def test_a_broken_assumption_is_told_with_its_certificate(
     log(tmp_path, [broken, note("run-ended", task="tidy.clean", reached=True)])
     assert main(["why", str(tmp_path)]) == 0
     assert capsys.readouterr().out.splitlines() == [
-        "tidy.clean: the goal is measured",
-        "  broken    tidy.wipe came to what it does not declare; "
+        "tidy.clean: goal reached",
+        "  broken    tidy.wipe ended with an undeclared outcome; "
         "1 obligations of certificate abababababab rest on what it does  (record 0)",
     ]
 
@@ -185,9 +185,9 @@ def test_a_step_is_explained_by_its_number(tmp_path: Path, capsys: pytest.Captur
     path = str(log(tmp_path, [*fine, *DENIED, STARTED]))
     assert explained(capsys, path, "--step", "1")["headline"] == "step 1, tidy.wipe, did not fail"
     assert explained(capsys, path, "--step", "2")["chain"][0]["said"] == "step 2, tidy.wipe: denied"
-    assert "the record ends before" in explained(capsys, path, "--step", "3")["headline"]
+    assert "the log ends before" in explained(capsys, path, "--step", "3")["headline"]
     assert main(["why", path, "--step", "4"]) == 2
-    assert "there is no step 4: the record has 3" in capsys.readouterr().err
+    assert "no step 4; the run has 3 steps" in capsys.readouterr().err
 
 
 def test_a_log_that_was_altered_explains_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -73,7 +73,7 @@ def test_a_skill_that_nobody_tried_is_said_to_be_unknown(
     state: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, _, err = run(capsys, "show", "--skill", "cook.fry", "--state", str(state))
-    assert (code, err) == (1, "aeros: nothing is remembered of `cook.fry`\n")
+    assert (code, err) == (1, "aeros: there is no memory of `cook.fry`\n")
 
 
 @pytest.mark.parametrize(
@@ -105,11 +105,11 @@ def test_search_finds_steps_newest_first(
 def test_search_tells_a_step_in_a_line(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _, out, _ = run(capsys, "search", "--limit", "3", "--state", str(state))
     assert out.splitlines() == [
-        "5 (session 1, cook.cook) retry cook.steam: no ending is known",
+        "5 (session 1, cook.cook) retry cook.steam: end unknown",
         "4 (session 1, cook.cook, 5.0 s) step cook.boil: 100% of it\\x1b[2J spilt",
         "3 (session 1, cook.cook, 5.0 s) step cook.boil: outcome `not_sealed`",
     ]
-    assert run(capsys, "search", "dragons", "--state", str(state))[1] == "nothing that is remembered fits\n"
+    assert run(capsys, "search", "dragons", "--state", str(state))[1] == "no matching episodes\n"
 
 
 def test_export_is_everything_a_line_each(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -134,15 +134,15 @@ def test_what_is_remembered_can_be_read_while_the_agent_is_awake(
 
 def test_nothing_is_forgotten_without_a_yes(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, _, err = run(capsys, "forget", "--skill", "cook.boil", "--state", str(state))
-    assert (code, err) == (2, "aeros: `cook.boil` would be forgotten for good; say so with --yes\n")
+    assert (code, err) == (2, "aeros: `cook.boil` would be deleted permanently; add --yes to confirm\n")
     assert "cook.boil: 2 of 4" in run(capsys, "show", "--state", str(state))[1]
 
 
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (("--skill", "cook.boil"), "forgot `cook.boil`: 0 sessions, 4 episodes, 0 events, 0 facts"),
-        (("--session", "1"), "forgot session 1: 1 sessions, 5 episodes, 0 events, 1 facts"),
+        (("--skill", "cook.boil"), "deleted `cook.boil`: 0 sessions, 4 episodes, 0 events, 0 facts"),
+        (("--session", "1"), "deleted session 1: 1 sessions, 5 episodes, 0 events, 1 facts"),
         (("--older-than", "1"), "UTC: 0 sessions, 0 episodes, 0 events, 0 facts"),
     ],
 )

@@ -193,7 +193,7 @@ def test_explanations_are_text_or_json_and_decisions_are_json_or_text(
     assert {name: found[name] for name in plain} == plain
     assert all(found["layers"].values())
     for arguments, expected in (
-        (["--explain"], "  proved at install, not evaluated\n    permission "),
+        (["--explain"], "  proved at installation\n    permission "),
         (["--format", "text"], "ALLOW move(target="),
     ):
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(good)))

@@ -230,5 +230,5 @@ def test_a_file_that_is_wrong_is_refused_before_anything_is_written(
 def test_a_plant_without_physics_has_no_faults(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = arguments(tmp_path, "make dumplings", "wrapper_bumped", "--plant", "symbolic")
     assert main(words) == Exit.REJECTED
-    assert "`--faults` needs the physics plant" in capsys.readouterr().err
+    assert "`--faults` needs `--plant physics`" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -195,7 +195,7 @@ def test_a_plant_in_which_there_is_nothing_to_be_seen_refuses_to_show_it(
     plant: str, given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(arguments(tmp_path, "--plant", plant, *given)) == Exit.REJECTED
-    assert f"`{given[0]}` needs the physics plant: the {plant} plant has nothing" in capsys.readouterr().err
+    assert f"`{given[0]}` needs the physics plant: the {plant} plant has no image" in capsys.readouterr().err
     assert not (tmp_path / "out" / "audit.jsonl").exists()
 
 
@@ -251,7 +251,7 @@ def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_
     run = moving(tmp_path, name)
     run.send_signal(signal.SIGINT)
     _, said = run.communicate(timeout=120.0)
-    assert b"stopping; Ctrl-C again ends at once" in said
+    assert b"stopping the robot; press Ctrl-C again to exit at once" in said
     assert run.returncode == Exit.INTERRUPTED
     assert len(frames_of(tmp_path / name)) > 3
     told = told_in(tmp_path / "run.mcap")

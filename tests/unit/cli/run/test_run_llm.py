@@ -66,7 +66,7 @@ def test_a_model_needs_a_place_and_a_name(
     given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, *given) == Exit.USAGE
-    assert "--planner llm, --llm-url and --llm-model go together" in capsys.readouterr().err
+    assert "--planner llm, --llm-url and --llm-model must be given together" in capsys.readouterr().err
 
 
 def test_without_what_asks_it_is_said_what_to_install(

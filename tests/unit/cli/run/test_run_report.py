@@ -26,7 +26,7 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
         "",
         "m.t: goal reached",
         "goal       a and b; measured on the symbolic plant: a = true, b = unknown",
-        "modules    2 proved, 40 obligations, 6 left to the gate",
+        "modules    2 proved, 40 obligations, 6 runtime-checked",
         "steps      3 run, 0 retries, 0 recoveries, 4 re-plans",
         "decisions  15 allowed, 6 attenuated, 3 denied",
         "time       12.3 s simulated, 5.7 s real",

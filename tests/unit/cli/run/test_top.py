@@ -52,7 +52,7 @@ def test_it_says_how_the_latest_run_of_this_robot_ended(
 
 def test_where_nothing_was_run_it_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["top", "--state", str(tmp_path)]) == Exit.REJECTED
-    assert "nothing was run from here yet" in capsys.readouterr().err
+    assert "no runs found" in capsys.readouterr().err
 
 
 def test_a_run_whose_process_is_gone_is_not_said_to_run(
@@ -60,7 +60,7 @@ def test_a_run_whose_process_is_gone_is_not_said_to_run(
 ) -> None:
     out = written_run(tmp_path / "out", [("decision", decision(1.0))])
     assert main(["top", "--run", str(out), "--state", str(tmp_path)]) == Exit.SUCCESS
-    assert "its process is gone, and no end is recorded" in capsys.readouterr().out
+    assert "process ended without recording an end" in capsys.readouterr().out
 
 
 def test_what_a_module_says_does_not_reach_the_terminal(

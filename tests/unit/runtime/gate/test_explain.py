@@ -117,7 +117,7 @@ def test_the_text_shows_the_result_of_every_condition() -> None:
     text = explanation_text(found)
     assert text.startswith("ATTENUATE move(target=(0.25, 0.125, 0.25), speed=0.25)\n  AE750 near-person: ")
     assert text.splitlines()[0] == decision_text(found.decision).splitlines()[0]
-    first, again = text.split("  decided again, as attenuated\n")
+    first, again = text.split("  re-decided after attenuation\n")
     assert "near-person   fails" in first
     assert "[human_distance = 1 m, speed = 0.5 m/s]" in first
     assert "near-person   holds" in again

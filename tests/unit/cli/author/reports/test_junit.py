@@ -69,7 +69,7 @@ def test_a_guarded_obligation_passes_and_says_so() -> None:
     assert told is not None
     assert told.attrib == {"name": "guarded", "value": "slow-near-person"}
     shown = case.findtext("system-out") or ""
-    assert shown.startswith("not implied, so the gate decides `slow-near-person` each time; allowed while ")
+    assert shown.startswith("not proved; `slow-near-person` is runtime-checked; allowed while ")
 
 
 def test_a_refutation_fails_with_the_rendered_diagnostic() -> None:
