@@ -1,7 +1,7 @@
-"""The physics plant: executes allowed actions on a PyBullet Panda, 240 ticks a second.
+"""The physics plant: executes allowed actions on a PyBullet Panda at 240 ticks a second.
 
-Implements `aeros.runtime.ports.Plant`.  It decides nothing: what it cannot do it refuses before any
-motion, and when the monitor names a rule it stops within that tick.
+It implements `aeros.runtime.ports.Plant` and decides nothing. It refuses what it cannot do before any
+motion, and stops within the tick in which the monitor names a rule.
 """
 
 from __future__ import annotations
@@ -39,17 +39,22 @@ TruthListener = Callable[[GroundTruth], None]
 
 
 class Viewer(Protocol):
-    """Whoever looks on for people, by a film or a window, and changes nothing."""
+    """Something that shows the world to people, as a video or a window, and changes nothing in it."""
 
     def tick(self, world: PhysicsWorld, view: Camera) -> None:
-        """Look at `world` after a tick; `view` is from where its scene is seen well."""
+        """Show the world after a tick.
+
+        Args:
+            world: the simulated world; it must not be changed.
+            view: a camera that sees the whole scene.
+        """
 
     def close(self) -> None:
-        """There is nothing more to see; safe to call twice."""
+        """Finish the recording or close the window; safe to call twice."""
 
 
 class PlantParts(NamedTuple):
-    """The parts of a physics plant, which a disturbance acts on."""
+    """The parts of a physics plant that a disturbance can act on."""
 
     world: PhysicsWorld
     robot: Panda
@@ -59,34 +64,55 @@ class PlantParts(NamedTuple):
 
 
 class NoDisturbance:
-    """The hooks that a plant offers to faults; every one does nothing, so nothing goes wrong."""
+    """Hooks for faults, each of which does nothing."""
 
     def attach(self, parts: PlantParts) -> None:
-        """Take the plant's own parts; called once, when its clock stands at 0."""
+        """Take the parts of the plant; called once, while its clock stands at 0.
+
+        Args:
+            parts: what the disturbance may act on.
+        """
 
     def before_tick(self) -> None:
-        """Act on the world after the motors are set and before it steps."""
+        """Act on the world; called in each tick after the motors are set and before the world steps."""
 
     def detection_filter(self, camera: str) -> DetectionFilter:
-        """Return what becomes of everything in the picture that `camera` takes now."""
+        """Return the filter for all detections in the picture that a camera takes now.
+
+        Args:
+            camera: name of the camera.
+
+        Returns:
+            A function that changes or drops one detection.
+        """
         return unfiltered
 
     def skill_began(self, skill: str) -> None:
-        """Hear that `MODULE.SKILL` begins."""
+        """Note that a skill begins.
+
+        Args:
+            skill: as `MODULE.SKILL`.
+        """
 
     def skill_ended(self, skill: str) -> None:
-        """Hear that `MODULE.SKILL` has ended."""
+        """Note that a skill has ended.
+
+        Args:
+            skill: as `MODULE.SKILL`.
+        """
 
 
 class PlantOptions(TypedDict, total=False):
-    """Options of a physics plant, all of them keywords that may be left out.
+    """Optional keyword arguments of a physics plant.
 
-    spectators: films and windows that show the world; none by default.
-    people: simulated people on scripted paths; nobody by default.
-    sensors: sensor model of each state variable that is not measured exactly and at once, by its name.
-    referee: is given the true state after every tick; nobody by default.
-    disturbance: faults, from when the clock runs; none by default.
-    bodies: bodies that stand or lie in the scene besides its own; none by default.
+    Attributes:
+        spectators: videos and windows that show the world; none by default.
+        people: simulated people on scripted paths; nobody by default.
+        sensors: sensor models by name of the state variable; variables without one are measured exactly and
+            without delay.
+        referee: is given the ground truth after every tick; none by default.
+        disturbance: faults, active from the start of the clock; none by default.
+        bodies: bodies in the scene besides its own; none by default.
     """
 
     spectators: Sequence[Viewer]
@@ -98,9 +124,17 @@ class PlantOptions(TypedDict, total=False):
 
 
 class PhysicsPlant(TickingPlant):
-    """A scene in motion.  Its clock starts at 0 when everything put into the scene rests.
+    """A scene simulated in PyBullet, with a Panda, sensors, people and faults.
 
-    Raises UserError where any two bodies overlap.
+    The clock starts at 0 after the scene has settled.
+
+    Args:
+        scene: objects, cameras and how the robot is built.
+        seed: of layout, sensor noise and people.
+        **options: see `PlantOptions`.
+
+    Raises:
+        UserError: two bodies overlap at the start.
     """
 
     def __init__(self, scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> None:
@@ -133,23 +167,25 @@ class PhysicsPlant(TickingPlant):
             self._publish_detection(self.sensors.read_camera(GroundTruth(0, self._scene.detect(camera))))
 
     def now(self) -> float:
-        """Simulated seconds since the scene came to rest."""
+        """Implement `Plant.now`: simulated seconds since the scene settled."""
         return self._world.time
 
     def observe(self) -> Readings:
-        """Robot sensors and scene now; what cameras saw, with the time they saw it."""
+        """Implement `Plant.observe`: current sensor readings and the latest camera detections, each with its
+        time.
+        """
         return {**self._seen, **self.sensors.read(self._ground_truth())}
 
     def skill_began(self, skill: str) -> None:
-        """Physics does not care who asked; a disturbance may."""
+        """Implement `Plant.skill_began`: tell the disturbance."""
         self._disturbance.skill_began(skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """Physics does not care who asked; a disturbance may."""
+        """Implement `Plant.skill_ended`: tell the disturbance."""
         self._disturbance.skill_ended(skill)
 
     def close(self) -> None:
-        """Close what looks on, and end the simulation; safe to call twice."""
+        """Implement `Plant.close`: close the viewers and end the simulation."""
         with ExitStack() as closing:
             closing.callback(self._world.close)
             for one in self._spectators:
@@ -186,7 +222,7 @@ class PhysicsPlant(TickingPlant):
         return self.sensors.monitor_values(self._truth)
 
     def _ground_truth(self) -> GroundTruth:
-        """What is true now, of the scene too."""
+        """Return the ground truth of now, including the scene's."""
         values = {**self._truth.values, "holding": self._robot.is_holding(), **self._scene.measure()}
         return GroundTruth(self._truth.tick, values)
 
@@ -210,9 +246,17 @@ def _format_point(place: Vector3) -> str:
 
 
 def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
-    """Make a plant with scene `scene_name`, laid out by `seed`.
+    """Make a physics plant with a scene that comes with AEROS.
 
     The same scene, options, seed and actions repeat bit for bit.
+
+    Args:
+        scene_name: a key of `aeros.sim.scenes.SCENES`.
+        seed: of layout, sensor noise and people.
+        **options: see `PlantOptions`.
+
+    Returns:
+        The plant, at rest, its clock at 0.
 
     Raises:
         KeyError: no scene has that name.

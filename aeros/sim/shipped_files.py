@@ -1,4 +1,4 @@
-"""Input files of simulators: by path, or by the name of one that comes with AEROS."""
+"""Look up simulator input files by path or by the name of one that comes with AEROS."""
 
 from __future__ import annotations
 
@@ -12,18 +12,28 @@ from aeros.spec.diagnostics.errors import UserError
 
 
 def shipped_files(folder: str) -> dict[str, Path]:
-    """Return the YAML files in a folder of the installed package, by their names without suffix."""
+    """List the YAML files in a folder of the installed package.
+
+    Args:
+        folder: relative to the package `aeros`.
+
+    Returns:
+        Their paths by file name without suffix.
+    """
     return {path.stem: path for path in sorted((Path(aeros.__file__).parent / folder).glob("*.yaml"))}
 
 
 def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str, absent: str) -> str | Path:
-    """Return the path of a shipped file by its name, or the path that was given.
+    """Find a shipped file by its name, or any file by its path.
 
     Args:
         name_or_path: as a user gives it; a name goes before a path.
         shipped: the files that come with AEROS, by name.
         kind: what the file is called, as in `people file`.
-        absent: begins the message where there is none, as in `no people file of that name comes`.
+        absent: part of the message if there is none, as in `no people file of that name comes`.
+
+    Returns:
+        The path.
 
     Raises:
         UserError: there is neither such a name nor such a file.

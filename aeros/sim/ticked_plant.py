@@ -1,7 +1,7 @@
-"""A robot that moves in control ticks, 240 a second, whatever simulates it.
+"""The base class of simulated robots that move in control ticks, 240 a second.
 
-What is here is the same for each such plant: which motions are under way, what is planned and begun, when
-the monitor looks, and how everything comes to rest.  A plant says how a tick passes and what is measured.
+It keeps what all such plants share: the motions under way, planning and beginning, calling the monitor, and
+coming to rest. A subclass says how the world steps and what is measured.
 """
 
 from __future__ import annotations
@@ -42,10 +42,14 @@ CAMERA_TICKS: Final = 24
 
 @dataclass
 class _RunningMotion:
-    """A motion tick by tick, and the parts that it moves.
+    """A motion under way and the parts of the robot that it moves.
 
-    plan: what was stated of it; None while it comes to rest.
-    is_set: its motors are set for the tick to come.
+    Attributes:
+        ticks: sets the motors for one tick at each step.
+        moved_parts: of `arm` and `base`.
+        plan: the plan it was begun with; None while it comes to rest.
+        is_commanded: its motors are set for the coming tick.
+        is_halting: it is coming to rest.
     """
 
     ticks: Iterator[None]
@@ -56,7 +60,12 @@ class _RunningMotion:
 
 
 class TickingPlant(ABC):
-    """The part of `aeros.runtime.ports.Plant` that control ticks have in common."""
+    """The part of `aeros.runtime.ports.Plant` that simulators with control ticks share.
+
+    Args:
+        robot: the simulated robot.
+        cameras: names of the cameras that `look` accepts.
+    """
 
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
         self._robot = robot
@@ -69,22 +78,22 @@ class TickingPlant(ABC):
 
     @abstractmethod
     def now(self) -> float:
-        """Simulated seconds."""
+        """Implement `Plant.now`: simulated seconds."""
 
     @abstractmethod
     def _step_world(self) -> None:
-        """Let one tick pass in the world that the robot is in."""
+        """Advance the world around the robot by one tick."""
 
     @abstractmethod
     def _detect(self, camera: str) -> Mapping[str, Any]:
-        """What `camera` detects now, by vocabulary name."""
+        """Return what `camera` detects now, by vocabulary name."""
 
     @abstractmethod
     def _check_tracking(self) -> None:
-        """Raise `BlockedError` where something holds arm or carriage back."""
+        """Raise `BlockedError` if something holds arm or carriage back."""
 
     def plan(self, action: Action) -> PlannedMotion:
-        """The motion that `action` is, from here and now."""
+        """Implement `Plant.plan` for the current state."""
         try:
             planned = self._plan(action)
         except ActionRejectedError as refusal:
@@ -93,7 +102,7 @@ class TickingPlant(ABC):
         return planned.plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Begin the motion of what was decided, if that is what was planned last, and just now."""
+        """Implement `Plant.begin`; refuses a plan that is not the latest one or was not made at this time."""
         plan = self.plan(action) if decided is None else decided
         if isinstance(plan, MotionCompletion):
             return plan
@@ -108,9 +117,9 @@ class TickingPlant(ABC):
         return motion
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Tick by tick; `monitor` sees the fast values before the first and after every one.
+        """Implement `Plant.advance` tick by tick.
 
-        Whatever is blocked ends everything: something is where nothing was expected.
+        A blocked motion ends all motions: something is where nothing was expected.
         """
         rule = monitor(self.now(), self._monitor_values())
         try:
@@ -129,7 +138,7 @@ class TickingPlant(ABC):
         return self._end_all(f"monitor:{rule}")
 
     def halt(self, motion: MotionHandle) -> None:
-        """Bring what `motion` moves to rest inside its limits; the fingers keep their grip."""
+        """Implement `Plant.halt`; the fingers keep their grip."""
         one = self._under_way[motion]
         # What the motors are set to already is done first: a set point left out is a jerk.
         self._under_way[motion] = _RunningMotion(
@@ -137,10 +146,12 @@ class TickingPlant(ABC):
         )
 
     def stop(self) -> None:
-        """Bring arm and base to rest inside their limits and hold; the fingers keep their grip.
+        """Implement `Plant.stop`: bring arm and base to rest inside their limits and hold; the fingers keep
+        their grip.
 
-        What is held is where they are then: what is against something stops pushing, an arm that sags stays.
-        What still presses, as it was pushed into what it met, is let go back by that.
+        The robot holds its measured position: it stops pushing against an obstacle, and an arm that sags
+        stays where it is. If it still presses on something, it goes compliant for up to 0.5 s so that the
+        contact force falls to 30 N.
         """
         if any(one.is_commanded for one in self._running_motions()):
             self._tick(stopping=True)
@@ -155,10 +166,10 @@ class TickingPlant(ABC):
             self._robot.yield_to_contact()
 
     def skill_began(self, skill: str) -> None:  # noqa: B027  there is nothing to note
-        """A robot does not care who asked."""
+        """Implement `Plant.skill_began`: nothing to do."""
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:  # noqa: B027  there is nothing to note
-        """A robot does not care who asked."""
+        """Implement `Plant.skill_ended`: nothing to do."""
 
     # Inside.
 
@@ -166,7 +177,7 @@ class TickingPlant(ABC):
         return self._under_way.values()
 
     def _set_motors(self) -> dict[MotionHandle, MotionCompletion]:
-        """Set each motor for the tick to come, once; those motions that are at their end."""
+        """Set the motors of each motion for the coming tick, once; return the motions that have ended."""
         ended = {}
         for motion, one in self._under_way.items():
             if one.is_commanded:
@@ -184,7 +195,7 @@ class TickingPlant(ABC):
         return ended
 
     def _end_all(self, why: str) -> dict[MotionHandle, MotionCompletion]:
-        """Everything under way, over."""
+        """Stop the robot and end every motion with reason `why`."""
         motions = list(self._under_way)
         self.stop()
         return dict.fromkeys(motions, MotionCompletion(False, why))
@@ -207,19 +218,19 @@ class TickingPlant(ABC):
         return planner(self._robot, parameters, self._base_trajectory())
 
     def _base_trajectory(self) -> Trajectory | None:
-        """What was stated of the motion of the base under way."""
+        """Return the plan of the base motion under way, if there is one."""
         plans = [one.plan for one in self._running_motions() if "base" in one.moved_parts]
         return next((plan for plan in plans if isinstance(plan, Trajectory)), None)
 
     def _camera_motion(self, camera: str) -> Iterator[None]:
-        """Take a picture, hand over what it shows once it is read out."""
+        """Take a picture; publish its detections after exposure and read-out."""
         found, taken = self._detect(camera), self.now()
         for _ in range(CAMERA_TICKS):
             yield
         self._publish_detection({name: Reading(value, taken) for name, value in found.items()})
 
     def _publish_detection(self, picture: Readings) -> None:
-        """Let be observed what a picture shows; None: what was seen before is not there any more."""
+        """Make detections observable; a value of None removes the earlier detection of that name."""
         self._seen.update(picture)
         for name in [name for name, one in picture.items() if one.value is None]:
             del self._seen[name]
@@ -234,14 +245,14 @@ class TickingPlant(ABC):
             self._check_tracking()
 
     def _monitor_values(self) -> Mapping[str, Any]:
-        """What the monitor gets to see of this tick."""
+        """Return the values that the monitor sees at this tick."""
         return self._fast_values()
 
     def _measure(self) -> None:  # noqa: B027  a plant may
-        """Measure what is true after this tick; here everything is measured as it is, when asked for."""
+        """Measure the ground truth of this tick; a no-op here, as values are exact and measured on request."""
 
     def _fast_values(self) -> dict[str, Any]:
-        """What is true of the robot and people around it, by vocabulary name, SI, positions in W."""
+        """Return the ground truth of robot and people around it, by vocabulary name, SI, positions in W."""
         state: RobotState = self._state
         return {
             "joint_position": state.q,

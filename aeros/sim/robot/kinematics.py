@@ -1,8 +1,8 @@
-"""The Panda's chain: joint positions to tool pose and back, for many poses at once.
+"""The Panda's kinematic chain: forward and inverse kinematics for many poses at once.
 
-Frames: B is the arm's base, T the tool centre point between the fingertips.  Every tool pose here
-points down: R_BT = Rz(yaw)·Rx(π), so that at yaw 0 the fingers close along y of B.
-Units: metres and radians.  Shapes: q is (n, 7), p_BT is (n, 3), yaw is (n,).
+Frames: B is the arm's base, T the tool centre point between the fingertips. Every tool pose here points
+down: R_BT = Rz(yaw)·Rx(π), so that at yaw 0 the fingers close along y of B.
+Units: metres and radians. Shapes: q is (n, 7), p_BT is (n, 3), yaw is (n,).
 Source: modified (Craig) Denavit–Hartenberg parameters, frankaemika/docs at 1da6bd3.
 """
 
@@ -70,7 +70,15 @@ _MOUNTING: Final = np.array(
 
 
 def forward_kinematics(q: Vector) -> tuple[Vector, Vector, Vector]:
-    """Tool positions (n, 3), rotations (n, 3, 3) and Jacobians (n, 6, 7) in B, for q of shape (n, 7)."""
+    """Compute tool poses and Jacobians of the Panda.
+
+    Args:
+        q: joint positions (n, 7), rad.
+
+    Returns:
+        (p_BT, R_BT, J): tool positions (n, 3) in B, m; tool rotations (n, 3, 3); geometric Jacobians (n, 6,
+        7) in B, linear rows (m/rad) above angular rows (rad/rad).
+    """
     n = len(q)
     c, s = np.cos(q.T), np.sin(q.T)
     turns = np.zeros((7, n, 3, 3))
@@ -92,7 +100,7 @@ def forward_kinematics(q: Vector) -> tuple[Vector, Vector, Vector]:
 
 
 def _cross(a: Vector, b: Vector) -> Vector:
-    """Cross products along axis 1 (np.cross costs ten times as much at these sizes)."""
+    """Compute cross products along axis 1 (np.cross costs ten times as much at these sizes)."""
     out = np.empty_like(b)
     out[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
     out[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
@@ -101,7 +109,14 @@ def _cross(a: Vector, b: Vector) -> Vector:
 
 
 def downward_rotations(yaw: Vector) -> Vector:
-    """Rotations (n, 3, 3) of a tool that points down, turned by `yaw` about the vertical."""
+    """Compute the rotations of tools that point down.
+
+    Args:
+        yaw: angles about the vertical (n,), rad.
+
+    Returns:
+        R_BT = Rz(yaw)·Rx(π), (n, 3, 3).
+    """
     c, s = np.cos(yaw), np.sin(yaw)
     out = np.zeros((len(yaw), 3, 3))
     out[:, 0, 0], out[:, 0, 1] = c, s
@@ -111,7 +126,17 @@ def downward_rotations(yaw: Vector) -> Vector:
 
 
 def pose_error(p_BT: Vector, R_BT: Vector, p_target: Vector, R_target: Vector) -> Vector:
-    """Twist (n, 6) from a pose to its target, in B: m and rad (first order in the rotation)."""
+    """Compute the twists from poses to their targets, to first order in the rotation.
+
+    Args:
+        p_BT: tool positions (n, 3) in B, m.
+        R_BT: tool rotations (n, 3, 3).
+        p_target: target positions (n, 3) in B, m.
+        R_target: target rotations (n, 3, 3).
+
+    Returns:
+        Twists (n, 6) in B: translation, m, then rotation, rad.
+    """
     error = np.empty((len(p_BT), 6))
     error[:, :3] = p_target - p_BT
     error[:, 3:] = 0.5 * np.sum(_cross(R_BT, R_target), axis=2)
@@ -119,11 +144,19 @@ def pose_error(p_BT: Vector, R_BT: Vector, p_target: Vector, R_target: Vector) -
 
 
 def solve_ik(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
-    """Joint positions (n, 7) whose tools are at `p_BT`, down, at `yaw`; None when not all exist.
+    """Solve inverse kinematics for tools that point down, many poses at once.
 
-    Damped least squares from `start` (n, 7); the spare degree of freedom minimises the distance to
-    `READY_POSTURE`, which makes the solution a function of the pose, so arms do not drift over many moves.
-    Accuracy: 0.02 mm and 0.02 mrad.  Solutions keep 0.02 rad inside the official limits.
+    Damped least squares from `start`. The spare degree of freedom minimises the distance to
+    `READY_POSTURE`, which makes the solution a function of the pose, so the arm does not drift over many
+    moves. Accuracy: 0.02 mm and 0.02 mrad. Solutions keep 0.02 rad inside the official limits.
+
+    Args:
+        p_BT: tool positions (n, 3) in B, m.
+        yaw: tool yaws (n,), rad.
+        start: joint positions (n, 7) to start from, rad.
+
+    Returns:
+        Joint positions (n, 7), rad; None unless every pose has a solution within 60 iterations.
     """
     R_target = downward_rotations(yaw)
     q = _clamp_to_limits(start)
@@ -153,7 +186,17 @@ def solve_ik(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
 
 
 def solve_ik_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
-    """Joint positions (7,) for one pose, tried from `start`, from `READY_POSTURE` and from turned postures."""
+    """Solve inverse kinematics for one pose, from several starting postures in turn.
+
+    Args:
+        p_BT: tool position (3,) in B, m.
+        yaw: tool yaw, rad.
+        start: joint positions (7,) to try first, rad; then postures turned to the pose's bearing, then
+            `READY_POSTURE`.
+
+    Returns:
+        Joint positions (7,), rad; None if no start leads to a solution.
+    """
     bearing = float(np.arctan2(p_BT[1], p_BT[0]))
     turned = READY_POSTURE.copy()
     turned[0] = np.clip(bearing, Q_MIN[0], Q_MAX[0])
@@ -169,9 +212,18 @@ def solve_ik_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
 
 
 def ik_step(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
-    """Joint positions (7,) one Newton step from `q` towards a pose nearby, for servoing every tick.
+    """Take one Newton step towards a pose nearby, for servoing at every tick.
 
-    The spare degree of freedom goes half of its way to `posture` (7,).
+    The spare degree of freedom goes half of its way to `posture`.
+
+    Args:
+        p_BT: target tool position (3,) in B, m.
+        yaw: target tool yaw, rad.
+        q: current joint positions (7,), rad.
+        posture: joint positions (7,) that the spare degree of freedom approaches, rad.
+
+    Returns:
+        Joint positions (7,), rad, clamped to 0.02 rad inside the limits.
     """
     p, R, J = forward_kinematics(q[None, :])
     error = pose_error(p, R, p_BT[None, :], downward_rotations(np.array([yaw])))[0]
@@ -182,7 +234,7 @@ def ik_step(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
 
 
 def _clamp_to_limits(q: Vector) -> Vector:
-    """The nearest joint positions that solutions keep to."""
+    """Clamp joint positions to 0.02 rad inside the limits."""
     # As np.clip, which takes five times as long at these sizes.
     nearest: Vector = np.minimum(np.maximum(q, _LOWEST), _HIGHEST)
     return nearest

@@ -1,9 +1,9 @@
-"""What each action kind does, tick by tick.
+"""Motion planners: one for each action kind, which check the parameters and prepare the motion tick by tick.
 
-Planning a motion refuses what cannot be done and moves nothing.  What it returns says what will be done
-and does that: the iterator sets the motors and yields once per tick.  Targets are in W; the tool points
-down.  `drive` is what was stated of a motion of the base that is under way: the tool comes to its target
-as the base comes to rest, and keeps its speed in W.
+Planning a motion refuses what cannot be done and moves nothing. It returns a plan and an iterator that does
+exactly that plan: the iterator sets the motors and yields once per tick. Targets are in W; the tool points
+down. `drive` is the plan of a base motion under way: the tool then reaches its target when the base comes
+to rest, and keeps its speed limit in W.
 """
 
 # Frames live in names (p_WT, R_BT, J): house style (b).
@@ -50,7 +50,7 @@ MotionTicks = Iterator[None]
 
 
 class PreparedMotion(NamedTuple):
-    """What will be done, the motion that does just that, and which parts of the robot it moves."""
+    """A plan, the motion that follows it, and the parts of the robot that it moves (`arm`, `base`)."""
 
     plan: PlannedMotion
     motion: MotionTicks
@@ -110,17 +110,41 @@ _MAX_PATH_DEVIATION: Final = 0.01
 
 
 class BlockedError(Exception):
-    """The motion was under way and something holds the robot back; the message says where."""
+    """Something holds the robot back during a motion; the message says where."""
 
 
 def plan_stop(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
-    """`stop {}`: come to rest and hold."""
+    """Plan `stop {}`: come to rest and hold.
+
+    Args:
+        robot: the robot.
+        parameters: none.
+        base_motion: plan of the base motion under way, which stops too.
+
+    Returns:
+        The motion; it brakes arm and base.
+
+    Raises:
+        ActionRejectedError: there are parameters.
+    """
     parameters.reject_unread()
     return PreparedMotion(NoMotion("it brings to rest what moves"), robot.brake(), BRAKED_PARTS)
 
 
 def plan_wait(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`wait {duration: s}`: hold for a while."""
+    """Plan `wait {duration: s}`: hold for a while.
+
+    Args:
+        robot: the robot.
+        parameters: `duration`, 0 to 600 s.
+        drive: plan of the base motion under way, which goes on.
+
+    Returns:
+        The motion, which moves nothing.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range.
+    """
     duration = parameters.number("duration", 0.0, 600.0)
     parameters.reject_unread()
     return PreparedMotion(NoMotion("it waits"), _wait(ceil(duration / TICK)))
@@ -132,7 +156,20 @@ def _wait(ticks: int) -> MotionTicks:
 
 
 def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`move_tool {target: m, yaw: rad, speed: m/s}`: straight, as seen from the base, peaking at `speed`."""
+    """Plan `move_tool {target: m, yaw: rad, speed: m/s}`: a straight line in B whose peak speed is `speed`.
+
+    Args:
+        robot: the robot.
+        parameters: `target`, the tool position in W, m; `yaw` in [-π, π], rad; `speed`, 0.001 to 1.7 m/s.
+        drive: plan of the base motion under way; its peak speed is subtracted from `speed`.
+
+    Returns:
+        The motion of the arm.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, the base alone is too fast, or
+            the line is unreachable.
+    """
     p_WT = parameters.position("target")
     yaw = parameters.number("yaw", -pi, pi)
     speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
@@ -155,7 +192,7 @@ _NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
 def _relative_speed(speed: float, drive: Trajectory | None) -> float:
-    """What is left for the arm's own motion of a speed in W, m/s, while the base drives."""
+    """Return the part of a tool speed in W that is left for the arm while the base drives, m/s."""
     if drive is None:
         return speed
     carried = PEAK_TO_MEAN * hypot(*drive.base_path) / drive.duration
@@ -165,7 +202,7 @@ def _relative_speed(speed: float, drive: Trajectory | None) -> float:
 
 
 def _base_destination(drive: Trajectory) -> Vector3:
-    """Where in W the base comes to rest."""
+    """Return the position in W at which the base comes to rest, m."""
     x, y, z = (b + w for b, w in zip(drive.base, drive.base_path, strict=True))
     return (x, y, z)
 
@@ -188,7 +225,20 @@ def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
 
 
 def plan_move_joints(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool nowhere faster than `speed`."""
+    """Plan `move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool nowhere faster than `speed`.
+
+    Args:
+        robot: the robot.
+        parameters: `q1` to `q7`, target positions inside the joint limits, rad; `speed`, 0.001 to 1.7 m/s.
+        drive: plan of the base motion under way; its peak speed is subtracted from `speed`.
+
+    Returns:
+        The motion of the arm.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, the base alone is too fast, or
+            no duration keeps the joints inside their limits.
+    """
     limits = zip(Q_MIN.tolist(), Q_MAX.tolist(), strict=True)
     target = np.array([parameters.number(f"q{i}", *limit) for i, limit in enumerate(limits, 1)])
     speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
@@ -210,7 +260,14 @@ def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> MotionT
 
 
 def settle(robot: Robot) -> MotionTicks:
-    """Wait until the arm rests, at most `SETTLE_TICKS`."""
+    """Wait until the arm rests: all joints below `REST_SPEED`, or `SETTLE_TICKS` have passed.
+
+    Args:
+        robot: the robot.
+
+    Yields:
+        Once per tick.
+    """
     for _ in range(SETTLE_TICKS):
         yield
         if max(map(abs, robot.read_sensors().qd)) < REST_SPEED:
@@ -224,7 +281,19 @@ def _check_arrival(robot: Robot, p_WT: Vector3) -> None:
 
 
 def plan_grip(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`grip {width: m, force: N}`: move the fingers to `width`; ends when they rest."""
+    """Plan `grip {width: m, force: N}`: move the fingers to `width`; ends when they rest.
+
+    Args:
+        robot: the robot.
+        parameters: `width` between the fingers, 0 to 0.08 m; `force` on each, 0.1 to 70 N.
+        drive: plan of the base motion under way, which goes on.
+
+    Returns:
+        The motion, which moves only the fingers.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range.
+    """
     width = parameters.number("width", 0.0, FINGER_GAP_MAX)
     force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
     parameters.reject_unread()
@@ -243,11 +312,24 @@ def _grip(robot: Robot, width: float, force: float) -> MotionTicks:
 
 
 def plan_slide(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
+    """Plan `slide {target: m, force: N, speed: m/s}`: a line along x and y, pressing down with `force`.
 
-    First descends until the wrist feels half the force, at most 20 mm below the target's z, then
-    moves while integral control on z holds the force, at least half a second.  The descent is slow
-    (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
+    First the tool descends until the wrist measures half the force, at most 20 mm below the target's z.
+    Then it moves for at least half a second, while integral control on z holds the force. The descent is
+    slow (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
+
+    Args:
+        robot: the robot.
+        parameters: `target`, the tool position in W, m, its z near the surface; `force`, 0.5 to 60 N;
+            `speed`, 0.001 to 0.5 m/s.
+        drive: plan of the base motion under way; must be None.
+
+    Returns:
+        The motion of the arm, under feedback.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, the base drives, or a path is
+            unreachable.
     """
     p_WT = parameters.position("target")
     force = parameters.number("force", 0.5, 60.0)
@@ -283,7 +365,9 @@ def _at_height(p: Vector, height: float) -> Vector:
 
 
 def _servo_plan(distance: float, duration: float) -> ServoBounds:
-    """What `_servo_tick` holds the joints to, and the set point's own rates: along, and in height."""
+    """Return the bounds that `_servo_tick` keeps the joints to, and those of the set point along and in
+    height.
+    """
     rise = _CONTACT_SPEED_STEP / TICK
     return ServoBounds(
         joint_tolerance=(_MAX_PATH_DEVIATION,) * 7,
@@ -297,7 +381,7 @@ def _servo_plan(distance: float, duration: float) -> ServoBounds:
 
 
 class _SlidePaths:
-    """The paths of a slide, sampled, so that leaving them is noticed."""
+    """The paths of a slide as sampled points, to detect when the arm leaves them."""
 
     def __init__(self, paths: list[JointPath]) -> None:
         corners = np.concatenate([np.array(path) for path in paths])
@@ -310,7 +394,10 @@ class _SlidePaths:
         self._asked: tuple[Vector, Vector] | None = None
 
     def nearest(self, q: Vector) -> Vector:
-        """The nearest point of them, by its farthest joint; BlockedError where it is beyond the slack."""
+        """Return the sampled point nearest to `q` (largest joint distance), rad.
+
+        Raises BlockedError if it is farther away than `_MAX_PATH_DEVIATION`.
+        """
         # Where a tick ends, the next begins: the same set points are asked about twice.
         if self._asked is not None and self._asked[0] is q:
             return self._asked[1]
@@ -355,7 +442,7 @@ def _slide(
 
 
 def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, lanes: _SlidePaths) -> None:
-    """One tick of servoing, at most half of any joint's speed and acceleration limit."""
+    """Servo for one tick, with at most half of any joint's speed and acceleration limit."""
     here = robot.q_command
     rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
     before = robot.qd_command
@@ -367,7 +454,19 @@ def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, lanes: _SlidePaths) -> N
 
 
 def plan_move_base(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest."""
+    """Plan `move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest.
+
+    Args:
+        robot: the robot.
+        parameters: `x` and `y` of the arm's base in W, within ±10 m; `speed`, 0.001 to 1 m/s.
+        drive: plan of the base motion under way; ignored.
+
+    Returns:
+        The motion of the base.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, or the robot has no carriage.
+    """
     x = parameters.number("x", -10.0, 10.0)
     y = parameters.number("y", -10.0, 10.0)
     speed = parameters.number("speed", 1e-3, 1.0)

@@ -1,6 +1,7 @@
-"""Whether a URDF file is one that a simulator can be given: it is read before anything is built of it.
+"""Check a URDF file before a simulator loads it.
 
-A simulator takes NaN for a length and says of a missing mesh only that something could not be loaded.
+A simulator takes NaN for a length, and of a missing mesh it reports only that something could not be
+loaded.
 """
 
 from __future__ import annotations
@@ -39,7 +40,15 @@ _MAX_NUMBER: Final = 1e6
 
 
 def check_urdf(path: Path, sink: Diagnostics) -> None:
-    """Report what is wrong with a model; raises UserError where it cannot be read at all."""
+    """Report all problems of a URDF file: malformed XML, wrong elements, bad numbers and missing meshes.
+
+    Args:
+        path: the file.
+        sink: receives the diagnostics.
+
+    Raises:
+        UserError: the file cannot be read.
+    """
     source = read_source(path)
     reader = _Reader(source, path.parent, sink)
     parser = expat.ParserCreate("utf-8")
@@ -58,7 +67,7 @@ def check_urdf(path: Path, sink: Diagnostics) -> None:
 
 
 class _Reader:
-    """Looks at one element after the other."""
+    """Checks one XML element after the other."""
 
     def __init__(self, source: Source, folder: Path, sink: Diagnostics) -> None:
         self._source = source
@@ -69,13 +78,13 @@ class _Reader:
         self.links = 0
 
     def span(self, at: int) -> SourceSpan:
-        """The tag that begins at byte `at`."""
+        """Return the tag that begins at byte `at`."""
         start = len(self._bytes[:at].decode(errors="ignore"))
         end = self._source.text.find(">", start)
         return self._source.span(start, len(self._source.text) if end < 0 else end + 1)
 
     def doctype(self, at: int) -> None:
-        """Entities can be made to grow without end; no model needs them."""
+        """Refuse a document type: entities can be made to grow without end, and no model needs them."""
         self._sink.error("AE141", "a model has no document type", self.span(at))
 
     def element(self, name: str, attributes: Mapping[str, str], at: int) -> None:
