@@ -98,9 +98,7 @@ class FakePlant:
         return motion
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Implement `Plant.advance`: show the monitor the scripted ticks, then end the next motion as
-        scripted.
-        """
+        """Implement `Plant.advance`: show the monitor the scripted ticks, then end the next motion."""
         self._call("advance", until)
         for tick in self.during or [{}]:
             rule = monitor(self.now(), {**self.values, **tick})

@@ -91,9 +91,7 @@ class _DelayLine:
     in_flight: deque[tuple[int, Any]] = field(default_factory=deque)
 
     def deliver_until(self, before: int) -> None:
-        """Deliver values that were true at tick `before` or earlier; a reading is never older than the
-        previous one.
-        """
+        """Deliver values that were true at tick `before` or earlier; readings never get older."""
         while self.in_flight and self.in_flight[0][0] <= before:
             tick, value = self.in_flight.popleft()
             self.latest = Reading(value, tick * TICK)
@@ -234,9 +232,7 @@ class Sensors:
         return None
 
     def _measure(self, name: str, model: SensorModel, tick: int, value: Any) -> Any:
-        """Return `value` as a sensor reads it, or `_NO_READING`; drawn by name and tick, so it can be
-        repeated.
-        """
+        """Return `value` as a sensor reads it, or `_NO_READING`; drawn by name and tick, so repeatable."""
         if model.dropout == 0.0 and model.noise == 0.0:
             return _apply_noise(name, model, value, None)
         draw = self._chance.generator(f"sensor {name}", tick)

@@ -146,8 +146,7 @@ class TickingPlant(ABC):
         )
 
     def stop(self) -> None:
-        """Implement `Plant.stop`: bring arm and base to rest inside their limits and hold; the fingers keep
-        their grip.
+        """Implement `Plant.stop`: bring arm and base to rest inside their limits and hold; keep the grip.
 
         The robot holds its measured position: it stops pushing against an obstacle, and an arm that sags
         stays where it is. If it still presses on something, it goes compliant for up to 0.5 s so that the
@@ -249,7 +248,7 @@ class TickingPlant(ABC):
         return self._fast_values()
 
     def _measure(self) -> None:  # noqa: B027  a plant may
-        """Measure the ground truth of this tick; a no-op here, as values are exact and measured on request."""
+        """Measure the ground truth of this tick; a no-op here, as values are exact and read on request."""
 
     def _fast_values(self) -> dict[str, Any]:
         """Return the ground truth of robot and people around it, by vocabulary name, SI, positions in W."""

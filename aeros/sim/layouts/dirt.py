@@ -17,7 +17,12 @@ WIPING_GAP: Final = 0.0015
 
 
 class DirtMap:
-    """Which cells of a rectangle (corners in m, x and y of W) have been wiped."""
+    """Wiped and dirty cells of a rectangle.
+
+    Args:
+        low: corner with the least x and y in W, m.
+        high: corner with the greatest x and y in W, m.
+    """
 
     def __init__(self, low: tuple[float, float], high: tuple[float, float]) -> None:
         self._x, self._y = (
@@ -34,7 +39,9 @@ class DirtMap:
     def wipe(self, pose: Pose, size: Vector3) -> None:
         """Wipe the cells whose centres are under a box's bottom face, nearer than `WIPING_GAP`.
 
-        pose: of the box's middle in W; size: its edges, m.  The box lies within 45° of upright.
+        Args:
+            pose: of the box's middle in W, within 45° of upright.
+            size: length, width and height of the box, m.
         """
         width, depth, height = (edge / 2.0 for edge in size)
         mx, my, mz = to_world(pose, (0.0, 0.0, -height))

@@ -1,8 +1,8 @@
-"""A room to fetch something in: a red can on a stand, a decoy beside it, a second stand to bring it to.
+"""Layout of a room for fetching: a red can on a stand, a decoy next to it, and a second stand to deliver to.
 
-The robot drives on its carriage, with a camera on a mast and one on the hand.  Where the can is, and so
-whether it is delivered, skills learn from pictures alone; whether it is held the fingers feel.
-Frame W: origin on the floor under the arm's base at the start.  Not modelled: obstacles on the way.
+The robot drives on its carriage, with a camera on a mast and one on the hand. Skills learn from pictures
+alone where the can is, and so if it is delivered; the fingers feel if it is held.
+Frame W: origin on the floor under the arm's base at the start. Not modelled: obstacles on the way.
 """
 
 from __future__ import annotations
@@ -81,7 +81,15 @@ CAMERAS: Final[tuple[str, ...]] = ("mast", "hand")
 
 
 class RoomLayout(NamedTuple):
-    """Where things are at the start, in W: middles; `stands` of their tops' rectangles at floor level."""
+    """Initial positions in W, m.
+
+    Attributes:
+        station: of the arm's base for picking.
+        can: its middle.
+        decoy: its middle.
+        delivery: where the can's middle is to stand.
+        stands: middles of the stand to pick from and of the stand to deliver to.
+    """
 
     station: Vector3
     can: Vector3
@@ -91,7 +99,14 @@ class RoomLayout(NamedTuple):
 
 
 def sample_room_layout(chance: RandomSource) -> RoomLayout:
-    """Channels of chance: station, can, delivery.  Can and decoy begin 1 mm above their stand."""
+    """Draw the initial layout of the room; can and decoy begin 1 mm above their stand.
+
+    Args:
+        chance: random source; channels `station`, `can` and `delivery`.
+
+    Returns:
+        The layout, in W.
+    """
     dx, dy = (STATION_SPREAD * float(part) for part in chance.generator("station").uniform(-1.0, 1.0, 2))
     station = (STATION[0] + dx, STATION[1] + dy, BASE_HEIGHT)
     x, y = station[0] + STATION_TO_STAND, station[1]
@@ -110,7 +125,20 @@ def sample_room_layout(chance: RandomSource) -> RoomLayout:
 
 
 def camera_at(name: str, base: Vector3, tool: Vector3, yaw: float) -> Camera:
-    """The camera `name` of a robot whose arm's base and tool are there, the tool at `yaw`."""
+    """Return a camera of a robot in a given pose.
+
+    Args:
+        name: `mast` or `hand`.
+        base: position of the arm's base in W, m.
+        tool: position of the tool in W, m.
+        yaw: heading of the tool in W, rad.
+
+    Returns:
+        The camera, in W.
+
+    Raises:
+        KeyError: there is no such camera.
+    """
     if name == "mast":
         return Camera(add(base, MAST_CAMERA_OFFSET), add(base, MAST_TARGET))
     if name == "hand":
@@ -122,14 +150,23 @@ def camera_at(name: str, base: Vector3, tool: Vector3, yaw: float) -> Camera:
 
 
 class LastDetection(NamedTuple):
-    """Where the last picture showed the can, and when, s."""
+    """Position of the can in the last picture, in W, m, and the time of the picture, s."""
 
     place: Vector3
     time: float
 
 
 def station_for(station: Vector3, seen: LastDetection | None) -> Vector3:
-    """Where the arm's base is to be for the can: the station, unless it was seen out of reach from there."""
+    """Return where the arm's base should be to pick the can.
+
+    Args:
+        station: position of the arm's base at the nominal station, in W, m.
+        seen: the last detection of the can, if any.
+
+    Returns:
+        The station, unless the can was seen out of reach from there; then the place on the floor from which
+        it is in reach, in W, m.
+    """
     if seen is None:
         return station
     away, aside = dist(seen.place[:2], station[:2]), abs(seen.place[1] - station[1])
@@ -143,14 +180,21 @@ def station_for(station: Vector3, seen: LastDetection | None) -> Vector3:
 def room_measurements(
     layout: RoomLayout, base: Vector3, held: bool, seen: LastDetection | None, time: float
 ) -> dict[str, Any]:
-    """Station and place to deliver to, and the task's predicates but for `object_delivered`.
+    """Return station, delivery place and the task's predicates, without `object_delivered`.
 
-    object_detected holds for `MAX_DETECTION_AGE` seconds after a picture in which the can was found, and
-    while
-    it is felt in the hand: an interrupted delivery need not look for what it carries.
-    delivery_position is where the can's middle belongs.
-    held: whether the can is, as felt.
-    seen: in the last picture, None where the can was not in it, or has been held since.
+    `object_detected` holds for `MAX_DETECTION_AGE` seconds after a picture that shows the can, and while it
+    is felt in the hand: an interrupted delivery need not look for what it carries. `delivery_position` is
+    where the can's middle belongs.
+
+    Args:
+        layout: initial positions.
+        base: position of the arm's base in W, m.
+        held: True if the can is felt in the hand.
+        seen: the can in the last picture; None if it was not in it, or has been held since.
+        time: now, s.
+
+    Returns:
+        Values by vocabulary name, SI, positions in W.
     """
     fresh = seen if seen is not None and time - seen.time <= MAX_DETECTION_AGE else None
     station = station_for(layout.station, fresh)
@@ -164,10 +208,18 @@ def room_measurements(
 
 
 def camera_measurements(camera: str, found: DetectedObject | None, delivery: Vector3) -> dict[str, Any]:
-    """What a picture by `camera` says of the can, by vocabulary name.
+    """Return what a picture shows of the can.
 
-    The mast alone sees whether there is room for a hand around it, and whether it is where it belongs,
-    upright or lying.
+    Only the mast camera sees if there is room for a hand around it, and if it is where it belongs, upright
+    or lying.
+
+    Args:
+        camera: `mast` or `hand`.
+        found: the can; None if it is not in the picture.
+        delivery: where the can's middle belongs, in W, m.
+
+    Returns:
+        Values by vocabulary name, SI, positions in W; None for what is no longer known.
     """
     if found is None:
         return {"object_delivered": False} if camera == "mast" else {}

@@ -1,8 +1,8 @@
-"""What lies on a dumpling bench, by pictures: both plates of the wrapper by colour, the filling, the fold.
+"""Detect wrapper and filling on a dumpling bench in pictures: plates by colour, fold by their planes.
 
-Nothing is asked of the simulator.  From above, a plate is the plane through its points and the rectangle
-around them.  From the side, what shows between the plates is in the dumpling.
-Units: m, rad.  Frame: W.
+The simulator's state is not used. From above, a plate is the plane through its points and the rectangle
+around them. From the side, what shows between the plates is in the dumpling.
+Units: m, rad. Frame: W.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ Points = NDArray[np.float64]
 
 
 class BenchDetection(NamedTuple):
-    """What a picture from above shows: the wrapper, and the filling's middle; None for what it does not."""
+    """Objects in a picture from above: the wrapper and the filling's middle; None for what is not visible."""
 
     wrapper: WrapperDetection | None
     filling: Vector3 | None
 
 
 class _Plate(NamedTuple):
-    """A plate by its points: the rectangle around them, its middle's height, its normal, what it covers."""
+    """A plate: its points, the rectangle around them, the height of its middle, and its normal."""
 
     points: Points
     rectangle: Rectangle
@@ -80,7 +80,7 @@ class _Plate(NamedTuple):
 
     @property
     def heading(self) -> float:
-        """Along the plate's short side, which is across its hinge; as good as that plus π."""
+        """Heading of the plate's short side, which is across its hinge, rad; ambiguous by π."""
         across = self.rectangle.length > self.rectangle.width
         return self.rectangle.heading + (pi / 2.0 if across else 0.0)
 
@@ -90,14 +90,28 @@ class _Plate(NamedTuple):
 
 
 def detect_bench(image: Image, camera: Camera) -> BenchDetection:
-    """What lies in a picture from above in which the arm hides nothing."""
+    """Detect the objects in a picture from above in which the arm hides nothing.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+
+    Returns:
+        The detections, in W.
+    """
     points, dough, glazed, green = _colour_masks(image, camera)
     a, b = _plate(points[dough]), _plate(points[glazed])
     return BenchDetection(_wrapper(a, b), _filling(points[green]))
 
 
 def is_filling_visible(image: Image, camera: Camera, wrapper: WrapperDetection) -> bool:
-    """Whether a picture from the side shows filling between a closed wrapper's plates, and none beside."""
+    """Return True if a picture from the side shows filling between a closed wrapper's plates and none outside.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+        wrapper: the wrapper as seen from above.
+    """
     points, _, _, green = _colour_masks(image, camera)
     x, y, z = wrapper.hinge
     away = points[green] - np.array((x, y, z))
@@ -112,7 +126,7 @@ def is_filling_visible(image: Image, camera: Camera, wrapper: WrapperDetection) 
 def _colour_masks(
     image: Image, camera: Camera
 ) -> tuple[Points, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Points of the picture that are no arm; which are of plate A, of plate B, of the filling."""
+    """Return the points of the picture, and masks of those on plate A, on plate B and on the filling."""
     points = point_cloud(image.depth, camera).reshape(-1, 3)
     rgb = image.rgb.reshape(-1, 3).astype(np.float64)
     low = points[:, 2] < MAX_OBJECT_HEIGHT
@@ -126,7 +140,7 @@ def _colour_masks(
 
 
 def _plate(points: Points) -> _Plate | None:
-    """The plate that the points are of, its sides left out."""
+    """Fit a plate to points, without the points on its sides."""
     if len(points) < MIN_PIXELS:
         return None
     for _ in range(2):
@@ -170,13 +184,13 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperDetection | None:
 
 
 def _covers(b: _Plate, a: _Plate) -> bool:
-    """Whether plate B hides plate A, of which edges are seen, as where they are folded together."""
+    """Return True if plate B hides plate A but for its edges, as when they are folded together."""
     apart = dist((a.rectangle.x, a.rectangle.y), (b.rectangle.x, b.rectangle.y))
     return b.is_mostly_visible and b.height - a.height > HINGE_TO_PLATE / 2.0 and apart < PLATE_HALF[1]
 
 
 def _wrapper_from_one_plate(plate: _Plate, above: float, *, closed: bool) -> WrapperDetection:
-    """By the only plate that is seen: the upper one of a closed wrapper, or the lower one of an open."""
+    """Estimate the wrapper from the only visible plate: the upper one if closed, the lower one if open."""
     if plate.is_on_edge:
         return _wrapper_on_edge(plate, plate)
     heading = plate.heading
@@ -190,7 +204,7 @@ def _wrapper_from_one_plate(plate: _Plate, above: float, *, closed: bool) -> Wra
 
 
 def _wrapper_on_edge(a: _Plate, b: _Plate) -> WrapperDetection:
-    """A wrapper on its edge: its middle, half as high as its top; how it is folded is not seen."""
+    """Estimate a wrapper on its edge: its middle is half as high as its top; its fold is not visible."""
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
     heading = atan2(away[1], away[0]) if dist(away, (0.0, 0.0)) > PLATE_HALF[0] / 2.0 else a.heading
     top = max(float(one.points[:, 2].max()) for one in (a, b))
@@ -199,7 +213,7 @@ def _wrapper_on_edge(a: _Plate, b: _Plate) -> WrapperDetection:
 
 
 def _filling(points: Points) -> Vector3 | None:
-    """The filling's middle, by its top face."""
+    """Estimate the filling's middle from its top face."""
     if len(points) < MIN_PIXELS:
         return None
     around, top = top_face(points)

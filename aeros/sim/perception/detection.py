@@ -1,7 +1,7 @@
-"""Finding an object in a picture by its colour and depth, and room around it, without asking the simulator.
+"""Detect a coloured object in a picture by colour and depth, and free room around it.
 
-A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x and y are the pixel's place on
-the image plane at distance 1.  Units: m.  Frame: W.
+The simulator's state is not used. A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x
+and y are the pixel's coordinates on the image plane at distance 1. Units: m. Frame: W.
 """
 
 from __future__ import annotations
@@ -57,11 +57,19 @@ _GRIP_HEADINGS: Final = (0.0, pi / 2.0)
 
 
 def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float]) -> DetectedObject | None:
-    """The one red cylinder of known `size` (radius and height, m) in `image`; None when not seen.
+    """Detect the one red cylinder of known size in a picture.
 
-    What is highest of it tells how it is: a disc, and it stands; a strip as long as it, and it lies.
-    That also gives the middle: the visible side is the camera's side, so the middle of all points would be
-    biased towards the camera.  Assumes that its upper side is in sight.
+    Its highest points show its pose: a disc if it stands, a strip as long as the cylinder if it lies. They
+    also give the middle: the visible side is the camera's side, so the middle of all points would be biased
+    towards the camera. Assumes that its upper side is visible.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+        size: radius and height of the cylinder, m.
+
+    Returns:
+        The cylinder in W, with the grip heading and the push that a hand needs; None if it is not visible.
     """
     radius, height = size
     rgb = image.rgb.astype(np.float64)
@@ -94,7 +102,7 @@ def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float])
 
 
 def _principal_direction(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The direction, of length 1, in which `points` (n, 2) spread most."""
+    """Return the unit direction in which `points` (n, 2) spread most."""
     away = points - points.mean(axis=0)
     _, vectors = np.linalg.eigh(away.T @ away)
     longest: NDArray[np.float64] = vectors[:, -1]
@@ -102,7 +110,7 @@ def _principal_direction(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Least and greatest of `points` (n, 2) along and across a direction: (2, 2)."""
+    """Return least and greatest coordinates of `points` (n, 2) along and across a direction: (2, 2)."""
     turned = points @ np.array((along, (-along[1], along[0]))).T
     return np.array((turned.min(axis=0), turned.max(axis=0)))
 
@@ -110,7 +118,7 @@ def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[
 def _has_room(
     points: NDArray[np.float64], place: Vector3, yaw: float, half: tuple[float, float] = HAND_HALF_EXTENT
 ) -> bool:
-    """Whether none of `points` (n, 3) is where a hand at `yaw` over `place` would be."""
+    """Return True if none of `points` (n, 3) is where a hand at `yaw` over `place` would be."""
     ahead = (cos(yaw), sin(yaw))
     away = points[:, :2] - np.array(place[:2])
     inside = (np.abs(away @ np.array(ahead)) < half[0]) & (
@@ -120,9 +128,9 @@ def _has_room(
 
 
 def _shortest_push(points: NDArray[np.float64], place: Vector3, axis: float) -> Push | None:
-    """The shortest push along `axis` to where a hand has room, from where a hand across it has room.
+    """Return the shortest push along `axis` to where a hand has room; a hand at its start has room too.
 
-    The fingers push as near to the axis as that leaves it.
+    The fingers push as near to the axis as possible.
     """
     x, y, z = place
     for away in np.arange(_SEARCH_STEP, _SEARCH_RADIUS, _SEARCH_STEP).tolist():
@@ -138,7 +146,14 @@ def _shortest_push(points: NDArray[np.float64], place: Vector3, axis: float) -> 
 
 
 def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which pixels of a picture (height, width, 3) are as yellow as a sponge."""
+    """Find the pixels that are as yellow as a sponge.
+
+    Args:
+        rgb: picture (height, width, 3), 0 to 255.
+
+    Returns:
+        Mask (height, width).
+    """
     red, green, blue = (rgb[:, :, channel] for channel in range(3))
     yellow: NDArray[np.bool_] = (
         (red > MIN_BRIGHTNESS) & (green > YELLOW_RATIOS[0] * red) & (blue < YELLOW_RATIOS[1] * red)
@@ -147,7 +162,15 @@ def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def point_cloud(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
-    """The point in W of every pixel, (height, width, 3)."""
+    """Compute the point of every pixel.
+
+    Args:
+        depth: along the optical axis (height, width), m.
+        camera: that took the picture.
+
+    Returns:
+        Points (height, width, 3) in W, m.
+    """
     eye = np.array(camera.eye)
     forward = np.array(camera.target) - eye
     forward /= np.linalg.norm(forward)

@@ -1,7 +1,7 @@
-"""Inspecting a table by a picture: dirt by its colour, what stands on it by depth, the sponge by both.
+"""Inspect a table in a picture: dirt by colour, standing objects by depth, the sponge by both.
 
-Nothing is asked of the simulator or of how the table was wiped: this is the second opinion.
-Units: m.  Frame: W; the table's top is z = 0.
+Neither the simulator's state nor the wiping is used: this is a second opinion.
+Units: m. Frame: W; the table's top is z = 0.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ Mask = NDArray[np.bool_]
 
 
 class Inspection(NamedTuple):
-    """What a picture of the table shows.
+    """Result of inspecting a picture of the table.
 
-    sponge: where its middle is; None where none is seen lying flat.
-    clean: share of the area's cells that are seen to be clean; what is hidden is not.
-    others: pixels of whatever else stands on the table, outside the bin.
+    Attributes:
+        sponge: its middle in W, m; None if none is visible lying flat.
+        clean_share: share of the area's cells that are visibly clean, in [0, 1]; hidden cells do not count
+            as clean.
+        other_pixels: pixels of any other object on the table, outside the bin.
     """
 
     sponge: Vector3 | None
@@ -49,7 +51,15 @@ class Inspection(NamedTuple):
 
 
 def inspect_table(image: Image, camera: Camera) -> Inspection:
-    """Inspect a picture in which the arm hides nothing."""
+    """Inspect a picture in which the arm hides nothing.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+
+    Returns:
+        The result.
+    """
     points = point_cloud(image.depth, camera)
     x, y, z = (points[:, :, axis] for axis in range(3))
     rgb = image.rgb.astype(np.float64)
@@ -63,7 +73,7 @@ def inspect_table(image: Image, camera: Camera) -> Inspection:
 
 
 def _sponge(foam: NDArray[np.float64]) -> Vector3 | None:
-    """The middle of a sponge that lies flat, by the points of its foam's top."""
+    """Return the middle of a sponge that lies flat, from the points on its foam's top."""
     if len(foam) < MIN_PIXELS:
         return None
     face = foam[foam[:, 2] > foam[:, 2].max() - TOP_FACE_DEPTH]
@@ -72,7 +82,7 @@ def _sponge(foam: NDArray[np.float64]) -> Vector3 | None:
 
 
 def _clean(x: NDArray[np.float64], y: NDArray[np.float64], red: NDArray[np.float64], top: Mask) -> float:
-    """Share of the area's cells most of whose pixels are as bright as the table around it."""
+    """Return the share of the area's cells with most pixels as bright as the table around the area."""
     low, high = WIPING_AREA
     inside = top & _in_rectangle(x, y, low, high)
     outside = top & ~inside

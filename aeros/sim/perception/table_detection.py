@@ -1,8 +1,8 @@
-"""What lies on a table, by a picture from above: sponge and clutter by colour and depth.
+"""Detect sponge and clutter on a table in a picture from above, by colour and depth.
 
-Nothing is asked of the simulator.  What lies, lies on its largest face that is in the picture: the
-rectangle of least area around a top face gives middle and heading (as its sides are straight).
-Units: m.  Frame: W; the table's top is z = 0.
+The simulator's state is not used. An object lies on its largest face: the rectangle of least area around
+its top face gives middle and heading, as its sides are straight.
+Units: m. Frame: W; the table's top is z = 0.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ Mask = NDArray[np.bool_]
 
 
 class TableDetection(NamedTuple):
-    """What a picture from above shows; None and nothing where it does not.
+    """Objects in a picture from above; None, or no pieces, for what is not visible.
 
-    A sight's `grip` is the heading of a hand whose fingers close on two of its sides, rad: the sponge's
-    along its length in [-π/2, π/2), a piece's in [-π/4, π/4).
+    `grip_yaw` of each is the heading of a hand whose fingers close on two of its sides, rad: for the sponge
+    along its length in [-π/2, π/2), for a piece in [-π/4, π/4).
     """
 
     sponge: DetectedObject | None
@@ -40,7 +40,15 @@ class TableDetection(NamedTuple):
 
 
 def detect_table(image: Image, camera: Camera) -> TableDetection:
-    """What lies in a picture in which the arm hides nothing."""
+    """Detect the objects in a picture in which the arm hides nothing.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+
+    Returns:
+        The detections, in W.
+    """
     points = point_cloud(image.depth, camera)
     low = (points[:, :, 2] > OBJECT_TOP_HEIGHTS[0]) & (points[:, :, 2] < OBJECT_TOP_HEIGHTS[1])
     rgb = image.rgb.astype(np.float64)
@@ -53,7 +61,7 @@ def detect_table(image: Image, camera: Camera) -> TableDetection:
 
 
 def _detect_lying(points: NDArray[np.float64], period: float) -> DetectedObject | None:
-    """Where the middle is, half as high as its top, of what looks alike when turned by `period`."""
+    """Locate an object that looks the same when rotated by `period`; its middle is half as high as its top."""
     if len(points) < MIN_PIXELS:
         return None
     face, top = top_face(points)

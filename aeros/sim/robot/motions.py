@@ -225,7 +225,7 @@ def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
 
 
 def plan_move_joints(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """Plan `move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool nowhere faster than `speed`.
+    """Plan `move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool never faster than `speed`.
 
     Args:
         robot: the robot.
@@ -365,9 +365,7 @@ def _at_height(p: Vector, height: float) -> Vector:
 
 
 def _servo_plan(distance: float, duration: float) -> ServoBounds:
-    """Return the bounds that `_servo_tick` keeps the joints to, and those of the set point along and in
-    height.
-    """
+    """Return the bounds that `_servo_tick` keeps: of the joints, and of the set point along and in height."""
     rise = _CONTACT_SPEED_STEP / TICK
     return ServoBounds(
         joint_tolerance=(_MAX_PATH_DEVIATION,) * 7,

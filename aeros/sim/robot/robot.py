@@ -184,7 +184,7 @@ class Robot(ABC):
             self.hold_base()
 
     def followed_set_points(self) -> tuple[Vector, Vector]:
-        """Return the arm's set points, but for joints that do not follow them the ones that they would follow.
+        """Return the arm's set points; for joints that do not follow them, those that they would follow.
 
         A joint that follows is a tick ahead: its motor gets a position and the speed there at once.
 
@@ -200,8 +200,7 @@ class Robot(ABC):
         return np.where(is_off, q, self.q_command), np.where(is_off, qd, self.qd_command)
 
     def followed_base_set_points(self) -> tuple[Vector, Vector]:
-        """Return the carriage's set points, but for an axis that does not follow them the ones it would
-        follow.
+        """Return the carriage's set points; for an axis that does not follow them, those that it would follow.
 
         Returns:
             Position (2,) relative to the carriage's start, m, and velocity (2,), m/s.
@@ -297,8 +296,7 @@ class Robot(ABC):
 
 
 def _braking(time: float) -> Iterator[tuple[float, float]]:
-    """Yield, after each tick of braking for `time` s, the share of the speed left and the way divided by
-    speed, s.
+    """Yield, after each tick of braking for `time` s, the share of the speed left and the way over speed, s.
 
     Brakes come on and off over a tick: motors that must brake at once overshoot by 15 % at first.
     """

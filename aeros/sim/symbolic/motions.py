@@ -1,6 +1,6 @@
-"""What each action kind costs and changes on the symbolic plant.
+"""Duration and effects of each action kind on the symbolic plant.
 
-Positions in W, SI.  A move takes as long as a minimum-jerk profile that peaks at its speed.
+Positions in W, SI. A move takes as long as a minimum-jerk profile that peaks at its speed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,13 @@ class ActionRejectedError(Exception):
 
 
 class SymbolicMotion(NamedTuple):
-    """What an action does: how long it takes, s, and the values it sets under way and at its end."""
+    """Effect of an action.
+
+    Attributes:
+        duration: s.
+        values_during: values by vocabulary name while it is under way, SI.
+        values_after: values by vocabulary name once it has ended, SI.
+    """
 
     duration: float
     values_during: Mapping[str, Any]
@@ -41,16 +47,34 @@ class SymbolicMotion(NamedTuple):
 
 
 def plan_motion(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
-    """The motion of `action` where `values` are measured; raises `ActionRejectedError`.
+    """Compute duration and effects of an action.
 
-    A kind this plant knows nothing of takes one tick and changes nothing.
+    A kind that this plant does not know takes one tick and changes nothing.
+
+    Args:
+        action: its kind and parameters, SI.
+        values: measured values by vocabulary name, SI.
+
+    Returns:
+        The motion.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, mistyped or out of range.
     """
     planner = _PLANNERS.get(action.kind)
     return SymbolicMotion(TICK, {}, {}) if planner is None else planner(action.parameters, values)
 
 
 def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
-    """Raise `ActionRejectedError` unless these are the declared parameters of `kind`, each of its type."""
+    """Check that parameters are those that an action kind declares, each of its type.
+
+    Args:
+        kind: the declared action kind.
+        parameters: values by name.
+
+    Raises:
+        ActionRejectedError: one is missing, unknown or mistyped.
+    """
     for name in kind.parameters:
         if name not in parameters:
             raise ActionRejectedError(f"missing parameter: `{name}`")
@@ -78,7 +102,7 @@ def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
 
 
 def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
-    """To where the chain has the tool, as if it went straight there: joints are not modelled."""
+    """Move the tool straight to where the kinematic chain has it at the target; joints are not modelled."""
     q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
     # The chain has its numbers from where NumPy is imported.
     from aeros.sim.kinematic.tool_kinematics import tool_kinematics

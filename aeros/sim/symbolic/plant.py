@@ -1,10 +1,10 @@
 """The symbolic plant: declared outcomes with declared probabilities, in microseconds.
 
-The lowest rung of the fidelity ladder.  Motions take effect at once and cost time on the plant's
-clock; predicates change only when a skill ends, by one of the outcomes its manifest declares.  It is
-what the closed-loop analysis assumes of the world, made to run.
-Not modelled: anything a manifest does not declare; where an interrupted motion stops; what goes on while
-a skill takes the rest of its declared duration after its last action.
+It is the simulator of lowest fidelity. Motions take effect at once and cost time on the plant's clock;
+predicates change only when a skill ends, by one of the outcomes that its manifest declares. So it runs the
+model of the world that the closed-loop analysis assumes.
+Not modelled: anything that a manifest does not declare; where an interrupted motion stops; events while a
+skill takes the rest of its declared duration after its last action.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _NO_BODY: Final = NoMotion("this plant has no body")
 
 
 class _PlannedAction(NamedTuple):
-    """What was said of an action, what it does, and the values that were measured then."""
+    """An action, its plan and effects, and the values that these were computed from."""
 
     action: Action
     plan: PlannedMotion
@@ -52,7 +52,7 @@ class _PlannedAction(NamedTuple):
 
 @dataclass(slots=True)
 class _RunningAction:
-    """An action, what it does where these values are measured, and when it ends."""
+    """An action under way, its effects with the values that they were computed from, and its end, s."""
 
     action: Action
     motion: SymbolicMotion
@@ -66,12 +66,18 @@ def _end_time(under_way: tuple[MotionHandle, _RunningAction]) -> float:
 
 
 class SymbolicPlant:
-    """Implements `aeros.runtime.ports.Plant` from declarations alone; readings are always fresh.
+    """Implementation of `aeros.runtime.ports.Plant` from declarations alone; readings are always fresh.
 
-    modules: whose skills may run, by name.
-    seed: the same seed and the same steps give the same run.
-    initial: values that differ from the harmless default, by vocabulary name, SI.
-    bursts: skills whose outcomes are not independent of each other, by `module.skill`.
+    Args:
+        site: whose vocabulary is measured.
+        modules: modules whose skills may run, by name.
+        seed: the same seed and the same steps give the same run.
+        initial: initial values that differ from the harmless default, by vocabulary name, SI.
+        bursts: distributions of the skills whose outcomes come in bursts, by `module.skill`.
+
+    Raises:
+        MisuseError: `initial` or an effect names an unknown state variable, or outcomes are not a
+            distribution.
     """
 
     def __init__(
@@ -96,7 +102,14 @@ class SymbolicPlant:
         self._begin(seed)
 
     def reset(self, seed: int) -> SymbolicPlant:
-        """A plant as this one was before anything happened, with another seed: for many trials alike."""
+        """Make a plant in the initial state of this one, with another seed; cheap, for many trials.
+
+        Args:
+            seed: of the new plant.
+
+        Returns:
+            The new plant; this one is unchanged.
+        """
         plant = copy(self)
         plant._begin(seed)
         return plant
@@ -116,17 +129,17 @@ class SymbolicPlant:
         self._begun = 0
 
     def now(self) -> float:
-        """Seconds that motions, waits and declared durations have cost so far."""
+        """Implement `Plant.now`: seconds that motions, waits and declared durations have cost so far."""
         return self._time
 
     def observe(self) -> Readings:
-        """Every state variable of the vocabulary, measured now."""
+        """Implement `Plant.observe`: every state variable of the vocabulary, measured now."""
         if self._observed is None:
             self._observed = Snapshot(self._names, tuple(self._values.values()), self._time)
         return self._observed
 
     def plan(self, action: Action) -> PlannedMotion:
-        """Nothing moves: there is no body that could move through anything."""
+        """Implement `Plant.plan`: there is no body, so no plan moves anything."""
         try:
             motion = self._motion_of(action)
         except ActionRejectedError as reason:
@@ -135,7 +148,7 @@ class SymbolicPlant:
         return self._planned.plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Let `action` be under way from now on."""
+        """Implement `Plant.begin`."""
         planned, self._planned = self._planned, None
         if (
             planned is not None
@@ -188,21 +201,25 @@ class SymbolicPlant:
         return {first: _COMPLETED}
 
     def halt(self, motion: MotionHandle) -> None:
-        """It takes no time to come to rest."""
+        """Implement `Plant.halt`: coming to rest takes no time."""
         self._under_way[motion].is_halted = True
 
     def stop(self) -> None:
-        """Whatever was under way is over."""
+        """Implement `Plant.stop`: drop every motion."""
         self._under_way.clear()
 
     def skill_began(self, skill: str) -> None:
-        """Remember when; raises MisuseError for a skill of no module."""
+        """Implement `Plant.skill_began`: note the time.
+
+        Raises:
+            MisuseError: no module has the skill.
+        """
         if skill not in self._shares:
             raise MisuseError(f"no module has the skill `{skill}`")
         self._began[skill] = self._time
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """If it ran to its own end, draw one of its outcomes and let its effects be measured.
+        """Implement `Plant.skill_ended`: if the skill finished, draw an outcome and apply its effects.
 
         A skill that was halted has none of its declared outcomes: nothing changes.
         """
@@ -218,16 +235,20 @@ class SymbolicPlant:
         self._observed = None
 
     def drawn_outcomes(self) -> tuple[DrawnOutcome, ...]:
-        """All that has been left to chance so far, in order: with the same, all would have been the same."""
+        """Return all outcomes drawn so far; they are the only random events of the run.
+
+        Returns:
+            The outcomes, in order.
+        """
         return tuple(self._drawn)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Implement `Plant.close`: nothing to release."""
 
     # Inside.
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
-        """What `action` would do; raises `ActionRejectedError`."""
+        """Compute the effects of `action`; raises `ActionRejectedError`."""
         kind = self._site.kinds.get(action.kind)
         if kind is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
@@ -247,7 +268,7 @@ class SymbolicPlant:
         return dict.fromkeys(motions, MotionCompletion(False, why))
 
     def _vocabulary_values(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Those that the site's vocabulary has."""
+        """Return those values whose names are in the site's vocabulary."""
         if values.keys() <= self._values.keys():
             return values
         return {name: value for name, value in values.items() if name in self._values}

@@ -1,4 +1,4 @@
-"""What the symbolic plant measures before anything has happened: harmless, and inside every range."""
+"""Initial values on the symbolic plant: harmless, and inside every declared range."""
 
 from __future__ import annotations
 
@@ -29,9 +29,17 @@ _DEFAULT_POSITION: Final = (0.45, 0.0, 0.15)
 
 
 def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
-    """A value for every state variable: `given`, or its usual one moved into its range.
+    """Compute an initial value for every state variable.
 
-    Raises MisuseError for a name that is not in the vocabulary.
+    Args:
+        site: whose vocabulary is measured.
+        given: values that differ from the default, by vocabulary name, SI.
+
+    Returns:
+        `given`, and for the other variables the default, moved into its range.
+
+    Raises:
+        MisuseError: a name is not in the vocabulary.
     """
     unknown = given.keys() - site.state.keys()
     if unknown:
@@ -43,7 +51,15 @@ def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_reading(value: Any, declared: Declared) -> Any:
-    """An exact value, as elaborated, as a sensor would give it: reals as float inside their range."""
+    """Convert an exact value to what a sensor reads: reals become floats inside their range.
+
+    Args:
+        value: exact value as elaborated: a fraction, a word, a boolean, or a tuple of them.
+        declared: the state variable.
+
+    Returns:
+        The value as the gate accepts it.
+    """
     if isinstance(value, tuple):
         return tuple(as_reading(part, declared) for part in value)
     if isinstance(value, Fraction):
