@@ -1,4 +1,4 @@
-"""What is the matter with the robot's parts in one tick, put together so that order does not matter."""
+"""Degradation of the robot's parts within one tick; several faults combine independently of their order."""
 
 from __future__ import annotations
 
@@ -18,11 +18,14 @@ from aeros.sim.sensors import SensorModel
 
 @dataclass(frozen=True, slots=True)
 class Degradation:
-    """How badly the robot's parts work; by default as they are built.
+    """Degraded limits of the robot's parts; by default none.
 
-    friction: of the finger pads, at most; force: of the grip, N, at most.
-    strength: share of the arm's torque; lag: ticks by which the arm follows late.
-    sensors: how badly quantities are measured, by name.
+    Attributes:
+        friction: greatest Coulomb coefficient of the finger pads.
+        force: greatest grip force, N.
+        torque_share: share of the arm's torque, in [0, 1].
+        lag_ticks: ticks by which the arm follows its commands late.
+        sensors: sensor models of degraded quantities, by vocabulary name.
     """
 
     friction: float = inf
@@ -32,7 +35,14 @@ class Degradation:
     sensors: Mapping[str, SensorModel] = field(default_factory=dict)
 
     def combine_worst(self, other: Degradation) -> Degradation:
-        """Of each part what is the worse of the two."""
+        """Combine with another degradation.
+
+        Args:
+            other: in the same tick.
+
+        Returns:
+            The worse of the two for each part.
+        """
         return Degradation(
             min(self.friction, other.friction),
             min(self.force, other.force),
@@ -47,10 +57,13 @@ NO_DEGRADATION: Final = Degradation()
 
 
 class DegradationApplier:
-    """Brings a hindrance to the robot's motors, pads and sensors, and takes it back.
+    """Applies a degradation to the robot's motors, finger pads and sensors, and undoes it.
 
-    The arm follows a queue of what was commanded.  After a delay it catches up at twice the pace, so that
-    set points do not leap.
+    The arm follows a queue of commands. After a delay it catches up at twice the pace, so that set points
+    do not jump.
+
+    Args:
+        stage: the parts of the plant.
     """
 
     def __init__(self, stage: PlantParts) -> None:
@@ -61,7 +74,11 @@ class DegradationApplier:
         self._late: deque[tuple[Vector, Vector]] = deque()
 
     def apply(self, now: Degradation) -> None:
-        """Set motors, pads and sensors for the tick to come."""
+        """Set motors, pads and sensors for the coming tick.
+
+        Args:
+            now: the degradation in that tick.
+        """
         robot, before = self._robot, self._before
         if now.friction != before.friction:
             robot.set_finger_friction(min(now.friction, robot.finger_friction))
@@ -78,7 +95,7 @@ class DegradationApplier:
         self._before = now
 
     def _delayed_set_points(self, lag: int) -> tuple[Vector, Vector]:
-        """The set points that the arm follows in this tick, `lag` ticks late or on the way there."""
+        """Return the set points that the arm follows in this tick, `lag` ticks late or catching up."""
         commanded = (self._robot.q_command, self._robot.qd_command)
         if lag and not self._late:
             # What it was told before now is done; it waits there for what comes late.
@@ -100,7 +117,7 @@ def _worst_models(
 
 
 def _worst_model(one: SensorModel, other: SensorModel) -> SensorModel:
-    """As noisy, as coarse, as late and as often interrupted as the worse of the two."""
+    """Return the larger noise, resolution, latency and dropout of the two."""
     return SensorModel(
         max(one.noise, other.noise),
         max(one.resolution, other.resolution),

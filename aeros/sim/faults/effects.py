@@ -1,6 +1,6 @@
-"""What each kind of fault does: tick by tick, or to what is made of a picture.
+"""Effects of each kind of fault: physical effects tick by tick, and filters of camera detections.
 
-A fault that acts is an iterator, like a motion: each tick it pushes a body or says what it does to the
+A physical effect is an iterator, like a motion: each tick it pushes a body or yields a degradation of the
 robot's parts.
 """
 
@@ -35,7 +35,17 @@ from aeros.spec.declared.faults import (
 def physical_effect(
     kind: PhysicalFault, source: Generator, name: str, stage: PlantParts
 ) -> Iterator[Degradation]:
-    """The fault, one item a tick.  `name`: of the fault, this time."""
+    """Make the effect of a physical fault.
+
+    Args:
+        kind: the fault.
+        source: random numbers of this occurrence.
+        name: of this occurrence; a person who enters gets it.
+        stage: the parts of the plant.
+
+    Returns:
+        The degradation in each tick of the fault.
+    """
     match kind:
         case ImpulseFault():
             return _bump(kind, source, stage)
@@ -65,7 +75,15 @@ def _bump(bump: ImpulseFault, source: Generator, stage: PlantParts) -> Iterator[
 
 
 def detection_effect(kind: DetectionFault, source: Generator) -> DetectionFilter:
-    """What comes of everything in one picture: nothing is shown, or all of it seems elsewhere alike."""
+    """Make the effect of a fault on all detections in one picture.
+
+    Args:
+        kind: the fault.
+        source: random numbers of this occurrence.
+
+    Returns:
+        A filter that drops every detection, or moves all by the same displacement.
+    """
     match kind:
         case DisplacedDetectionFault(by, direction):
             x, y, z = _random_horizontal(source) if direction is None else direction
@@ -77,6 +95,6 @@ def detection_effect(kind: DetectionFault, source: Generator) -> DetectionFilter
 
 
 def _random_horizontal(source: Generator) -> Vector3:
-    """A level direction, any."""
+    """Draw a horizontal unit vector."""
     angle = float(source.uniform(-pi, pi))
     return (cos(angle), sin(angle), 0.0)

@@ -1,4 +1,4 @@
-"""A faults file → faults; every problem in it is reported with its place, and none is passed over."""
+"""Read a faults file: check it, report every problem with its place, and resolve names and units."""
 
 from __future__ import annotations
 
@@ -57,10 +57,13 @@ _OPPORTUNITY_KEYS: Final = ("skill", "look", "every")
 
 @dataclass(frozen=True, slots=True)
 class FaultContext:
-    """What a faults file may name.
+    """Names that a faults file may use.
 
-    quantities: what the site says is measured; skills: as `MODULE.SKILL`.
-    things, cameras: of the scene.
+    Attributes:
+        quantities: state variables of the site that are measured, by name.
+        skills: as `MODULE.SKILL`.
+        things: objects of the scene that can be pushed.
+        cameras: of the scene.
     """
 
     quantities: Mapping[str, Declared]
@@ -70,18 +73,44 @@ class FaultContext:
 
 
 def shipped_faults() -> dict[str, Path]:
-    """Return the faults files that come with AEROS, by name."""
+    """List the faults files that come with AEROS.
+
+    Returns:
+        Their paths by name.
+    """
     return shipped_files("faults")
 
 
 def read_faults(name_or_path: str, context: FaultContext) -> tuple[Fault, ...]:
-    """Those of a file, or of a shipped one by its name; raises `UserError` with every problem there is."""
+    """Read a faults file.
+
+    Args:
+        name_or_path: a path, or the name of a shipped file.
+        context: names that the file may use.
+
+    Returns:
+        The faults, in the order of the file.
+
+    Raises:
+        UserError: there is no such file, or it has problems; it lists all of them.
+    """
     path = find_file(name_or_path, shipped_faults(), "faults file", "no faults of that name come")
     return parse_faults(read_source(path), context)
 
 
 def parse_faults(source: Source, around: FaultContext) -> tuple[Fault, ...]:
-    """The faults that `source` declares; raises `UserError` with every problem there is."""
+    """Parse the text of a faults file.
+
+    Args:
+        source: the text and its path.
+        around: names that it may use.
+
+    Returns:
+        The faults, in the order of the file.
+
+    Raises:
+        UserError: the text has problems; it lists all of them.
+    """
     sink = Diagnostics()
     node = read_yaml(source, sink)
     file = None if node is None else decode(node, declared.Faults, sink)
@@ -118,7 +147,7 @@ def _fault(name: str, one: declared.Fault, around: FaultContext, sink: Diagnosti
 def _exactly_one(
     one: Any, names: tuple[str, ...], span: SourceSpan, what: str, sink: Diagnostics
 ) -> str | None:
-    """Which of the fields is there; reports where none is or several are."""
+    """Return the name of the only field that is set; report if none is or several are."""
     there = [name for name in names if getattr(one, name) is not None]
     if len(there) == 1:
         return there[0]
@@ -258,7 +287,7 @@ def _direction(numbers: tuple[NumberField, ...], sink: Diagnostics) -> Vec3 | No
 
 
 def _ticks(text: TextField, sink: Diagnostics, *, least: int = 1) -> int | None:
-    """A time in whole ticks, rounded; at least `least`."""
+    """Convert a time to whole ticks, rounded; report if there are fewer than `least`."""
     time = _quantity(text, TIME, LONGEST, sink)
     if time is None:
         return None

@@ -1,7 +1,8 @@
-"""Makes things go wrong on a physics plant, as declared, and says so.
+"""Inject declared faults into a physics plant and report each as an event.
 
-Each fault counts its own opportunities.  One that is taken begins at once, or after its delay; then it
-acts tick by tick, beside all others.  Nothing is ever placed anywhere, and no predicate is touched.
+Each fault counts its own opportunities. When one is taken, the fault begins at once or after its delay;
+then it acts tick by tick, independently of all others. A fault never moves an object to a place and never
+changes a predicate.
 """
 
 from __future__ import annotations
@@ -25,11 +26,15 @@ from aeros.spec.diagnostics.errors import MisuseError
 
 
 class FaultEvent(NamedTuple):
-    """Something a fault did, at a time on the plant's clock.
+    """Something that a fault did, at a time on the plant's clock.
 
-    event: `fault` when it begins, `fault-over` when it has ended, `fault-passed` when its opportunity was
-        taken and over before it could begin.
-    opportunity: which of the fault's opportunities it was, from 1.
+    Attributes:
+        time: s.
+        event: `fault` when it begins; `fault-over` when it ends; `fault-passed` when the skill ended before
+            the fault could begin.
+        fault: its name.
+        text: for people.
+        opportunity: number of the fault's opportunity, from 1.
     """
 
     time: float
@@ -41,7 +46,7 @@ class FaultEvent(NamedTuple):
 
 @dataclass(eq=False)
 class _PendingFault:
-    """A fault whose opportunity is taken; `due` is the tick it begins at, None until something is held."""
+    """A fault that waits to begin at `start_tick`; None until the robot first holds something."""
 
     fault: Fault
     opportunity_kind: SkillOpportunity
@@ -52,7 +57,7 @@ class _PendingFault:
 
 @dataclass(eq=False)
 class _ActiveFault:
-    """A fault that has begun, tick by tick."""
+    """A fault that has begun, and its effect tick by tick."""
 
     fault: Fault
     opportunity: int
@@ -60,7 +65,13 @@ class _ActiveFault:
 
 
 class FaultInjector(NoDisturbance):
-    """Faults on one plant, in one run; `on_event` hears of each as it happens."""
+    """Faults on one plant, in one run.
+
+    Args:
+        faults: the declared faults; their names differ.
+        seed: of occurrence and of random effects.
+        on_event: called with each event as it happens.
+    """
 
     def __init__(self, faults: Sequence[Fault], seed: int, on_event: Callable[[FaultEvent], None]) -> None:
         chance = RandomSource(seed)
@@ -73,18 +84,21 @@ class FaultInjector(NoDisturbance):
 
     @property
     def equivalent_rates(self) -> tuple[float, float]:
-        """Rates of all faults between which everything would be as it is; see `OpportunitySampler.equivalent_rates`."""
+        """Open interval of rates of all faults with which this run would be the same.
+
+        See `OpportunitySampler.equivalent_rates`.
+        """
         each = [draws.equivalent_rates for draws in self._draws.values()]
         return max((low for low, _ in each), default=0.0), min((high for _, high in each), default=1.0)
 
     def attach(self, stage: PlantParts) -> None:
-        """See `NoDisturbance`."""
+        """Implement `NoDisturbance.attach`."""
         self._stage = stage
         self._world = stage.world
         self._hindered = DegradationApplier(stage)
 
     def skill_began(self, skill: str) -> None:
-        """Each fault on this skill has an opportunity."""
+        """Implement `NoDisturbance.skill_began`: each fault on this skill has an opportunity."""
         self._under_way[skill] += 1
         for fault in self._faults:
             on = fault.opportunity
@@ -95,7 +109,7 @@ class FaultInjector(NoDisturbance):
                     self._waiting.append(_PendingFault(fault, on, self._last_opportunity(fault), source, due))
 
     def skill_ended(self, skill: str) -> None:
-        """What waited for a time in this invocation passes."""
+        """Implement `NoDisturbance.skill_ended`: faults that still wait in this invocation do not begin."""
         self._under_way[skill] -= 1
         passed = [one for one in self._waiting if one.opportunity_kind.skill == skill]
         self._waiting = [one for one in self._waiting if one.opportunity_kind.skill != skill]
@@ -103,7 +117,7 @@ class FaultInjector(NoDisturbance):
             self._emit("fault-passed", one.fault, one.opportunity, f"passes: `{skill}` ended before")
 
     def before_tick(self) -> None:
-        """Begin what is due, let everything act that has begun, and bring it to motors and pads."""
+        """Begin the faults that are due, and apply the combined effect of all active ones."""
         self._begin_timed()
         self._begin_pending()
         now = NO_DEGRADATION
@@ -117,7 +131,10 @@ class FaultInjector(NoDisturbance):
         self._hindered.apply(now)
 
     def detection_filter(self, camera: str) -> DetectionFilter:
-        """Each fault on this camera has an opportunity; a miss hides whatever others made of a thing."""
+        """Implement `NoDisturbance.detection_filter`: each fault on this camera has an opportunity.
+
+        A missed detection hides an object whatever the other faults made of it.
+        """
         happening = []
         for fault in self._faults:
             kind = fault.kind
@@ -139,7 +156,7 @@ class FaultInjector(NoDisturbance):
     # Inside.
 
     def _is_opportunity(self, on: Opportunity, camera: str) -> bool:
-        """Whether a picture that `camera` takes now is an opportunity."""
+        """Return True if a picture that `camera` takes now is an opportunity."""
         if not isinstance(on, CameraOpportunity) or on.camera != camera:
             return False
         return on.while_skill is None or self._under_way[on.while_skill] > 0
@@ -175,7 +192,7 @@ class FaultInjector(NoDisturbance):
         self._emit("fault", fault, opportunity, "begins")
 
     def _last_opportunity(self, fault: Fault) -> int:
-        """Which opportunity of this fault was drawn last."""
+        """Return the number of the latest opportunity of this fault."""
         return self._draws[fault.name].count
 
     def _emit(self, event: str, fault: Fault, opportunity: int, what: str) -> None:

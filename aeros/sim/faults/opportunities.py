@@ -1,7 +1,7 @@
-"""Which opportunities a fault takes: one stream of randomness for each fault, keyed by its name.
+"""Sample the opportunities at which a fault happens, with one random stream per fault, keyed by its name.
 
-What is drawn depends on the seed, the fault's name, its process and the opportunity's number alone: not on
-other faults, on their order, or on what happens meanwhile.
+The draws depend only on the seed, the fault's name, its process and the number of the opportunity: not on
+other faults, their order, or other events of the run.
 """
 
 from __future__ import annotations
@@ -16,7 +16,15 @@ from aeros.sim.randomness import RandomSource
 
 
 class OpportunitySampler:
-    """The opportunities of one fault, one after the other."""
+    """Sampler of the opportunities of one fault, one after the other.
+
+    Args:
+        fault: the fault.
+        chance: random source of the run.
+
+    Attributes:
+        count: number of opportunities so far.
+    """
 
     def __init__(self, fault: Fault, chance: RandomSource) -> None:
         self._channel = f"fault/{fault.name}"
@@ -29,16 +37,20 @@ class OpportunitySampler:
 
     @property
     def equivalent_rates(self) -> tuple[float, float]:
-        """Between which numbers draws without `max_count` would all have come out as they have.
+        """Open interval of rates with which the draws so far, without `max_count`, come out the same.
 
-        Rates where they are independent; in bursts mean lengths of these, at the same rate.
+        For faults in bursts: of mean burst lengths in opportunities, at the same rate.
         """
         if self._process.bad_state_probability:
             return self._chain.alike
         return self._highest_taken, self._lowest_left
 
     def next(self) -> Generator | None:
-        """None where the next opportunity is not taken, else what the fault itself may draw from."""
+        """Draw if the fault happens at its next opportunity.
+
+        Returns:
+            None if it does not happen; else the generator that the fault's effect may draw from.
+        """
         source = self._chance.generator(self._channel, self.count)
         state, event = (float(part) for part in source.uniform(size=2))
         self.count += 1

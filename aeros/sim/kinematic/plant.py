@@ -1,7 +1,7 @@
-"""The kinematic plant: decided profiles followed exactly, 240 ticks a second, things moved by geometry.
+"""The kinematic plant: decided profiles are followed exactly at 240 ticks a second; objects move by geometry.
 
-Implements `aeros.runtime.ports.Plant`, the middle rung of the fidelity ladder: motions are the physics
-plant's own, but no motor, friction or inertia is between a set point and where the robot is.
+It implements `aeros.runtime.ports.Plant` with medium fidelity: motions are those of the physics plant, but
+without motors, friction or inertia between a set point and the robot's position.
 """
 
 from __future__ import annotations
@@ -19,7 +19,12 @@ from aeros.sim.ticked_plant import TickingPlant
 
 
 class KinematicPlant(TickingPlant):
-    """A scene in motion.  Its clock starts at 0."""
+    """A scene simulated without physics; its clock starts at 0.
+
+    Args:
+        scene: objects, cameras and how the robot is built.
+        seed: of the layout.
+    """
 
     def __init__(self, scene: KinematicScene, seed: int) -> None:
         self._scene = scene
@@ -33,11 +38,13 @@ class KinematicPlant(TickingPlant):
             )
 
     def now(self) -> float:
-        """Simulated seconds since the scene was laid out."""
+        """Implement `Plant.now`: simulated seconds since the scene was laid out."""
         return self._ticks * TICK
 
     def observe(self) -> Readings:
-        """Robot and scene now; what cameras saw, with the time they saw it."""
+        """Implement `Plant.observe`: robot and scene now, and the latest camera detections, each with its
+        time.
+        """
         time = self.now()
         values = {
             **self._fast_values(),
@@ -47,7 +54,7 @@ class KinematicPlant(TickingPlant):
         return {**self._seen, **{name: Reading(value, time) for name, value in values.items()}}
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Implement `Plant.close`: nothing to release."""
 
     # Inside.
 
@@ -66,8 +73,18 @@ class KinematicPlant(TickingPlant):
 
 
 def make_plant(scene_name: str, seed: int) -> KinematicPlant:
-    """A plant with scene `scene_name`, laid out by `seed` as the physics plant lays it out.
+    """Make a kinematic plant with a scene that comes with AEROS.
 
-    The same scene, seed and actions repeat bit for bit.  Raises KeyError for an unknown scene.
+    The same scene, seed and actions repeat bit for bit.
+
+    Args:
+        scene_name: a key of `aeros.sim.kinematic.scenes.SCENES`.
+        seed: of the layout, which is that of the physics plant with this seed.
+
+    Returns:
+        The plant, its clock at 0.
+
+    Raises:
+        KeyError: no scene has that name.
     """
     return KinematicPlant(SCENES[scene_name](), seed)

@@ -105,7 +105,7 @@ def detect_bench(image: Image, camera: Camera) -> BenchDetection:
 
 
 def is_filling_visible(image: Image, camera: Camera, wrapper: WrapperDetection) -> bool:
-    """Return True if a picture from the side shows filling between a closed wrapper's plates and none outside.
+    """Return True if a side picture shows filling between a closed wrapper's plates and none outside.
 
     Args:
         image: the picture.

@@ -61,7 +61,7 @@ def detect_table(image: Image, camera: Camera) -> TableDetection:
 
 
 def _detect_lying(points: NDArray[np.float64], period: float) -> DetectedObject | None:
-    """Locate an object that looks the same when rotated by `period`; its middle is half as high as its top."""
+    """Locate an object that looks the same when rotated by `period`; its middle is at half its height."""
     if len(points) < MIN_PIXELS:
         return None
     face, top = top_face(points)

@@ -200,7 +200,7 @@ class Robot(ABC):
         return np.where(is_off, q, self.q_command), np.where(is_off, qd, self.qd_command)
 
     def followed_base_set_points(self) -> tuple[Vector, Vector]:
-        """Return the carriage's set points; for an axis that does not follow them, those that it would follow.
+        """Return the carriage's set points; for an axis that does not follow, those that it would follow.
 
         Returns:
             Position (2,) relative to the carriage's start, m, and velocity (2,), m/s.

@@ -74,7 +74,7 @@ class DrawnOutcome(NamedTuple):
 
 
 class OutcomeSampler:
-    """Sampler of the outcome of each run of each skill; a run's outcome does not depend on the order of calls.
+    """Sampler of the outcome of each run of each skill; outcomes do not depend on the order of calls.
 
     Args:
         shares: outcome probabilities by `module.skill`.
@@ -112,9 +112,7 @@ class OutcomeSampler:
         return known[run]
 
     def _probabilities_at(self, skill: str, run: int) -> OutcomeProbabilities:
-        """Return the outcome probabilities at a run; for a skill in bursts, call it once for each run, in
-        order.
-        """
+        """Return the outcome probabilities at a run; call it once for each run of a skill in bursts, in order."""
         if skill not in self._bursts:
             return self._shares[skill]
         is_bad = self._chains[skill].is_bad(uniform_burst_draw(self._seed, skill, run))

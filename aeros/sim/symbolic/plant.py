@@ -173,7 +173,9 @@ class SymbolicPlant:
         return MotionHandle(self._begun)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Let end what ends next; `monitor` sees all under way, and that end, before time passes."""
+        """Implement `Plant.advance`: let the next motion end; the monitor sees the values just before and at
+        its end.
+        """
         if not self._under_way:
             self._time = max(self._time, until)
             self._observed = None
