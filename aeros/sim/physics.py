@@ -171,7 +171,7 @@ class PhysicsPlant(TickingPlant):
         return self._world.time
 
     def observe(self) -> Readings:
-        """Implement `Plant.observe`: readings of now, and the latest camera detections, each with its time."""
+        """Implement `Plant.observe`: current readings, and the latest detection of each camera."""
         return {**self._seen, **self.sensors.read(self._ground_truth())}
 
     def skill_began(self, skill: str) -> None:

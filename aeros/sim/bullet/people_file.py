@@ -1,4 +1,4 @@
-"""A people file → people, each fault reported at its place."""
+"""Read a people file: check it, report every problem with its place, and convert units."""
 
 from __future__ import annotations
 
@@ -27,12 +27,26 @@ _SPEED: Final = LENGTH * TIME**-1
 
 
 def shipped_people() -> dict[str, Path]:
-    """Return the people files that come with AEROS, by name."""
+    """List the people files that come with AEROS.
+
+    Returns:
+        Their paths by name.
+    """
     return shipped_files("people")
 
 
 def read_people(name_or_path: str) -> tuple[people.Person, ...]:
-    """Those of a file, or of a shipped one by its name.  Raises UserError, which says what is wrong."""
+    """Read a people file.
+
+    Args:
+        name_or_path: a path, or the name of a shipped file.
+
+    Returns:
+        The people, in the order of the file.
+
+    Raises:
+        UserError: there is no such file, or it has problems.
+    """
     path = Path(find_file(name_or_path, shipped_people(), "people file", "nobody of that name comes"))
     sink = Diagnostics()
     node = read_yaml(read_source(path), sink)
@@ -44,7 +58,16 @@ def read_people(name_or_path: str) -> tuple[people.Person, ...]:
 
 
 def parse_person(name: str, one: declared.Person, sink: Diagnostics) -> people.Person:
-    """Somebody as declared; wrong, and reported, where `sink` has errors afterwards."""
+    """Convert a declared person; if `sink` has errors afterwards, the result must not be used.
+
+    Args:
+        name: of the person.
+        one: the declaration.
+        sink: receives the diagnostics.
+
+    Returns:
+        The person, in SI.
+    """
     height = _non_negative_quantity(one.height, LENGTH, sink, people.DEFAULT_HEIGHT)
     radius = _non_negative_quantity(one.radius, LENGTH, sink, people.DEFAULT_RADIUS)
     if not sink.has_errors and not 0.0 < 2.0 * radius <= height <= 3.0:
@@ -83,7 +106,7 @@ def _waypoint(number: int, one: declared.Waypoint, sink: Diagnostics) -> people.
 def _check_times(
     path: Sequence[people.Waypoint], places: Sequence[declared.Waypoint], sink: Diagnostics
 ) -> None:
-    """Report places that nobody can reach when they are to."""
+    """Report waypoints that nobody can reach in time."""
     time, here = path[0].dwell, path[0].position
     for at, place in zip(path[1:], places[1:], strict=True):
         way, here = dist(here, at.position), at.position
@@ -104,7 +127,7 @@ def _report_speed(speed: float, span: SourceSpan, sink: Diagnostics) -> None:
 def _non_negative_quantity(
     text: TextField | None, dimension: Dimension, sink: Diagnostics, default: float
 ) -> float:
-    """A quantity that is not negative, in SI."""
+    """Convert a quantity to SI; report a negative one."""
     if text is None:
         return default
     value = _number(text, dimension, sink)
@@ -114,7 +137,7 @@ def _non_negative_quantity(
 
 
 def _number(text: TextField, dimension: Dimension, sink: Diagnostics) -> float:
-    """A quantity in SI; 0 where something is wrong with it, which is reported."""
+    """Convert a quantity to SI; 0 if it has a problem, which is reported."""
     value = elaborate_quantity(text, dimension, sink) or Fraction(0)
     if abs(value) <= _MAX_VALUE:
         return float(value)

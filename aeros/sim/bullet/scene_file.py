@@ -1,4 +1,4 @@
-"""A scene file → bodies, each fault reported at its place."""
+"""Read a scene file: check it, report every problem with its place, and convert units."""
 
 from __future__ import annotations
 
@@ -39,12 +39,26 @@ _SHAPES: Final = ("box", "cylinder", "urdf")
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """Return the scene files that come with AEROS, by name."""
+    """List the scene files that come with AEROS.
+
+    Returns:
+        Their paths by name.
+    """
     return shipped_files("scenes")
 
 
 def read_bodies(name_or_path: str) -> tuple[SceneBody, ...]:
-    """Those of a file, or of a shipped one by its name.  Raises UserError, which says what is wrong."""
+    """Read a scene file.
+
+    Args:
+        name_or_path: a path, or the name of a shipped file.
+
+    Returns:
+        The bodies, in the order of the file.
+
+    Raises:
+        UserError: there is no such file, or it has problems.
+    """
     path = Path(find_file(name_or_path, shipped_scenes(), "scene file", "no scene file of that name comes"))
     sink = Diagnostics()
     node = read_yaml(read_source(path), sink)
@@ -57,7 +71,7 @@ def read_bodies(name_or_path: str) -> tuple[SceneBody, ...]:
 
 
 def _body(name: str, one: declared.SceneBody, folder: Path, sink: Diagnostics) -> SceneBody | None:
-    """As declared; None, and reported, where that is no body."""
+    """Convert a declared body; None if it has a problem, which is reported."""
     x, y, z = (_bounded_quantity(part, LENGTH, -_MAX_COORDINATE, _MAX_COORDINATE, sink) for part in one.at)
     yaw = 0.0 if one.yaw is None else _bounded_quantity(one.yaw, ANGLE, -_MAX_ANGLE, _MAX_ANGLE, sink)
     mass = 0.0 if one.mass is None else _bounded_quantity(one.mass, MASS, _MIN_MASS, _MAX_MASS, sink)
@@ -119,7 +133,7 @@ def _model(name: str, path_text: TextField, folder: Path, sink: Diagnostics) -> 
 def _bounded_quantity(
     text: TextField, dimension: Dimension, low: int | Fraction, high: int, sink: Diagnostics
 ) -> float:
-    """A quantity in SI; 1 where something is wrong with it, which is reported."""
+    """Convert a quantity to SI; 1 if it has a problem, which is reported."""
     value = elaborate_quantity(text, dimension, sink)
     if value is None:
         return 1.0

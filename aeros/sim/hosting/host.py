@@ -1,12 +1,11 @@
-"""Hosts a plant for one agent after another, and stops it whenever none commands it.
+"""Host a plant for one agent after another, and stop it whenever none commands it.
 
-No control tick passes but inside an `advance` that an agent has asked for, and each only after that agent
-has said that the tick before was in order.  An agent that is gone, or does not answer in `AGENT_TIMEOUT_S`,
-has
-not said so: the plant makes a protective stop within that tick, as for a violated rule, and whatever was
-under way is over.  So while nobody decides, nothing moves.
+A control tick passes only inside an `advance` that an agent has asked for, and only after that agent has
+confirmed the previous tick. An agent that is gone, or does not answer within `AGENT_TIMEOUT_S`, has not
+confirmed it: the plant makes a protective stop within that tick, as for a violated rule, and every motion
+ends. So while no agent decides, nothing moves.
 
-Not modelled: what goes on in the world meanwhile.  The plant's clock stands still while nobody is there.
+Not modelled: changes of the world meanwhile. The plant's clock stands still while no agent is connected.
 """
 
 from __future__ import annotations
@@ -33,9 +32,14 @@ DEAD_MAN_RULE: Final = "dead-man"
 
 
 class PlantHost:
-    """One plant, offered at a socket.
+    """Serves one plant at a local socket, to one agent at a time.
 
-    tell: hears of what matters to whoever judges a crash: who came and went, what began, what was at rest.
+    Args:
+        plant: the plant.
+        log: called with each event that helps to judge a crash: agents that come and go, skills that begin
+            and end, with what was measured then.
+        patience: real seconds that an agent has to judge a tick.
+        linger: real seconds without any agent after which `serve` returns.
     """
 
     def __init__(
@@ -57,7 +61,11 @@ class PlantHost:
         self._ended = False
 
     def serve(self, path: Path) -> None:
-        """Serve agents, one at a time, until one says that it was the last or none has come for long."""
+        """Serve agents, one at a time, until one shuts the host down or none has connected for `linger` s.
+
+        Args:
+            path: of the socket; an existing file there is removed.
+        """
         path.unlink(missing_ok=True)
         with socket.socket(socket.AF_UNIX) as listening:
             listening.bind(str(path))
@@ -89,7 +97,7 @@ class PlantHost:
             self._line.close()
 
     def _on_disconnect(self, why: str) -> None:
-        """The agent is gone: everything comes to rest, if it has not already."""
+        """Bring everything to rest after the agent is gone, if it has not come to rest already."""
         self._plant.stop()
         for skill in self._skills:
             self._plant.skill_ended(skill, finished=False)
@@ -143,7 +151,7 @@ class PlantHost:
         return [[motion, encode_plan(how)] for motion, how in ended.items()]
 
     def _ask_monitor(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """What the agent says of a tick; of an agent that says nothing, that it is gone."""
+        """Ask the agent to judge a tick; the dead-man rule if it does not answer."""
         if self._dead:
             return DEAD_MAN_RULE
         assert self._line is not None  # noqa: S101
@@ -209,12 +217,20 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
 
 
 class HostLog:
-    """Writes what a host tells as lines of JSON."""
+    """A log that appends a host's events to a file, one line of JSON each.
+
+    Args:
+        path: of the file.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def __call__(self, event: Mapping[str, Any]) -> None:
-        """Write one line."""
+        """Append one event.
+
+        Args:
+            event: its values; those that JSON cannot hold must convert to float.
+        """
         with self._path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(event, default=float) + "\n")

@@ -1,4 +1,4 @@
-"""A hosted plant as the agent's process has it: a `ports.Plant` whose other end is in another process."""
+"""The agent's end of a hosted plant: a `ports.Plant` that forwards every call to another process."""
 
 from __future__ import annotations
 
@@ -26,9 +26,15 @@ HOST_TIMEOUT_S: Final = 600.0
 
 
 class RemotePlant:
-    """Implements `aeros.runtime.ports.Plant` by the plant hosted at `path`.
+    """Implementation of `aeros.runtime.ports.Plant` by a plant that `PlantHost` serves.
 
-    Raises `ConnectionLostError`, which is a `ConnectionError`, where that is gone.
+    Every method raises `ConnectionLostError`, which is a `ConnectionError`, if the host is gone.
+
+    Args:
+        path: of the host's socket.
+
+    Raises:
+        OSError: nothing listens there.
     """
 
     def __init__(self, path: Path) -> None:
@@ -44,16 +50,16 @@ class RemotePlant:
         self._is_open = True
 
     def now(self) -> float:
-        """See `Plant`."""
+        """Implement `Plant.now`."""
         return float(self._call("now"))
 
     def observe(self) -> Readings:
-        """See `Plant`."""
+        """Implement `Plant.observe`."""
         told = self._call("observe")
         return {name: Reading(decode_value(value), time) for name, (value, time) in told.items()}
 
     def plan(self, action: Action) -> PlannedMotion:
-        """See `Plant`."""
+        """Implement `Plant.plan`."""
         untold = _encoding_problem(action)
         if untold is not None:
             return untold
@@ -65,7 +71,7 @@ class RemotePlant:
         return plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """See `Plant`."""
+        """Implement `Plant.begin`."""
         untold = _encoding_problem(action)
         if untold is not None:
             return untold
@@ -81,7 +87,7 @@ class RemotePlant:
         )
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """See `Plant`; the host waits at every tick for what `monitor` says of it."""
+        """Implement `Plant.advance`; the host waits at every tick for the verdict of `monitor`."""
         self._line.send({"do": "advance", "until": None if until == inf else until})
         failure: BaseException | None = None
         while "is" not in (message := self._line.receive()):
@@ -99,28 +105,28 @@ class RemotePlant:
         }
 
     def halt(self, motion: MotionHandle) -> None:
-        """See `Plant`."""
+        """Implement `Plant.halt`."""
         self._call("halt", motion=motion)
 
     def stop(self) -> None:
-        """See `Plant`."""
+        """Implement `Plant.stop`."""
         self._call("stop")
 
     def skill_began(self, skill: str) -> None:
-        """See `Plant`."""
+        """Implement `Plant.skill_began`."""
         self._call("skill-began", skill=skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """See `Plant`."""
+        """Implement `Plant.skill_ended`."""
         self._call("skill-ended", skill=skill, finished=finished)
 
     def shut_down_host(self) -> None:
-        """Let the host end with its plant, and leave."""
+        """Shut down the host with its plant, and disconnect."""
         self._call("end")
         self.close()
 
     def close(self) -> None:
-        """Leave: the host stops the plant and waits for another agent.  Safe to call twice."""
+        """Disconnect: the host stops the plant and waits for another agent. Safe to call twice."""
         if self._is_open:
             self._is_open = False
             with suppress(OSError):
@@ -132,7 +138,7 @@ class RemotePlant:
 
 
 def _encoding_problem(action: Action) -> MotionCompletion | None:
-    """Why an action cannot be put into words, if so; no plant knows what to do with such a value."""
+    """Return a refusal if a parameter of the action cannot be encoded; no plant accepts such values."""
     for name, value in action.parameters.items():
         if not _is_json_value(value):
             return MotionCompletion(False, f"bad parameter: `{name}` is of a type that no plant knows")

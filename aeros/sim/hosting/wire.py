@@ -1,7 +1,7 @@
-"""What agent and hosted plant say to each other: length-prefixed JSON over a local socket.
+"""Messages between an agent and a hosted plant: length-prefixed JSON over a local socket.
 
-Values come as they were: doubles to the last bit, tuples as tuples.  What is not of this form ends the
-conversation, and so stops the plant.
+Values arrive unchanged: doubles to the last bit, tuples as tuples. A malformed message ends the connection,
+and so stops the plant.
 """
 
 from __future__ import annotations
@@ -28,13 +28,15 @@ _MAX_MESSAGE_BYTES: Final = 64 * 1024 * 1024
 
 
 class ConnectionLostError(ConnectionError):
-    """The other end is gone, or silent for too long, or makes no sense."""
+    """The other end is gone, does not answer in time, or sends malformed messages."""
 
 
 class MessageChannel:
-    """One end of the conversation.
+    """One end of the connection.
 
-    patience: real seconds for each message of the other end; None to wait for ever.
+    Args:
+        connection: a connected socket; the channel owns it.
+        timeout_s: real seconds to wait for each read or write; None to wait for ever.
     """
 
     def __init__(self, connection: socket.socket, timeout_s: float | None) -> None:
@@ -42,7 +44,14 @@ class MessageChannel:
         connection.settimeout(timeout_s)
 
     def send(self, message: Mapping[str, Any]) -> None:
-        """Send one message; raises `ConnectionLostError`."""
+        """Send one message.
+
+        Args:
+            message: values that JSON can hold, `Reading`s, and numbers that convert to float.
+
+        Raises:
+            ConnectionLostError: it cannot be sent.
+        """
         body = json.dumps(message, default=_json_default).encode()
         try:
             self._connection.sendall(_LENGTH_PREFIX.pack(len(body)) + body)
@@ -50,7 +59,14 @@ class MessageChannel:
             raise ConnectionLostError(f"nothing can be said any more: {failure}") from failure
 
     def receive(self) -> dict[str, Any]:
-        """The next message; raises `ConnectionLostError`."""
+        """Receive the next message.
+
+        Returns:
+            The JSON object; see `decode_value` for its values.
+
+        Raises:
+            ConnectionLostError: none arrives in time, or it is malformed.
+        """
         (length,) = _LENGTH_PREFIX.unpack(self._receive_bytes(_LENGTH_PREFIX.size))
         if length > _MAX_MESSAGE_BYTES:
             raise ConnectionLostError(f"a message of {length} bytes is none")
@@ -63,7 +79,7 @@ class MessageChannel:
         return message
 
     def close(self) -> None:
-        """Hang up; safe to call twice."""
+        """Close the connection; safe to call twice."""
         self._connection.close()
 
     def _receive_bytes(self, count: int) -> bytes:
@@ -81,14 +97,21 @@ class MessageChannel:
 
 
 def _json_default(value: object) -> object:
-    """What JSON does not know: readings, and the numbers of NumPy."""
+    """Encode values that JSON cannot hold: readings, and the numbers of NumPy."""
     if isinstance(value, Reading):
         return {"reading": [value.value, value.time]}
     return float(value)  # type: ignore[arg-type]  # raises TypeError for what is no number
 
 
 def decode_value(value: Any) -> Any:
-    """A value as it was before it was said."""
+    """Restore a value from JSON: lists become tuples, encoded readings become `Reading`s.
+
+    Args:
+        value: as `json.loads` returns it.
+
+    Returns:
+        The value as it was sent.
+    """
     if type(value) is list:
         return tuple(decode_value(part) for part in value)
     if type(value) is dict:
@@ -98,7 +121,14 @@ def decode_value(value: Any) -> Any:
 
 
 def encode_plan(plan: PlannedMotion) -> dict[str, Any]:
-    """A plan as a message, its body left out."""
+    """Encode a plan as a message, without its body.
+
+    Args:
+        plan: the plan.
+
+    Returns:
+        Values that JSON can hold.
+    """
     match plan:
         case MotionCompletion(completed=completed, reason=reason):
             return {"completed": completed, "reason": reason}
@@ -140,7 +170,14 @@ def decode_plan(told: Mapping[str, Any], body: RobotBody | None) -> PlannedMotio
 
 
 def encode_body(body: RobotBody) -> dict[str, Any]:
-    """A body as a message."""
+    """Encode a robot's body as a message.
+
+    Args:
+        body: the body.
+
+    Returns:
+        Values that JSON can hold.
+    """
     return {"rows": body.dh_rows, "tool": body.tool_offset, "balls": body.balls}
 
 

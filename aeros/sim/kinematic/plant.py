@@ -42,9 +42,7 @@ class KinematicPlant(TickingPlant):
         return self._ticks * TICK
 
     def observe(self) -> Readings:
-        """Implement `Plant.observe`: robot and scene now, and the latest camera detections, each with its
-        time.
-        """
+        """Implement `Plant.observe`: robot and scene now, and the latest detection of each camera."""
         time = self.now()
         values = {
             **self._fast_values(),

@@ -53,8 +53,9 @@ class KinematicRobot(Robot):
         self._width, self._force = width, force
 
     def followed_set_points(self) -> tuple[Vector, Vector]:
-        """Implement `Robot.followed_set_points`: at rest if the hand presses on something, which does not
-        yield.
+        """Implement `Robot.followed_set_points`: at rest where the hand is blocked.
+
+        What the hand presses on does not yield.
         """
         return self.q_command, np.zeros(7) if self._things.load > BLOCKING_FORCE else self.qd_command
 
@@ -63,9 +64,7 @@ class KinematicRobot(Robot):
         return self.base_command, self.base_speed_command
 
     def tick(self) -> None:
-        """Move arm and base to their set points, the fingers one tick nearer to their width, and held objects
-        along.
-        """
+        """Move arm and base to their set points, the fingers by one tick, and held objects along."""
         self._posture = tool_kinematics(self.q_command.tolist())
         tool = self._tool_pose()
         self._move_fingers(tool)
@@ -82,7 +81,7 @@ class KinematicRobot(Robot):
         return force, force
 
     def contact_force(self) -> float:
-        """Implement `Robot.contact_force`: the force of hand and load on what is under them, without weight."""
+        """Implement `Robot.contact_force`: of hand and load on what is under them, without weight."""
         return abs(self._things.load)
 
     def wrist_vertical_force(self) -> float:

@@ -55,7 +55,7 @@ class DumplingBenchScene:
     initial_cameras: tuple[str, ...] = ("overhead",)
 
     def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        """Implement `Scene.build`: tray and stand at random, wrapper and filling on them, press and pot fixed."""
+        """Implement `Scene.build`: tray and stand at random, wrapper and filling on them."""
         self._world = world
         add_table(world)
         self._press = world.add_urdf(str(MODELS / "press.urdf"), PRESS, fixed=True, friction=0.8)

@@ -112,7 +112,7 @@ class OutcomeSampler:
         return known[run]
 
     def _probabilities_at(self, skill: str, run: int) -> OutcomeProbabilities:
-        """Return the outcome probabilities at a run; call it once for each run of a skill in bursts, in order."""
+        """Return the outcome probabilities at a run; for bursts, call it once for each run, in order."""
         if skill not in self._bursts:
             return self._shares[skill]
         is_bad = self._chains[skill].is_bad(uniform_burst_draw(self._seed, skill, run))

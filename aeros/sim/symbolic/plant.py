@@ -173,8 +173,9 @@ class SymbolicPlant:
         return MotionHandle(self._begun)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Implement `Plant.advance`: let the next motion end; the monitor sees the values just before and at
-        its end.
+        """Implement `Plant.advance`: let the next motion end.
+
+        The monitor sees the values during that motion and those at its end.
         """
         if not self._under_way:
             self._time = max(self._time, until)

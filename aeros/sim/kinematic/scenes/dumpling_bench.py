@@ -126,7 +126,7 @@ class KinematicDumplingBench:
         return self._things
 
     def tick(self) -> None:
-        """Implement `KinematicScene.tick`: fold what the lid moves; seal if fold, filling and force all pass."""
+        """Implement `KinematicScene.tick`: fold the wrapper; seal if fold, filling and force all pass."""
         dumpling = self._dumpling()
         self._handle.stop_angle = LID_MAX
         if self._is_on_press(dumpling):
@@ -155,7 +155,7 @@ class KinematicDumplingBench:
         return self._inspector.add_overhead_view(wrapper, None if hidden else dumpling.filling, time)
 
     def _fold_by(self, lid: float) -> None:
-        """Fold the wrapper with the lid; an open wrapper's plate behind the lid falls to the side it leans to."""
+        """Fold the wrapper with the lid; an open plate behind the lid falls to the side it leans to."""
         if lid >= self._fold or (not self._sealed and self._fold < pi / 2):
             self._fold = lid
 
