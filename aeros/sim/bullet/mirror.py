@@ -90,7 +90,7 @@ def poses_of(world: PhysicsWorld, shapes: Sequence[Shape]) -> list[Pose]:
 
 
 def _base_frame(world: PhysicsWorld, body: int) -> Pose:
-    """Return the frame that the base's visible parts are placed in; PyBullet gives that of its centre of mass."""
+    """Return the frame that the base's visible parts are placed in; PyBullet gives its centre of mass."""
     info = bullet.getDynamicsInfo(body, BASE_LINK, physicsClientId=world.client)
     return Pose(*bullet.multiplyTransforms(*world.pose(body), *bullet.invertTransform(info[3], info[4])))
 

@@ -1,4 +1,4 @@
-"""Checks of motions that are not alone: in contact, under feedback, and of arm and base at the same time."""
+"""Checks of motions in contact, and of arm and base moving together."""
 
 from __future__ import annotations
 
@@ -29,7 +29,14 @@ _START_DELAY_S: Final = 0.2
 
 
 def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
-    """A move in contact says which paths it stays near and how fast it may be, and keeps to both."""
+    """Check that a move in contact keeps to the paths and speeds that its plan states.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.contact_actions:
         return
     with subject.plant() as plant:
@@ -53,7 +60,14 @@ def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
 
 
 def a_broken_rule_stops_contact_within_one_tick(subject: PlantUnderTest) -> None:
-    """A rule that is named while the robot presses on something: it comes to rest as from anywhere."""
+    """Check that a rule broken while the robot presses on something stops it as from anywhere else.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.contact_actions:
         return
     with subject.plant() as plant:
@@ -70,7 +84,14 @@ def a_broken_rule_stops_contact_within_one_tick(subject: PlantUnderTest) -> None
 
 
 def motions_of_arm_and_base_together_are_each_as_decided(subject: PlantUnderTest) -> None:
-    """An arm that begins while the base drives makes its own profile, and the base goes on with its own."""
+    """Check that an arm and a base that move together each follow their own plan.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.parallel_actions:
         return
     with subject.plant() as plant:
@@ -106,7 +127,14 @@ def motions_of_arm_and_base_together_are_each_as_decided(subject: PlantUnderTest
 
 
 def a_broken_rule_stops_arm_and_base(subject: PlantUnderTest) -> None:
-    """A rule that is named while both move: both end, within one tick, and both come to rest."""
+    """Check that a rule broken while arm and base move ends both within one tick and brings both to rest.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.parallel_actions:
         return
     with subject.plant() as plant:
@@ -120,7 +148,7 @@ def a_broken_rule_stops_arm_and_base(subject: PlantUnderTest) -> None:
 
 
 def _begin_contact(subject: PlantUnderTest, plant: Plant) -> tuple[Trajectory, MotionHandle, ServoBounds]:
-    """The last of `contact_actions`, begun after the others; its plan and what that says of feedback."""
+    """Begin the last of `contact_actions` after the others; return its plan, its handle and its servo bounds."""
     *before, action = subject.contact_actions
     for one in before:
         over = wait_for_end(plant, begin_motion(plant, one), RecordingMonitor())
@@ -178,7 +206,7 @@ def _path_share(plan: Trajectory, since: float) -> float:
 
 
 def _path_points(plan: Trajectory) -> list[Sequence[float]]:
-    """Points of every path."""
+    """Sample every path of a plan."""
     return [
         path_point(path, number / (_SAMPLES * len(path)))
         for path in plan.joint_paths
@@ -187,5 +215,5 @@ def _path_points(plan: Trajectory) -> list[Sequence[float]]:
 
 
 def _max_excess(joints: JointVector, stated: Sequence[float], slack: JointVector) -> float:
-    """By how much the joint farthest from a point is beyond its slack, rad."""
+    """Return by how much the farthest joint is beyond its tolerance around a point, rad."""
     return max(abs(a - b) - s for a, b, s in zip(joints, stated, slack, strict=True))

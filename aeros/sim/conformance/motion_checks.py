@@ -1,4 +1,4 @@
-"""Checks of motions under way: they are what was decided, several go on at once, and none passes `until`."""
+"""Checks of motions under way: they follow the plan, several run at once, and none goes on after `until`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,14 @@ from aeros.sim.conformance.plant_under_test import (
 
 
 def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
-    """At each tick the joints are on the profile, and the base on its way; what moves nothing, moves none."""
+    """Check that joints and base are on the planned profile at each tick; without a plan, that no joint moves.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     plan, seen, start = _run_motion(subject)
     if not isinstance(plan, Trajectory):
         joints = [values[subject.joint_variable] for _, values in seen]
@@ -41,7 +48,14 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
 
 
 def no_speed_is_higher_than_decided(subject: PlantUnderTest) -> None:
-    """No joint, nor the base, is faster in any tick than the profile's own peak."""
+    """Check that no joint and no base exceeds the peak speed of its planned profile in any tick.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     plan, seen, _ = _run_motion(subject)
     if not isinstance(plan, Trajectory) or subject.period is None:
         return
@@ -58,7 +72,7 @@ def no_speed_is_higher_than_decided(subject: PlantUnderTest) -> None:
 
 
 def _run_motion(subject: PlantUnderTest) -> tuple[object, list[tuple[float, Any]], float]:
-    """The plan of `motion_action`, what was seen while it was made, and when it began."""
+    """Run `motion_action`; return its plan, what the monitor saw, and when it began."""
     with subject.plant() as plant:
         plan = plant.plan(subject.motion_action)
         motion = plant.begin(subject.motion_action, plan)
@@ -74,7 +88,15 @@ def _run_motion(subject: PlantUnderTest) -> tuple[object, list[tuple[float, Any]
 
 
 def expected_position(plan: Trajectory, u: float) -> tuple[Sequence[float], Sequence[float]]:
-    """Joints and base at the share `u` of the duration: q(s(u)), with s(u) = 10u³ − 15u⁴ + 6u⁵."""
+    """Compute where a plan has joints and base: q(s(u)), with s(u) = 10u³ − 15u⁴ + 6u⁵.
+
+    Args:
+        plan: the plan; of its paths the first counts.
+        u: share of its duration, in [0, 1].
+
+    Returns:
+        Joint positions, rad, and base position in W, m.
+    """
     s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
     return path_point(plan.joint_paths[0], s), [
         a + s * way for a, way in zip(plan.base, plan.base_path, strict=True)
@@ -82,7 +104,15 @@ def expected_position(plan: Trajectory, u: float) -> tuple[Sequence[float], Sequ
 
 
 def path_point(path: JointPath, s: float) -> list[float]:
-    """The point of the path at the share `s` of it."""
+    """Compute a point of a joint path.
+
+    Args:
+        path: Bézier pieces of equal length in s.
+        s: share of the path, in [0, 1].
+
+    Returns:
+        Joint positions, rad.
+    """
     number = min(int(s * len(path)), len(path) - 1)
     u = s * len(path) - number
     v = 1.0 - u
@@ -94,13 +124,20 @@ def path_point(path: JointPath, s: float) -> list[float]:
 
 
 def _speeds(places: Sequence[Sequence[float]], period: float) -> list[float]:
-    """The greatest speed of each coordinate from one place to the next."""
+    """Return the greatest speed of each coordinate between consecutive samples."""
     steps = [[abs(b - a) / period for a, b in zip(p, q, strict=True)] for p, q in pairwise(places)]
     return [max(of) for of in zip(*steps, strict=True)]
 
 
 def advance_stops_at_until(subject: PlantUnderTest) -> None:
-    """`advance` comes back with nothing by `until`, not long before, and goes on when called again."""
+    """Check that `advance` returns nothing by `until`, not long before it, and goes on when called again.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         motion, watch = begin_motion(plant, subject.motion_action), RecordingMonitor()
         for _ in range(3):
@@ -119,7 +156,14 @@ def advance_stops_at_until(subject: PlantUnderTest) -> None:
 
 
 def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> None:
-    """Motions under way together differ; each is told of once, completed without and else with a reason."""
+    """Check that motions under way have different numbers and each ends once, incomplete ones with a reason.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     told = []
     with subject.plant() as plant:
         for _ in range(2):
@@ -142,7 +186,14 @@ def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> Non
 
 
 def skill_notifications_move_nothing(subject: PlantUnderTest) -> None:
-    """That a skill began, and that it was halted, is for the plant to note."""
+    """Check that the beginning and the halt of a skill move nothing by themselves.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         before = values_of(plant.observe())
         plant.skill_began(subject.skill)

@@ -1,4 +1,4 @@
-"""Checks of how motions end before their time: a rule is named, one is halted, everything is stopped."""
+"""Checks of motions that end early: by a broken rule, by `halt`, by `stop` and by `close`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,14 @@ _INTERRUPT_AFTER_S = 0.3
 
 
 def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
-    """A rule that is named before the first tick: everything has ended, and nothing has moved."""
+    """Check that a rule broken before the first tick ends all motions, and nothing has moved.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         before = values_of(plant.observe())
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
@@ -40,9 +47,15 @@ def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
 
 
 def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> None:
-    """A rule that is named on the way: the monitor is not asked again, and everything comes to rest at once.
+    """Check that a rule broken on the way brings everything to rest.
 
-    Not sooner than the joints' limits allow, either.
+    The monitor is not called again. Coming to rest is not faster than the joints' limits allow.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
     """
     with subject.plant() as plant:
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
@@ -61,7 +74,14 @@ def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> N
 
 
 def a_halted_motion_comes_to_rest_while_others_go_on(subject: PlantUnderTest) -> None:
-    """`halt` between two calls of `advance` brings that motion to rest, and the other to its own end."""
+    """Check that `halt` between calls of `advance` brings one motion to rest and lets the other finish.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
 
     def halting(
         plant: Plant, motion: MotionHandle, watch: RecordingMonitor
@@ -77,7 +97,14 @@ def a_halted_motion_comes_to_rest_while_others_go_on(subject: PlantUnderTest) ->
 
 
 def the_monitor_may_halt_a_motion(subject: PlantUnderTest) -> None:
-    """`halt` from inside `advance`, by the monitor, does just the same."""
+    """Check that the monitor may call `halt` inside `advance`, with the same effect.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
 
     def halting(
         plant: Plant, motion: MotionHandle, watch: RecordingMonitor
@@ -128,7 +155,14 @@ def _check_halt(
 
 
 def stop_ends_everything(subject: PlantUnderTest) -> None:
-    """After `stop` everything is at rest, what was under way is not told of again, and new motions begin."""
+    """Check that after `stop` everything is at rest, no motion ends again, and new motions can begin.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
         watch = RecordingMonitor()
@@ -144,7 +178,14 @@ def stop_ends_everything(subject: PlantUnderTest) -> None:
 
 
 def close_is_idempotent(subject: PlantUnderTest) -> None:
-    """`close` may be called again, also with something under way."""
+    """Check that `close` may be called twice, and with a motion under way.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     plant = subject.make_plant()
     try:
         begin_motion(plant, subject.motion_action)
@@ -166,7 +207,7 @@ def _require_all_ended(over: Mapping[MotionHandle, MotionCompletion], motions: l
 
 
 def _require_ended_for_good(subject: PlantUnderTest, plant: Plant) -> None:
-    """Nothing goes on by itself; what is begun now goes its own way."""
+    """Check that nothing goes on by itself, and that a new motion runs to its own end."""
     before = values_of(plant.observe())
     new = begin_motion(plant, subject.parallel_action)
     over = plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
@@ -177,9 +218,9 @@ def _require_ended_for_good(subject: PlantUnderTest, plant: Plant) -> None:
 def _require_braking_distance(
     subject: PlantUnderTest, watch: RecordingMonitor, after: Mapping[str, Any]
 ) -> None:
-    """From the speeds last seen joints and base went as far as coming to rest within limits takes, or so.
+    """Check that joints and base braked within their limits from the speeds last seen.
 
-    Braking evenly within `max_stop_time`, v·T/2, and two ticks until it begins; at least v²/2a.
+    At most: braking evenly within `max_stop_time`, v·T/2, and two ticks until it begins. At least: v²/2a.
     """
     if subject.period is None:
         return
