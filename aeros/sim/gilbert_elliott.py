@@ -72,7 +72,7 @@ class GilbertElliottSampler:
         else:
             leaves = process.bad_to_good if before else process.good_to_bad
             now = before != (drawn < leaves)
-            # The shortest mean length with which it stays as it was: leaving has that much less of a chance.
+            # The shortest mean burst length with which the state would not have changed.
             stays_from = leaves / process.bad_to_good / drawn if drawn else MAX_MEAN_BURST
             low, high = self.alike
             self.alike = (max(low, stays_from), high) if now is before else (low, min(high, stays_from))
@@ -103,7 +103,7 @@ class GilbertElliottModel:
     def __post_init__(self) -> None:
         is_rate = 0 <= self.rate_in_good < self.rate < self.rate_in_bad <= 1
         if not is_rate or not 1 <= self.mean_burst_length >= min_mean_burst(self.bad_state_probability):
-            raise MisuseError(f"there is no channel with {self}")
+            raise MisuseError(f"no Gilbert-Elliott chain has parameters {self}")
 
     @property
     def bad_state_probability(self) -> Fraction:

@@ -15,13 +15,13 @@ from aeros.sim.bullet.bodies import SceneBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.motions import BlockedError
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import DetectionFilter, Scene, unfiltered
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
-from aeros.sim.ticked_plant import CAMERA_TICKS, TickingPlant
 from aeros.spec.diagnostics.errors import UserError
 
 _BLOCKED_JOINT_ERROR: Final = 0.05
@@ -123,7 +123,7 @@ class PlantOptions(TypedDict, total=False):
     bodies: Sequence[SceneBody]
 
 
-class PhysicsPlant(TickingPlant):
+class PhysicsPlant(FixedStepPlant):
     """A scene simulated in PyBullet, with a Panda, sensors, people and faults.
 
     The clock starts at 0 after the scene has settled.
@@ -172,7 +172,7 @@ class PhysicsPlant(TickingPlant):
 
     def observe(self) -> Readings:
         """Implement `Plant.observe`: current readings, and the latest detection of each camera."""
-        return {**self._seen, **self.sensors.read(self._ground_truth())}
+        return {**self._detections, **self.sensors.read(self._ground_truth())}
 
     def skill_began(self, skill: str) -> None:
         """Implement `Plant.skill_began`: tell the disturbance."""
@@ -186,8 +186,8 @@ class PhysicsPlant(TickingPlant):
         """Implement `Plant.close`: close the viewers and end the simulation."""
         with ExitStack() as closing:
             closing.callback(self._world.close)
-            for one in self._spectators:
-                closing.callback(one.close)
+            for viewer in self._spectators:
+                closing.callback(viewer.close)
 
     # Inside.
 
@@ -205,8 +205,8 @@ class PhysicsPlant(TickingPlant):
         self._world.step()
         self._scene.tick()
         self._people.update(self._world.time)
-        for one in self._spectators:
-            one.tick(self._world, self._scene.view)
+        for viewer in self._spectators:
+            viewer.tick(self._world, self._scene.view)
 
     def _measure(self) -> None:
         self._truth = GroundTruth(self._world.ticks, self._fast_values())

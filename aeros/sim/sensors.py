@@ -53,7 +53,7 @@ class SensorModel:
         """Raise MisuseError for negative or infinite numbers and for a dropout above 1."""
         amounts = (self.noise, self.resolution, self.latency, self.dropout)
         if not all(0.0 <= amount < inf for amount in amounts) or self.dropout > 1.0:
-            raise MisuseError(f"no sensor is like {self}")
+            raise MisuseError(f"invalid sensor model {self}")
 
     @property
     def needs_history(self) -> bool:

@@ -121,7 +121,7 @@ def _overlap_diagnostic(
     first, second = sorted((one, other), key=lambda body: body not in placed)
     spoken = [_body_name(body, world, placed, names) for body in (first, second)]
     declared = [placed[body] for body in (first, second) if body in placed]
-    labels = [SpanLabel(body.span, f"`{body.name}` is here") for body in declared]
+    labels = [SpanLabel(body.span, f"`{body.name}` is placed here") for body in declared]
     return Diagnostic(
         "AE140",
         f"{spoken[0]} and {spoken[1]} overlap by {_format_mm(depth)}",

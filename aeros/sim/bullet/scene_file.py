@@ -59,32 +59,41 @@ def read_bodies(name_or_path: str) -> tuple[SceneBody, ...]:
     Raises:
         UserError: there is no such file, or it has problems.
     """
-    path = Path(find_file(name_or_path, shipped_scenes(), "scene file", "no scene file of that name comes"))
-    sink = Diagnostics()
-    node = read_yaml(read_source(path), sink)
-    found = None if node is None else decode(node, declared.Scene, sink)
+    path = Path(find_file(name_or_path, shipped_scenes(), "scene file"))
+    diagnostics = Diagnostics()
+    node = read_yaml(read_source(path), diagnostics)
+    found = None if node is None else decode(node, declared.Scene, diagnostics)
     bodies = (
-        [] if found is None else [_body(name.value, one, path.parent, sink) for name, one in found.bodies]
+        []
+        if found is None
+        else [_body(name.value, one, path.parent, diagnostics) for name, one in found.bodies]
     )
-    sink.raise_if_errors()
+    diagnostics.raise_if_errors()
     return tuple(body for body in bodies if body is not None)
 
 
-def _body(name: str, one: declared.SceneBody, folder: Path, sink: Diagnostics) -> SceneBody | None:
+def _body(name: str, one: declared.SceneBody, folder: Path, diagnostics: Diagnostics) -> SceneBody | None:
     """Convert a declared body; None if it has a problem, which is reported."""
-    x, y, z = (_bounded_quantity(part, LENGTH, -_MAX_COORDINATE, _MAX_COORDINATE, sink) for part in one.at)
-    yaw = 0.0 if one.yaw is None else _bounded_quantity(one.yaw, ANGLE, -_MAX_ANGLE, _MAX_ANGLE, sink)
-    mass = 0.0 if one.mass is None else _bounded_quantity(one.mass, MASS, _MIN_MASS, _MAX_MASS, sink)
+    x, y, z = (
+        _bounded_quantity(part, LENGTH, -_MAX_COORDINATE, _MAX_COORDINATE, diagnostics) for part in one.at
+    )
+    yaw = 0.0 if one.yaw is None else _bounded_quantity(one.yaw, ANGLE, -_MAX_ANGLE, _MAX_ANGLE, diagnostics)
+    mass = 0.0 if one.mass is None else _bounded_quantity(one.mass, MASS, _MIN_MASS, _MAX_MASS, diagnostics)
     friction = _DEFAULT_FRICTION if one.friction is None else float(one.friction.value)
-    shape = _shape(name, one, folder, sink)
+    shape = _shape(name, one, folder, diagnostics)
     if shape is None:
         return None
     if isinstance(shape, UrdfModel):
         if one.mass is not None:
-            _report("a model's mass is what its file says", one.mass.span, sink, "write `loose: true`")
+            _report("a model's mass is what its file says", one.mass.span, diagnostics, "write `loose: true`")
         mass = float(one.loose is not None and one.loose.value)
     elif one.loose is not None:
-        _report("`loose` goes with `urdf` alone", one.loose.span, sink, "give it a `mass`, and it can move")
+        _report(
+            "`loose` is only valid with `urdf`",
+            one.loose.span,
+            diagnostics,
+            "give it a `mass` to make it movable",
+        )
     colour = GREY
     if one.colour is not None:
         red, green, blue = (float(part.value) for part in one.colour)
@@ -95,54 +104,56 @@ def _body(name: str, one: declared.SceneBody, folder: Path, sink: Diagnostics) -
 
 
 def _shape(
-    name: str, one: declared.SceneBody, folder: Path, sink: Diagnostics
+    name: str, one: declared.SceneBody, folder: Path, diagnostics: Diagnostics
 ) -> Box | Cylinder | UrdfModel | None:
-    there = [word for word in _SHAPES if getattr(one, word) is not None]
-    if len(there) != 1:
-        said = " and ".join(f"`{word}`" for word in there) or "none"
-        _report(f"`{name}` needs exactly one of `box`, `cylinder`, `urdf`; it has {said}", one.span, sink)
+    present = [word for word in _SHAPES if getattr(one, word) is not None]
+    if len(present) != 1:
+        listed = " and ".join(f"`{word}`" for word in present) or "none"
+        _report(
+            f"`{name}` needs exactly one of `box`, `cylinder`, `urdf`; it has {listed}", one.span, diagnostics
+        )
         return None
     if one.box is not None:
         length, width, height = (
-            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, sink) for part in one.box
+            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, diagnostics) for part in one.box
         )
         return Box((length, width, height))
     if one.cylinder is not None:
         radius, height = (
-            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, sink) for part in one.cylinder
+            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, diagnostics) for part in one.cylinder
         )
         return Cylinder(radius, height)
     assert one.urdf is not None  # noqa: S101  for the type checker
-    return _model(name, one.urdf, folder, sink)
+    return _model(name, one.urdf, folder, diagnostics)
 
 
-def _model(name: str, path_text: TextField, folder: Path, sink: Diagnostics) -> UrdfModel | None:
+def _model(name: str, path_text: TextField, folder: Path, diagnostics: Diagnostics) -> UrdfModel | None:
     path = folder / path_text.value
     if not path.is_file():
-        sink.error(
+        diagnostics.error(
             "AE002",
             f"there is no file `{path}`, the model of `{name}`",
             path_text.span,
             help=("put it there; `urdf` counts from the scene file's own folder",),
         )
         return None
-    check_urdf(path, sink)
+    check_urdf(path, diagnostics)
     return UrdfModel(str(path))
 
 
 def _bounded_quantity(
-    text: TextField, dimension: Dimension, low: int | Fraction, high: int, sink: Diagnostics
+    text: TextField, dimension: Dimension, low: int | Fraction, high: int, diagnostics: Diagnostics
 ) -> float:
     """Convert a quantity to SI; 1 if it has a problem, which is reported."""
-    value = elaborate_quantity(text, dimension, sink)
+    value = elaborate_quantity(text, dimension, diagnostics)
     if value is None:
         return 1.0
     if low <= value <= high:
         return float(value)
     help_ = f"write a value from {float(low):g} to {high} {dimension}"
-    sink.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=(help_,))
+    diagnostics.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=(help_,))
     return 1.0
 
 
-def _report(headline: str, span: SourceSpan, sink: Diagnostics, *help_: str) -> None:
-    sink.error("AE208", headline, span, help=help_)
+def _report(headline: str, span: SourceSpan, diagnostics: Diagnostics, *help_: str) -> None:
+    diagnostics.error("AE208", headline, span, help=help_)

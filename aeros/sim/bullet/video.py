@@ -85,7 +85,7 @@ def _check_path(path: Path) -> None:
         with TemporaryFile(dir=path.parent):
             pass
     except OSError as failure:
-        raise VideoError(f"there can be no film `{path}`: {failure.strerror}") from failure
+        raise VideoError(f"cannot write video `{path}`: {failure.strerror}") from failure
 
 
 def _encoder_for(suffix: str) -> Encoder:
@@ -95,7 +95,7 @@ def _encoder_for(suffix: str) -> Encoder:
             from aeros.sim.bullet.mp4 import encode_mp4
         except ImportError as error:
             missing = f"({error.name} is missing)"
-            raise VideoError(f"an .mp4 film needs `pip install 'aeros[video]'` {missing}") from error
+            raise VideoError(f"writing .mp4 needs `pip install 'aeros[video]'` {missing}") from error
         return partial(encode_mp4, per_second=FRAMES_PER_SECOND)
     return partial(_animated, FORMATS[suffix])
 

@@ -49,12 +49,12 @@ def load_model(
         UserError: there is no such file, or PyBullet cannot load it.
     """
     if not os.path.isfile(path):
-        missing = f"there is no model `{path}`"
+        missing = f"model file not found: `{path}`"
         raise UserError([Diagnostic("AE002", missing, help=("install AEROS again if it came with it",))])
     try:
         body: int = bullet.loadURDF(path, position, orientation, useFixedBase=fixed, physicsClientId=client)
     except bullet.error as error:
-        raise UserError([Diagnostic("AE141", f"PyBullet makes no body of `{path}`: {error}")]) from error
+        raise UserError([Diagnostic("AE141", f"PyBullet cannot load `{path}`: {error}")]) from error
     return body
 
 

@@ -148,7 +148,7 @@ def a_broken_rule_stops_arm_and_base(subject: PlantUnderTest) -> None:
 
 
 def _begin_contact(subject: PlantUnderTest, plant: Plant) -> tuple[Trajectory, MotionHandle, ServoBounds]:
-    """Begin the last of `contact_actions` after the others; return its plan, its handle and its servo bounds."""
+    """Begin the last of `contact_actions` after the others; return its plan, handle and servo bounds."""
     *before, action = subject.contact_actions
     for one in before:
         over = wait_for_end(plant, begin_motion(plant, one), RecordingMonitor())
@@ -186,11 +186,11 @@ def _advance_until_all_end(
 def _stop_midway(
     subject: PlantUnderTest, plant: Plant, motions: Sequence[MotionHandle], after: float
 ) -> None:
-    watch = RecordingMonitor(names=plant.now() + after)
+    watch = RecordingMonitor(rule_time=plant.now() + after)
     over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
     expected = dict.fromkeys(motions, MotionCompletion(False, f"monitor:{MONITOR_RULE}"))
     require(over == expected, f"a rule was named while {motions} were under way, and ended were {over}")
-    named = [time for time, _ in watch.seen if time >= watch.names]
+    named = [time for time, _ in watch.seen if time >= watch.rule_time]
     require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
     took = plant.now() - named[0]
     require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")

@@ -21,7 +21,9 @@ from aeros.sim.conformance.plant_under_test import (
 
 
 def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
-    """Check that joints and base are on the planned profile at each tick; without a plan, that no joint moves.
+    """Check that joints and base are on the planned profile at each tick.
+
+    If the plan moves nothing, no joint moves.
 
     Args:
         subject: the plant under test.
@@ -164,7 +166,7 @@ def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> Non
     Raises:
         ConformanceError: the plant breaks this promise.
     """
-    told = []
+    ended = []
     with subject.plant() as plant:
         for _ in range(2):
             motions = [
@@ -172,7 +174,7 @@ def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> Non
                 begin_motion(plant, subject.parallel_action),
             ]
             for motion in motions:
-                require(motion not in told and motions.count(motion) == 1, f"two motions are {motion}")
+                require(motion not in ended and motions.count(motion) == 1, f"two motions are {motion}")
             while motions:
                 over = plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
                 require(bool(over), f"motions {motions} have not ended after {MOTION_TIMEOUT_S:g} s")
@@ -180,7 +182,7 @@ def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> Non
                     require(motion in motions, f"motion {motion} ends, which was not under way")
                     require(how.completed is (how.reason is None), f"it ended with {how}: which is it?")
                     motions.remove(motion)
-                    told.append(motion)
+                    ended.append(motion)
             before = values_of(plant.observe())
             require_unchanged(subject, before, values_of(plant.observe()), "after everything has ended")
 

@@ -83,23 +83,23 @@ class RecordingMonitor:
     """A monitor that records its calls as (time, values).
 
     Args:
-        names: plant time from which it names `MONITOR_RULE`, s; by default never.
-        forward_to: number of first calls in which it does not name it.
+        rule_time: plant time from which it names `MONITOR_RULE`, s; by default never.
+        ignored_calls: number of first calls in which it does not name it.
 
     Attributes:
         seen: time, s, and values by vocabulary name of each call.
-        names: as given.
+        rule_time: as given.
     """
 
-    def __init__(self, names: float = inf, forward_to: int = 0) -> None:
+    def __init__(self, rule_time: float = inf, ignored_calls: int = 0) -> None:
         self.seen: list[tuple[float, Mapping[str, Any]]] = []
-        self.names = names
-        self._passing = forward_to
+        self.rule_time: float = rule_time
+        self._ignored_calls = ignored_calls
 
     def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
         """Record the call."""
         self.seen.append((now, dict(values)))
-        return MONITOR_RULE if now >= self.names and len(self.seen) > self._passing else None
+        return MONITOR_RULE if now >= self.rule_time and len(self.seen) > self._ignored_calls else None
 
     def history(self, name: str) -> list[Any]:
         """Return all values of a variable.

@@ -142,8 +142,8 @@ def invalid_input_is_rejected_with_a_reason_before_any_motion(subject: PlantUnde
 def _require_reason(answer: object, what: str) -> None:
     require(isinstance(answer, MotionCompletion), f"{what} is not refused: {answer!r}")
     assert isinstance(answer, MotionCompletion)  # noqa: S101  for the type checker
-    said = isinstance(answer.reason, str) and bool(answer.reason.strip())
-    require(not answer.completed and said, f"{what} is refused without a reason: {answer}")
+    has_reason = isinstance(answer.reason, str) and bool(answer.reason.strip())
+    require(not answer.completed and has_reason, f"{what} is refused without a reason: {answer}")
     require(
         not str(answer.reason).startswith("monitor:"), f"{what} is refused in the monitor's name: {answer}"
     )

@@ -38,7 +38,7 @@ def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
         before = values_of(plant.observe())
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
         _require_all_ended(
-            plant.advance(RecordingMonitor(names=plant.now()), plant.now() + MOTION_TIMEOUT_S), motions
+            plant.advance(RecordingMonitor(rule_time=plant.now()), plant.now() + MOTION_TIMEOUT_S), motions
         )
         require_unchanged(
             subject, before, values_of(plant.observe()), "a rule was named before anything moved, and"
@@ -61,11 +61,11 @@ def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> N
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
         # Without ticks time passes at the end of a motion alone: its second look is on the way.
         watch = RecordingMonitor(
-            names=plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), forward_to=1
+            rule_time=plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), ignored_calls=1
         )
         over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
         _require_all_ended(over, motions)
-        named = [time for time, _ in watch.seen[1:] if time >= watch.names]
+        named = [time for time, _ in watch.seen[1:] if time >= watch.rule_time]
         require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
         took = plant.now() - named[0]
         require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
@@ -83,7 +83,7 @@ def a_halted_motion_comes_to_rest_while_others_go_on(subject: PlantUnderTest) ->
         ConformanceError: the plant breaks this promise.
     """
 
-    def halting(
+    def halt(
         plant: Plant, motion: MotionHandle, watch: RecordingMonitor
     ) -> Mapping[MotionHandle, MotionCompletion]:
         require(
@@ -93,7 +93,7 @@ def a_halted_motion_comes_to_rest_while_others_go_on(subject: PlantUnderTest) ->
         plant.halt(motion)
         return {}
 
-    _check_halt(subject, halting)
+    _check_halt(subject, halt)
 
 
 def the_monitor_may_halt_a_motion(subject: PlantUnderTest) -> None:
@@ -106,7 +106,7 @@ def the_monitor_may_halt_a_motion(subject: PlantUnderTest) -> None:
         ConformanceError: the plant breaks this promise.
     """
 
-    def halting(
+    def halt(
         plant: Plant, motion: MotionHandle, watch: RecordingMonitor
     ) -> Mapping[MotionHandle, MotionCompletion]:
         halts_at, is_halted = plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), False
@@ -123,24 +123,22 @@ def the_monitor_may_halt_a_motion(subject: PlantUnderTest) -> None:
         except Exception as error:
             raise ConformanceError(f"it raises {error!r} where the monitor halts a motion") from error
 
-    _check_halt(subject, halting)
+    _check_halt(subject, halt)
 
 
 def _check_halt(
     subject: PlantUnderTest,
-    halting: Callable[[Plant, MotionHandle, RecordingMonitor], Mapping[MotionHandle, MotionCompletion]],
+    halt: Callable[[Plant, MotionHandle, RecordingMonitor], Mapping[MotionHandle, MotionCompletion]],
 ) -> None:
     with subject.plant() as plant:
-        moving, beside = (
+        halted, other = (
             begin_motion(plant, subject.motion_action),
             begin_motion(plant, subject.parallel_action),
         )
         watch, since = RecordingMonitor(), plant.now()
-        over = halting(plant, moving, watch) or plant.advance(
-            RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S
-        )
-        require(set(over) == {moving}, f"one motion was halted, and ended were {sorted(over)}")
-        how, took = over[moving], plant.now() - since
+        over = halt(plant, halted, watch) or plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
+        require(set(over) == {halted}, f"one motion was halted, and ended were {sorted(over)}")
+        how, took = over[halted], plant.now() - since
         require(not how.completed and bool(how.reason), f"a halted motion ended with {how}")
         require(not str(how.reason).startswith("monitor:"), f"halted, but in the monitor's name: {how}")
         require(
@@ -149,8 +147,8 @@ def _check_halt(
         )
         _require_braking_distance(subject, watch, values_of(plant.observe()))
         require(
-            wait_for_end(plant, beside, RecordingMonitor()).completed,
-            "what went on beside it is not completed",
+            wait_for_end(plant, other, RecordingMonitor()).completed,
+            "the other motion is not completed",
         )
 
 

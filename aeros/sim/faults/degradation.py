@@ -63,15 +63,15 @@ class DegradationApplier:
     do not jump.
 
     Args:
-        stage: the parts of the plant.
+        parts: the parts of the plant.
     """
 
-    def __init__(self, stage: PlantParts) -> None:
-        self._robot = stage.robot
-        self._sensors = stage.sensors
-        self._models = dict(stage.sensors.models)
+    def __init__(self, parts: PlantParts) -> None:
+        self._robot = parts.robot
+        self._sensors = parts.sensors
+        self._models = dict(parts.sensors.models)
         self._before = NO_DEGRADATION
-        self._late: deque[tuple[Vector, Vector]] = deque()
+        self._queue: deque[tuple[Vector, Vector]] = deque()
 
     def apply(self, now: Degradation) -> None:
         """Set motors, pads and sensors for the coming tick.
@@ -85,7 +85,7 @@ class DegradationApplier:
         if now.force != inf or before.force != inf:
             width, force = robot.grip_command
             robot.set_finger_motors(width, min(force, now.force))
-        if now.lag_ticks or self._late or now.torque_share != 1.0 or before.torque_share != 1.0:
+        if now.lag_ticks or self._queue or now.torque_share != 1.0 or before.torque_share != 1.0:
             q, qd = self._delayed_set_points(now.lag_ticks)
             robot.set_arm_motors(q, qd, now.torque_share)
         if now.sensors != before.sensors:
@@ -97,15 +97,15 @@ class DegradationApplier:
     def _delayed_set_points(self, lag: int) -> tuple[Vector, Vector]:
         """Return the set points that the arm follows in this tick, `lag` ticks late or catching up."""
         commanded = (self._robot.q_command, self._robot.qd_command)
-        if lag and not self._late:
-            # What it was told before now is done; it waits there for what comes late.
-            self._late.append((commanded[0] - commanded[1] * TICK, np.zeros(len(commanded[0]))))
-        self._late.append(commanded)
-        if len(self._late) <= lag:
-            return self._late[0]
-        if len(self._late) > lag + 1:
-            self._late.popleft()
-        return self._late.popleft()
+        if lag and not self._queue:
+            # The last command before the delay is complete; the arm waits there for the delayed ones.
+            self._queue.append((commanded[0] - commanded[1] * TICK, np.zeros(len(commanded[0]))))
+        self._queue.append(commanded)
+        if len(self._queue) <= lag:
+            return self._queue[0]
+        if len(self._queue) > lag + 1:
+            self._queue.popleft()
+        return self._queue.popleft()
 
 
 def _worst_models(

@@ -33,7 +33,7 @@ from aeros.spec.declared.faults import (
 
 
 def physical_effect(
-    kind: PhysicalFault, source: Generator, name: str, stage: PlantParts
+    kind: PhysicalFault, source: Generator, name: str, parts: PlantParts
 ) -> Iterator[Degradation]:
     """Make the effect of a physical fault.
 
@@ -41,14 +41,14 @@ def physical_effect(
         kind: the fault.
         source: random numbers of this occurrence.
         name: of this occurrence; a person who enters gets it.
-        stage: the parts of the plant.
+        parts: the parts of the plant.
 
     Returns:
         The degradation in each tick of the fault.
     """
     match kind:
         case ImpulseFault():
-            return _bump(kind, source, stage)
+            return _bump(kind, source, parts)
         case PadFrictionFault(friction, lasts):
             return repeat(Degradation(friction=friction), lasts)
         case GripForceFault(force, lasts):
@@ -61,16 +61,16 @@ def physical_effect(
             model = SensorModel(noise=noise, latency=latency, dropout=dropout)
             return repeat(Degradation(sensors={of: model}), lasts)
         case PersonEntersFault(person):
-            stage.people.add_person(replace(person, name=name))
+            parts.people.add_person(replace(person, name=name))
             return iter(())
 
 
-def _bump(bump: ImpulseFault, source: Generator, stage: PlantParts) -> Iterator[Degradation]:
+def _bump(bump: ImpulseFault, source: Generator, parts: PlantParts) -> Iterator[Degradation]:
     way = _random_horizontal(source) if bump.direction is None else bump.direction
     force = bump.impulse / (bump.duration_ticks * TICK)
-    body = stage.scene.body(bump.thing)
+    body = parts.scene.body(bump.thing)
     for _ in range(bump.duration_ticks):
-        stage.world.push(body, (force * way[0], force * way[1], force * way[2]))
+        parts.world.push(body, (force * way[0], force * way[1], force * way[2]))
         yield NO_DEGRADATION
 
 

@@ -77,7 +77,7 @@ class FaultInjector(NoDisturbance):
         chance = RandomSource(seed)
         self._faults = tuple(faults)
         self._draws = {fault.name: OpportunitySampler(fault, chance) for fault in faults}
-        self._tell = on_event
+        self._on_event = on_event
         self._waiting: list[_PendingFault] = []
         self._acting: list[_ActiveFault] = []
         self._under_way: Counter[str] = Counter()
@@ -91,11 +91,11 @@ class FaultInjector(NoDisturbance):
         each = [draws.equivalent_rates for draws in self._draws.values()]
         return max((low for low, _ in each), default=0.0), min((high for _, high in each), default=1.0)
 
-    def attach(self, stage: PlantParts) -> None:
+    def attach(self, parts: PlantParts) -> None:
         """Implement `NoDisturbance.attach`."""
-        self._stage = stage
-        self._world = stage.world
-        self._hindered = DegradationApplier(stage)
+        self._parts = parts
+        self._world = parts.world
+        self._applier = DegradationApplier(parts)
 
     def skill_began(self, skill: str) -> None:
         """Implement `NoDisturbance.skill_began`: each fault on this skill has an opportunity."""
@@ -114,7 +114,7 @@ class FaultInjector(NoDisturbance):
         passed = [one for one in self._waiting if one.opportunity_kind.skill == skill]
         self._waiting = [one for one in self._waiting if one.opportunity_kind.skill != skill]
         for one in passed:
-            self._emit("fault-passed", one.fault, one.opportunity, f"passes: `{skill}` ended before")
+            self._emit("fault-passed", one.fault, one.opportunity, f"not triggered: `{skill}` ended first")
 
     def before_tick(self) -> None:
         """Begin the faults that are due, and apply the combined effect of all active ones."""
@@ -122,13 +122,13 @@ class FaultInjector(NoDisturbance):
         self._begin_pending()
         now = NO_DEGRADATION
         for one in list(self._acting):
-            hindrance = next(one.ticks, None)
-            if hindrance is not None:
-                now = now.combine_worst(hindrance)
+            degradation = next(one.ticks, None)
+            if degradation is not None:
+                now = now.combine_worst(degradation)
             else:
                 self._acting.remove(one)
                 self._emit("fault-over", one.fault, one.opportunity, "is over")
-        self._hindered.apply(now)
+        self._applier.apply(now)
 
     def detection_filter(self, camera: str) -> DetectionFilter:
         """Implement `NoDisturbance.detection_filter`: each fault on this camera has an opportunity.
@@ -174,7 +174,7 @@ class FaultInjector(NoDisturbance):
         if not self._waiting:
             return
         ticks = self._world.ticks
-        holding = any(one.start_tick is None for one in self._waiting) and self._stage.robot.is_holding()
+        holding = any(one.start_tick is None for one in self._waiting) and self._parts.robot.is_holding()
         for one in self._waiting:
             if one.start_tick is None and holding:
                 one.start_tick = ticks + one.opportunity_kind.delay_ticks
@@ -185,9 +185,9 @@ class FaultInjector(NoDisturbance):
 
     def _begin(self, fault: Fault, opportunity: int, source: Generator) -> None:
         if isinstance(fault.kind, MissedDetectionFault | DisplacedDetectionFault):
-            raise MisuseError(f"`{fault.name}` is of what a camera sees, and goes with its looks")
+            raise MisuseError(f"`{fault.name}` is a detection fault and needs `at: look`")
         name = f"{fault.name} {opportunity}"
-        ticks = physical_effect(fault.kind, source, name, self._stage)
+        ticks = physical_effect(fault.kind, source, name, self._parts)
         self._acting.append(_ActiveFault(fault, opportunity, ticks))
         self._emit("fault", fault, opportunity, "begins")
 
@@ -197,4 +197,4 @@ class FaultInjector(NoDisturbance):
 
     def _emit(self, event: str, fault: Fault, opportunity: int, what: str) -> None:
         text = f"fault `{fault.name}` {what} (opportunity {opportunity})"
-        self._tell(FaultEvent(self._world.time, event, fault.name, text, opportunity))
+        self._on_event(FaultEvent(self._world.time, event, fault.name, text, opportunity))

@@ -29,11 +29,11 @@ class OpportunitySampler:
     def __init__(self, fault: Fault, chance: RandomSource) -> None:
         self._channel = f"fault/{fault.name}"
         self._process = fault.process
-        self._left = inf if fault.max_count is None else fault.max_count
+        self._remaining = inf if fault.max_count is None else fault.max_count
         self._chance = chance
         self._chain = GilbertElliottSampler(fault.process)
         self.count = 0
-        self._highest_taken, self._lowest_left = 0.0, 1.0
+        self._highest_hit, self._lowest_miss = 0.0, 1.0
 
     @property
     def equivalent_rates(self) -> tuple[float, float]:
@@ -43,7 +43,7 @@ class OpportunitySampler:
         """
         if self._process.bad_state_probability:
             return self._chain.alike
-        return self._highest_taken, self._lowest_left
+        return self._highest_hit, self._lowest_miss
 
     def next(self) -> Generator | None:
         """Draw if the fault happens at its next opportunity.
@@ -55,9 +55,9 @@ class OpportunitySampler:
         state, event = (float(part) for part in source.uniform(size=2))
         self.count += 1
         rate = self._process.rate_in_bad if self._chain.is_bad(state) else self._process.rate_in_good
-        if event >= rate or self._left <= 0:
-            self._lowest_left = min(self._lowest_left, event)
+        if event >= rate or self._remaining <= 0:
+            self._lowest_miss = min(self._lowest_miss, event)
             return None
-        self._highest_taken = max(self._highest_taken, event)
-        self._left -= 1
+        self._highest_hit = max(self._highest_hit, event)
+        self._remaining -= 1
         return source

@@ -44,7 +44,7 @@ class RemotePlant:
         except OSError:
             connection.close()
             raise
-        self._line = MessageChannel(connection, HOST_TIMEOUT_S)
+        self._channel = MessageChannel(connection, HOST_TIMEOUT_S)
         self._body: RobotBody | None = None
         self._planned: tuple[int, PlannedMotion] | None = None
         self._is_open = True
@@ -55,48 +55,48 @@ class RemotePlant:
 
     def observe(self) -> Readings:
         """Implement `Plant.observe`."""
-        told = self._call("observe")
-        return {name: Reading(decode_value(value), time) for name, (value, time) in told.items()}
+        reply = self._call("observe")
+        return {name: Reading(decode_value(value), time) for name, (value, time) in reply.items()}
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implement `Plant.plan`."""
-        untold = _encoding_problem(action)
-        if untold is not None:
-            return untold
-        told = self._call("plan", **_encode_action(action))
-        if "body" in told:
-            self._body = decode_body(told["body"])
-        plan = decode_plan(told["plan"], self._body)
-        self._planned = (told["number"], plan)
+        refusal = _encoding_problem(action)
+        if refusal is not None:
+            return refusal
+        reply = self._call("plan", **_encode_action(action))
+        if "body" in reply:
+            self._body = decode_body(reply["body"])
+        plan = decode_plan(reply["plan"], self._body)
+        self._planned = (reply["number"], plan)
         return plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Implement `Plant.begin`."""
-        untold = _encoding_problem(action)
-        if untold is not None:
-            return untold
+        refusal = _encoding_problem(action)
+        if refusal is not None:
+            return refusal
         number = None
         if decided is not None:
             # What is none of this plant's own plans is none of the host's either.
             number = self._planned[0] if self._planned and self._planned[1] is decided else -1
-        told = self._call("begin", plan=number, **_encode_action(action))
+        reply = self._call("begin", plan=number, **_encode_action(action))
         return (
-            MotionCompletion(told["completed"], told["reason"])
-            if isinstance(told, dict)
-            else MotionHandle(told)
+            MotionCompletion(reply["completed"], reply["reason"])
+            if isinstance(reply, dict)
+            else MotionHandle(reply)
         )
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implement `Plant.advance`; the host waits at every tick for the verdict of `monitor`."""
-        self._line.send({"do": "advance", "until": None if until == inf else until})
+        self._channel.send({"do": "advance", "until": None if until == inf else until})
         failure: BaseException | None = None
-        while "is" not in (message := self._line.receive()):
+        while "is" not in (message := self._channel.receive()):
             measured = {name: decode_value(value) for name, value in message["measured"].items()}
             try:
                 rule = monitor(message["tick"], measured)
             except BaseException as raised:
                 failure, rule = raised, "the monitor failed"
-            self._line.send({"rule": rule})
+            self._channel.send({"rule": rule})
         if failure is not None:
             raise failure
         return {
@@ -130,18 +130,18 @@ class RemotePlant:
         if self._is_open:
             self._is_open = False
             with suppress(OSError):
-                self._line.close()
+                self._channel.close()
 
     def _call(self, what: str, **about: Any) -> Any:
-        self._line.send({"do": what, **about})
-        return self._line.receive()["is"]
+        self._channel.send({"do": what, **about})
+        return self._channel.receive()["is"]
 
 
 def _encoding_problem(action: Action) -> MotionCompletion | None:
     """Return a refusal if a parameter of the action cannot be encoded; no plant accepts such values."""
     for name, value in action.parameters.items():
         if not _is_json_value(value):
-            return MotionCompletion(False, f"bad parameter: `{name}` is of a type that no plant knows")
+            return MotionCompletion(False, f"bad parameter: `{name}` has an unsupported type")
     return None
 
 

@@ -56,7 +56,7 @@ class MessageChannel:
         try:
             self._connection.sendall(_LENGTH_PREFIX.pack(len(body)) + body)
         except OSError as failure:
-            raise ConnectionLostError(f"nothing can be said any more: {failure}") from failure
+            raise ConnectionLostError(f"cannot send: {failure}") from failure
 
     def receive(self) -> dict[str, Any]:
         """Receive the next message.
@@ -69,13 +69,13 @@ class MessageChannel:
         """
         (length,) = _LENGTH_PREFIX.unpack(self._receive_bytes(_LENGTH_PREFIX.size))
         if length > _MAX_MESSAGE_BYTES:
-            raise ConnectionLostError(f"a message of {length} bytes is none")
+            raise ConnectionLostError(f"message of {length} bytes exceeds the limit of {_MAX_MESSAGE_BYTES}")
         try:
             message = json.loads(self._receive_bytes(length))
         except ValueError as failure:
-            raise ConnectionLostError(f"what was said is no message: {failure}") from failure
+            raise ConnectionLostError(f"received data is not a message: {failure}") from failure
         if not isinstance(message, dict):
-            raise ConnectionLostError("what was said is no message")
+            raise ConnectionLostError("received data is not a message")
         return message
 
     def close(self) -> None:
@@ -88,9 +88,9 @@ class MessageChannel:
             try:
                 part = self._connection.recv(min(count, 1 << 20))
             except OSError as failure:
-                raise ConnectionLostError(f"nothing is heard any more: {failure}") from failure
+                raise ConnectionLostError(f"cannot receive: {failure}") from failure
             if not part:
-                raise ConnectionLostError("the other end hung up")
+                raise ConnectionLostError("connection closed by peer")
             parts.append(part)
             count -= len(part)
         return b"".join(parts)
@@ -146,7 +146,7 @@ def encode_plan(plan: PlannedMotion) -> dict[str, Any]:
 
 
 _SERVO_FIELDS: Final = (
-    "slack",
+    "joint_tolerance",
     "speed",
     "acceleration",
     "jerk",
@@ -156,17 +156,32 @@ _SERVO_FIELDS: Final = (
 )
 
 
-def decode_plan(told: Mapping[str, Any], body: RobotBody | None) -> PlannedMotion:
-    """The plan that was told of; `body`: of a trajectory."""
-    if "completed" in told:
-        return MotionCompletion(told["completed"], told["reason"])
-    if "motionless" in told:
-        return NoMotion(told["motionless"])
+def decode_plan(message: Mapping[str, Any], body: RobotBody | None) -> PlannedMotion:
+    """Decode a plan.
+
+    Args:
+        message: of `encode_plan`.
+        body: the robot's body, for a trajectory; None if none was received.
+
+    Returns:
+        The plan.
+
+    Raises:
+        ConnectionLostError: the plan is a trajectory, and there is no body.
+    """
+    if "completed" in message:
+        return MotionCompletion(message["completed"], message["reason"])
+    if "motionless" in message:
+        return NoMotion(message["motionless"])
     if body is None:
-        raise ConnectionLostError("it tells of a motion, and never told of the body that moves")
-    servo = None if told["servo"] is None else ServoBounds(*decode_value(told["servo"]))
-    paths, base, way = decode_value(told["paths"]), decode_value(told["base"]), decode_value(told["way"])
-    return Trajectory(body, paths, base, way, told["duration"], servo)
+        raise ConnectionLostError("plan refers to a body that was never sent")
+    servo = None if message["servo"] is None else ServoBounds(*decode_value(message["servo"]))
+    paths, base, way = (
+        decode_value(message["paths"]),
+        decode_value(message["base"]),
+        decode_value(message["way"]),
+    )
+    return Trajectory(body, paths, base, way, message["duration"], servo)
 
 
 def encode_body(body: RobotBody) -> dict[str, Any]:
@@ -181,9 +196,16 @@ def encode_body(body: RobotBody) -> dict[str, Any]:
     return {"rows": body.dh_rows, "tool": body.tool_offset, "balls": body.balls}
 
 
-def decode_body(told: Mapping[str, Any]) -> RobotBody:
-    """The body that was told of."""
+def decode_body(message: Mapping[str, Any]) -> RobotBody:
+    """Decode a robot's body.
+
+    Args:
+        message: of `encode_body`.
+
+    Returns:
+        The body.
+    """
     balls = tuple(
-        Ball(link, joint, decode_value(centre), radius) for link, joint, centre, radius in told["balls"]
+        Ball(link, joint, decode_value(centre), radius) for link, joint, centre, radius in message["balls"]
     )
-    return RobotBody(decode_value(told["rows"]), decode_value(told["tool"]), balls)
+    return RobotBody(decode_value(message["rows"]), decode_value(message["tool"]), balls)

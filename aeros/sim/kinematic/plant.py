@@ -11,14 +11,14 @@ from typing import Any
 
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
+from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.motions import BlockedError
-from aeros.sim.ticked_plant import TickingPlant
 
 
-class KinematicPlant(TickingPlant):
+class KinematicPlant(FixedStepPlant):
     """A scene simulated without physics; its clock starts at 0.
 
     Args:
@@ -49,7 +49,7 @@ class KinematicPlant(TickingPlant):
             "holding": self._robot.is_holding(),
             **self._scene.measure(self._state, time),
         }
-        return {**self._seen, **{name: Reading(value, time) for name, value in values.items()}}
+        return {**self._detections, **{name: Reading(value, time) for name, value in values.items()}}
 
     def close(self) -> None:
         """Implement `Plant.close`: nothing to release."""

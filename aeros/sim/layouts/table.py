@@ -32,7 +32,7 @@ CAN_SIZE: Final = (0.02, 0.05)
 """Radius and height of the second piece of clutter, m."""
 
 CLUTTER_POSITIONS: Final = ((0.38, -0.255), (0.56, -0.255))
-"""Nominal places of the pieces, m: beside the area, so that wiping may come first, and clear
+"""Nominal places of the pieces, m: next to the area, so that wiping may come first, and clear
 of the bin by the width of the hand."""
 
 POSITION_SPREAD: Final = 0.03
@@ -141,8 +141,8 @@ def table_detections(
 
 def _in_bin(place: Vector3) -> bool:
     length, width, depth = BIN_INNER
-    beside = abs(place[0] - BIN[0]) < length / 2 and abs(place[1] - BIN[1]) < width / 2
-    return beside and BIN[2] < place[2] < BIN[2] + depth
+    is_over_bin = abs(place[0] - BIN[0]) < length / 2 and abs(place[1] - BIN[1]) < width / 2
+    return is_over_bin and BIN[2] < place[2] < BIN[2] + depth
 
 
 def _in_area(place: Vector3) -> bool:

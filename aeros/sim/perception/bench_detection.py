@@ -173,8 +173,8 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperDetection | None:
     heading = across_hinge + wrap_heading(best.rectangle.heading - across_hinge, pi / 2.0)
     way, side = np.array((cos(heading), sin(heading))), np.array((-sin(heading), cos(heading)))
     near, far = float((a.points[:, :2] @ way).min()), float((b.points[:, :2] @ way).max())
-    beside = best.points if best.is_mostly_visible else np.concatenate((a.points, b.points))
-    across = beside[:, :2] @ side
+    visible_points = best.points if best.is_mostly_visible else np.concatenate((a.points, b.points))
+    across = visible_points[:, :2] @ side
     u, v = (near + far) / 2.0, float(across.min() + across.max()) / 2.0
     x, y = u * way + v * side
     fold = acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(a.normal, b.normal, strict=True)))))

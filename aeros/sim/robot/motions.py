@@ -2,7 +2,7 @@
 
 Planning a motion refuses what cannot be done and moves nothing. It returns a plan and an iterator that does
 exactly that plan: the iterator sets the motors and yields once per tick. Targets are in W; the tool points
-down. `drive` is the plan of a base motion under way: the tool then reaches its target when the base comes
+down. `base_motion` is the plan of a base motion under way: the tool then reaches its target when the base comes
 to rest, and keeps its speed limit in W.
 """
 
@@ -39,10 +39,10 @@ from aeros.sim.robot.profile import (
     JointProfile,
     UnreachableError,
     joint_profile,
+    line_path,
+    line_profile,
     minimum_jerk,
     minimum_jerk_ticks,
-    straight_path,
-    straight_profile,
 )
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, BRAKED_PARTS, Robot
 
@@ -128,16 +128,16 @@ def plan_stop(robot: Robot, parameters: ActionParameters, base_motion: Trajector
         ActionRejectedError: there are parameters.
     """
     parameters.reject_unread()
-    return PreparedMotion(NoMotion("it brings to rest what moves"), robot.brake(), BRAKED_PARTS)
+    return PreparedMotion(NoMotion("stop: the robot comes to rest"), robot.brake(), BRAKED_PARTS)
 
 
-def plan_wait(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
+def plan_wait(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
     """Plan `wait {duration: s}`: hold for a while.
 
     Args:
         robot: the robot.
         parameters: `duration`, 0 to 600 s.
-        drive: plan of the base motion under way, which goes on.
+        base_motion: plan of the base motion under way, which goes on.
 
     Returns:
         The motion, which moves nothing.
@@ -147,7 +147,7 @@ def plan_wait(robot: Robot, parameters: ActionParameters, drive: Trajectory | No
     """
     duration = parameters.number("duration", 0.0, 600.0)
     parameters.reject_unread()
-    return PreparedMotion(NoMotion("it waits"), _wait(ceil(duration / TICK)))
+    return PreparedMotion(NoMotion("wait: nothing moves"), _wait(ceil(duration / TICK)))
 
 
 def _wait(ticks: int) -> MotionTicks:
@@ -155,13 +155,15 @@ def _wait(ticks: int) -> MotionTicks:
         yield
 
 
-def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
+def plan_move_tool(
+    robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
+) -> PreparedMotion:
     """Plan `move_tool {target: m, yaw: rad, speed: m/s}`: a straight line in B whose peak speed is `speed`.
 
     Args:
         robot: the robot.
         parameters: `target`, the tool position in W, m; `yaw` in [-π, π], rad; `speed`, 0.001 to 1.7 m/s.
-        drive: plan of the base motion under way; its peak speed is subtracted from `speed`.
+        base_motion: plan of the base motion under way; its peak speed is subtracted from `speed`.
 
     Returns:
         The motion of the arm.
@@ -177,10 +179,10 @@ def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory
     p_BT, yaw_now = robot.tool_command()
     yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
     base = robot.read_sensors().base_position
-    target = np.array(p_WT) - np.array(base if drive is None else _base_destination(drive))
+    target = np.array(p_WT) - np.array(base if base_motion is None else _base_destination(base_motion))
     try:
-        profile = straight_profile(
-            robot.q_command, (p_BT, yaw_now), (target, yaw), _relative_speed(speed, drive)
+        profile = line_profile(
+            robot.q_command, (p_BT, yaw_now), (target, yaw), _relative_speed(speed, base_motion)
         )
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
@@ -191,19 +193,19 @@ def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory
 _NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
-def _relative_speed(speed: float, drive: Trajectory | None) -> float:
+def _relative_speed(speed: float, base_motion: Trajectory | None) -> float:
     """Return the part of a tool speed in W that is left for the arm while the base drives, m/s."""
-    if drive is None:
+    if base_motion is None:
         return speed
-    carried = PEAK_TO_MEAN * hypot(*drive.base_path) / drive.duration
+    carried = PEAK_TO_MEAN * hypot(*base_motion.base_path) / base_motion.duration
     if speed - carried < _MIN_SPEED:
         raise ActionRejectedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
     return speed - carried
 
 
-def _base_destination(drive: Trajectory) -> Vector3:
+def _base_destination(base_motion: Trajectory) -> Vector3:
     """Return the position in W at which the base comes to rest, m."""
-    x, y, z = (b + w for b, w in zip(drive.base, drive.base_path, strict=True))
+    x, y, z = (b + w for b, w in zip(base_motion.base, base_motion.base_path, strict=True))
     return (x, y, z)
 
 
@@ -224,13 +226,15 @@ def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
     yield from settle(robot)
 
 
-def plan_move_joints(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
+def plan_move_joints(
+    robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
+) -> PreparedMotion:
     """Plan `move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool never faster than `speed`.
 
     Args:
         robot: the robot.
         parameters: `q1` to `q7`, target positions inside the joint limits, rad; `speed`, 0.001 to 1.7 m/s.
-        drive: plan of the base motion under way; its peak speed is subtracted from `speed`.
+        base_motion: plan of the base motion under way; its peak speed is subtracted from `speed`.
 
     Returns:
         The motion of the arm.
@@ -245,7 +249,7 @@ def plan_move_joints(robot: Robot, parameters: ActionParameters, drive: Trajecto
     parameters.reject_unread()
     base = robot.read_sensors().base_position
     try:
-        profile = joint_profile(robot.q_command, target, _relative_speed(speed, drive))
+        profile = joint_profile(robot.q_command, target, _relative_speed(speed, base_motion))
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
     trajectory = Trajectory(PANDA_BODY, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
@@ -256,7 +260,7 @@ def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> MotionT
     yield from _follow_profile(robot, profile)
     miss = float(np.abs(np.array(robot.read_sensors().q) - target).max())
     if miss > JOINT_ARRIVAL_TOLERANCE:
-        raise BlockedError(f"blocked: a joint rests {miss:.3f} rad from its target")
+        raise BlockedError(f"blocked: a joint stopped {miss:.3f} rad from its target")
 
 
 def settle(robot: Robot) -> MotionTicks:
@@ -277,16 +281,16 @@ def settle(robot: Robot) -> MotionTicks:
 def _check_arrival(robot: Robot, p_WT: Vector3) -> None:
     miss = float(np.linalg.norm(np.array(robot.read_sensors().tool_position) - np.array(p_WT)))
     if miss > ARRIVAL_TOLERANCE:
-        raise BlockedError(f"blocked: the tool rests {1000 * miss:.0f} mm from its target")
+        raise BlockedError(f"blocked: the tool stopped {1000 * miss:.0f} mm from its target")
 
 
-def plan_grip(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
+def plan_grip(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
     """Plan `grip {width: m, force: N}`: move the fingers to `width`; ends when they rest.
 
     Args:
         robot: the robot.
         parameters: `width` between the fingers, 0 to 0.08 m; `force` on each, 0.1 to 70 N.
-        drive: plan of the base motion under way, which goes on.
+        base_motion: plan of the base motion under way, which goes on.
 
     Returns:
         The motion, which moves only the fingers.
@@ -297,7 +301,7 @@ def plan_grip(robot: Robot, parameters: ActionParameters, drive: Trajectory | No
     width = parameters.number("width", 0.0, FINGER_GAP_MAX)
     force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
     parameters.reject_unread()
-    return PreparedMotion(NoMotion("it moves the fingers alone"), _grip(robot, width, force))
+    return PreparedMotion(NoMotion("grip: only the fingers move"), _grip(robot, width, force))
 
 
 def _grip(robot: Robot, width: float, force: float) -> MotionTicks:
@@ -311,7 +315,7 @@ def _grip(robot: Robot, width: float, force: float) -> MotionTicks:
     raise BlockedError("blocked: the fingers do not come to rest")
 
 
-def plan_slide(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
+def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
     """Plan `slide {target: m, force: N, speed: m/s}`: a line along x and y, pressing down with `force`.
 
     First the tool descends until the wrist measures half the force, at most 20 mm below the target's z.
@@ -322,7 +326,7 @@ def plan_slide(robot: Robot, parameters: ActionParameters, drive: Trajectory | N
         robot: the robot.
         parameters: `target`, the tool position in W, m, its z near the surface; `force`, 0.5 to 60 N;
             `speed`, 0.001 to 0.5 m/s.
-        drive: plan of the base motion under way; must be None.
+        base_motion: plan of the base motion under way; must be None.
 
     Returns:
         The motion of the arm, under feedback.
@@ -335,8 +339,8 @@ def plan_slide(robot: Robot, parameters: ActionParameters, drive: Trajectory | N
     force = parameters.number("force", 0.5, 60.0)
     speed = parameters.number("speed", 1e-3, 0.5)
     parameters.reject_unread()
-    if drive is not None:
-        raise ActionRejectedError("the base drives: what is pressed on would be dragged along")
+    if base_motion is not None:
+        raise ActionRejectedError("not allowed while the base drives: the pressed object would be dragged")
     start, yaw = robot.tool_command()
     base = robot.read_sensors().base_position
     target = np.array(p_WT) - np.array(base)
@@ -345,13 +349,11 @@ def plan_slide(robot: Robot, parameters: ActionParameters, drive: Trajectory | N
     try:
         # Along and down together are no faster than asked; slower than twice the descent is not worth it.
         along = sqrt(max(speed * speed - _CONTACT_SPEED * _CONTACT_SPEED, speed * speed / 4.0))
-        ticks = straight_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
+        ticks = line_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
         # Wherever the surface is: down over the start, then along at that height.
-        paths = [straight_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
+        paths = [line_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
         heights = np.arange(lowest, max(start[2], lowest) + _SLIDE_PATH_SPACING, _SLIDE_PATH_SPACING)
-        paths += [
-            straight_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights
-        ]
+        paths += [line_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights]
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
     ticks = max(ticks, 120)
@@ -409,7 +411,7 @@ class _SlidePaths:
 
 
 def _slide(
-    robot: Robot, target: Vector, force: float, ticks: int, lowest: float, lanes: _SlidePaths
+    robot: Robot, target: Vector, force: float, ticks: int, lowest: float, paths: _SlidePaths
 ) -> MotionTicks:
     yield from settle(robot)
     tare = robot.wrist_vertical_force()
@@ -420,44 +422,46 @@ def _slide(
         pace = min(_CONTACT_SPEED, pace + _CONTACT_SPEED_STEP)
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
-            raise BlockedError("no contact: the surface is not where the target says")
-        _servo_tick(robot, p_BT, yaw, lanes)
+            raise BlockedError("no contact: no surface down to 20 mm below the target")
+        _servo_tick(robot, p_BT, yaw, paths)
         yield
         pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
     share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     for part in share:
         pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
-        wanted = min(_CONTACT_SPEED, max(-_CONTACT_SPEED, _FORCE_GAIN * (force - pressed)))
-        pace = min(pace + _CONTACT_SPEED_STEP, max(pace - _CONTACT_SPEED_STEP, wanted))
+        correction = min(_CONTACT_SPEED, max(-_CONTACT_SPEED, _FORCE_GAIN * (force - pressed)))
+        pace = min(pace + _CONTACT_SPEED_STEP, max(pace - _CONTACT_SPEED_STEP, correction))
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
-            raise BlockedError("no contact: the surface fell away")
+            raise BlockedError("contact lost: no surface down to 20 mm below the target")
         p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
-        _servo_tick(robot, p_BT, yaw, lanes)
+        _servo_tick(robot, p_BT, yaw, paths)
         yield
     robot.hold_arm()
     yield from settle(robot)
 
 
-def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, lanes: _SlidePaths) -> None:
+def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, paths: _SlidePaths) -> None:
     """Servo for one tick, with at most half of any joint's speed and acceleration limit."""
     here = robot.q_command
-    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
+    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, paths.nearest(here)) - here) / TICK
     before = robot.qd_command
     rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
     rate = np.minimum(np.maximum(rate, before - _SERVO_RATE_STEP), before + _SERVO_RATE_STEP)
     q = here + rate * TICK
-    lanes.nearest(q)
+    paths.nearest(q)
     robot.command(q, rate)
 
 
-def plan_move_base(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
+def plan_move_base(
+    robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
+) -> PreparedMotion:
     """Plan `move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest.
 
     Args:
         robot: the robot.
         parameters: `x` and `y` of the arm's base in W, within ±10 m; `speed`, 0.001 to 1 m/s.
-        drive: plan of the base motion under way; ignored.
+        base_motion: plan of the base motion under way; ignored.
 
     Returns:
         The motion of the base.
@@ -497,7 +501,7 @@ def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> MotionT
     at = np.array(robot.read_sensors().base_position[:2])
     miss = float(np.linalg.norm(at - target))
     if miss > ARRIVAL_TOLERANCE:
-        raise BlockedError(f"blocked: the base rests {1000 * miss:.0f} mm from its target")
+        raise BlockedError(f"blocked: the base stopped {1000 * miss:.0f} mm from its target")
 
 
 PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {

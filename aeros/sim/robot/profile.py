@@ -120,7 +120,7 @@ def minimum_jerk_ticks(distance: float, peak_speed: float) -> int:
     return max(1, ceil(PEAK_TO_MEAN * distance / peak_speed / TICK))
 
 
-def straight_profile(
+def line_profile(
     q_start: Vector, start: tuple[Vector, float], end: tuple[Vector, float], peak_speed: float
 ) -> JointProfile:
     """Plan a profile along a straight line of the tool.
@@ -188,7 +188,7 @@ def _within_limits(path: Vector, ticks: int) -> JointProfile:
     raise UnreachableError("no duration brings the joint speeds inside the limits")
 
 
-def straight_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> JointPath:
+def line_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> JointPath:
     """Plan the joint path of a straight line of the tool, without timing.
 
     Args:
@@ -236,7 +236,7 @@ def _joint_path(
     fade = 1.0 - minimum_jerk(share)[0]
     joined: Vector = path + fade[:, None] * (q_start - path[0])
     if float(np.abs(np.diff(joined, axis=0)).max()) > _MAX_JOINT_STEP:
-        raise UnreachableError(f"the straight line to {_format_point(p_end)} needs a change of posture")
+        raise UnreachableError(f"the straight line to {_format_point(p_end)} needs an arm reconfiguration")
     return joined
 
 

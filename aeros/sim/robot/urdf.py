@@ -39,18 +39,18 @@ _MAX_NUMBER: Final = 1e6
 """Beyond which no number of a thing in a cell has a meaning, SI."""
 
 
-def check_urdf(path: Path, sink: Diagnostics) -> None:
+def check_urdf(path: Path, diagnostics: Diagnostics) -> None:
     """Report all problems of a URDF file: malformed XML, wrong elements, bad numbers and missing meshes.
 
     Args:
         path: the file.
-        sink: receives the diagnostics.
+        diagnostics: receives the diagnostics.
 
     Raises:
         UserError: the file cannot be read.
     """
     source = read_source(path)
-    reader = _Reader(source, path.parent, sink)
+    reader = _Reader(source, path.parent, diagnostics)
     parser = expat.ParserCreate("utf-8")
     parser.StartElementHandler = lambda name, attributes: reader.element(
         name, attributes, parser.CurrentByteIndex
@@ -60,20 +60,20 @@ def check_urdf(path: Path, sink: Diagnostics) -> None:
         parser.Parse(source.text.encode(), True)
     except expat.ExpatError as error:
         at = reader.span(parser.ErrorByteIndex)
-        sink.error("AE141", f"this is no XML: {expat.ErrorString(error.code)}", at)
+        diagnostics.error("AE141", f"not well-formed XML: {expat.ErrorString(error.code)}", at)
         return
-    if not reader.links and not sink.has_errors:
-        sink.error("AE141", "a model has at least one `link`", reader.span(0))
+    if not reader.links and not diagnostics.has_errors:
+        diagnostics.error("AE141", "a model has at least one `link`", reader.span(0))
 
 
 class _Reader:
     """Checks one XML element after the other."""
 
-    def __init__(self, source: Source, folder: Path, sink: Diagnostics) -> None:
+    def __init__(self, source: Source, folder: Path, diagnostics: Diagnostics) -> None:
         self._source = source
         self._bytes = source.text.encode()
         self._folder = folder
-        self._sink = sink
+        self._diagnostics = diagnostics
         self._is_first = True
         self.links = 0
 
@@ -85,12 +85,14 @@ class _Reader:
 
     def doctype(self, at: int) -> None:
         """Refuse a document type: entities can be made to grow without end, and no model needs them."""
-        self._sink.error("AE141", "a model has no document type", self.span(at))
+        self._diagnostics.error("AE141", "DOCTYPE is not allowed", self.span(at))
 
     def element(self, name: str, attributes: Mapping[str, str], at: int) -> None:
         """Check numbers and files of one element."""
         if self._is_first and name != "robot":
-            self._sink.error("AE141", f"a model is a `robot`, and this is {quoted(name)}", self.span(at))
+            self._diagnostics.error(
+                "AE141", f"the root element must be `robot`, not {quoted(name)}", self.span(at)
+            )
         self._is_first = False
         self.links += name == "link"
         for attribute, count in _NUMERIC_ATTRIBUTES.get(name, {}).items():
@@ -104,19 +106,19 @@ class _Reader:
         numbers = [_number(part) for part in text.split()]
         if len(numbers) != count or not all(isfinite(number) for number in numbers):
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
-            self._sink.error(
+            self._diagnostics.error(
                 "AE108", f"`{attribute}` of `{name}` is {wanted}, and not {quoted(text)}", self.span(at)
             )
         elif not all(least <= number <= _MAX_NUMBER for number in numbers):
             help_ = f"write a value from {least:g} to {_MAX_NUMBER:g}"
-            self._sink.error(
+            self._diagnostics.error(
                 "AE111", f"`{attribute}` of `{name}` is outside its bounds", self.span(at), help=(help_,)
             )
 
     def _mesh(self, written: str, at: int) -> None:
         file = self._folder / written.removeprefix("package://")
         if not written or not file.is_file():
-            self._sink.error(
+            self._diagnostics.error(
                 "AE002",
                 f"there is no file {quoted(str(file))}, the `mesh` of this link",
                 self.span(at),

@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import add
+from aeros.sim.robot.parameters import ActionRejectedError
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
 from aeros.spec.model.model import ActionKind
@@ -26,10 +27,6 @@ _CAMERA_TIME: Final = 0.1
 
 _GRIP_TIME: Final = 0.5
 """Time the fingers take to come to rest, s; measured on the physics plant: 0.3 to 0.7."""
-
-
-class ActionRejectedError(Exception):
-    """The plant cannot do this action; the message says why.  Raised before any motion."""
 
 
 class SymbolicMotion(NamedTuple):

@@ -24,7 +24,8 @@ from aeros.runtime.ports import (
     Readings,
     Snapshot,
 )
-from aeros.sim.symbolic.motions import ActionRejectedError, SymbolicMotion, check_parameters, plan_motion
+from aeros.sim.robot.parameters import ActionRejectedError
+from aeros.sim.symbolic.motions import SymbolicMotion, check_parameters, plan_motion
 from aeros.sim.symbolic.outcomes import (
     BurstOutcomes,
     DrawnOutcome,
@@ -124,9 +125,9 @@ class SymbolicPlant:
         # Never changed but replaced, so that what was computed of it can tell whether it still holds.
         self._values: Mapping[str, Any] = self._initial
         self._planned: _PlannedAction | None = None
-        self._began: dict[str, float] = {}
+        self._start_times: dict[str, float] = {}
         self._under_way: dict[MotionHandle, _RunningAction] = {}
-        self._begun = 0
+        self._motion_count = 0
 
     def now(self) -> float:
         """Implement `Plant.now`: seconds that motions, waits and declared durations have cost so far."""
@@ -162,15 +163,15 @@ class SymbolicPlant:
                 motion = self._motion_of(action)
             except ActionRejectedError as reason:
                 return MotionCompletion(False, str(reason))
-        self._begun += 1
+        self._motion_count += 1
         ends = self._time + motion.duration
         if action.kind == "move_tool":
             # The base may carry the tool to its target: it is there once that is.
             for one in self._under_way.values():
                 if one.action.kind == "move_base":
                     ends = max(ends, one.end_time)
-        self._under_way[MotionHandle(self._begun)] = _RunningAction(action, motion, self._values, ends)
-        return MotionHandle(self._begun)
+        self._under_way[MotionHandle(self._motion_count)] = _RunningAction(action, motion, self._values, ends)
+        return MotionHandle(self._motion_count)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implement `Plant.advance`: let the next motion end.
@@ -219,7 +220,7 @@ class SymbolicPlant:
         """
         if skill not in self._shares:
             raise MisuseError(f"no module has the skill `{skill}`")
-        self._began[skill] = self._time
+        self._start_times[skill] = self._time
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
         """Implement `Plant.skill_ended`: if the skill finished, draw an outcome and apply its effects.
@@ -233,7 +234,7 @@ class SymbolicPlant:
         outcome = self._draws.outcome(skill, run)
         self._drawn.append(DrawnOutcome(skill, run, outcome.id))
         if outcome.duration is not None:
-            self._time = max(self._time, self._began[skill] + float(outcome.duration))
+            self._time = max(self._time, self._start_times[skill] + float(outcome.duration))
         self._values = self._set_values([self._effects[skill, outcome.id]])
         self._observed = None
 

@@ -44,5 +44,5 @@ def test_it_stays_as_it_begins_and_keeps_its_rate(channel: GilbertElliottModel) 
 def test_where_there_is_none_it_is_refused(
     rate: Fraction, length: Fraction, within: Fraction, between: Fraction
 ) -> None:
-    with pytest.raises(MisuseError, match="there is no channel"):
+    with pytest.raises(MisuseError, match="no Gilbert-Elliott chain"):
         GilbertElliottModel(rate, length, within, between)

@@ -233,7 +233,7 @@ def test_an_arm_whose_base_is_halted_is_not_where_it_was_asked_to_be(
     assert plant.advance(allow, inf) == {drive: MotionCompletion(False, "halted")}
     ended = plant.advance(allow, inf)
     assert isinstance(stow, int)
-    assert (ended[stow].reason or "").startswith("blocked: the tool rests")
+    assert (ended[stow].reason or "").startswith("blocked: the tool stopped")
 
 
 def test_what_the_plant_cannot_do_while_the_base_drives_it_refuses(
@@ -242,7 +242,7 @@ def test_what_the_plant_cannot_do_while_the_base_drives_it_refuses(
     drives_for(plant, policy, AHEAD, 0.5)
     for action, reason in (
         (act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.2), "the base alone moves the tool"),
-        (act("slide", target=(0.72, 0.1, 0.7), force=5.0, speed=0.1), "the base drives"),
+        (act("slide", target=(0.72, 0.1, 0.7), force=5.0, speed=0.1), "not allowed while the base drives"),
     ):
         plan = plant.plan(action)
         assert isinstance(plan, MotionCompletion)

@@ -80,12 +80,12 @@ def test_a_film_that_is_there_is_not_written_over(tmp_path: Path) -> None:
 
 def test_a_film_in_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(VideoError, match=r"there can be no film `.*file/film.gif`: "):
+    with pytest.raises(VideoError, match=r"cannot write video `.*file/film.gif`: "):
         VideoRecorder(tmp_path / "file" / "film.gif")
 
 
 def test_a_film_where_no_file_can_be_made_is_refused() -> None:
-    with pytest.raises(VideoError, match=r"there can be no film `/proc/film\.gif`: "):
+    with pytest.raises(VideoError, match=r"cannot write video `/proc/film\.gif`: "):
         VideoRecorder(Path("/proc/film.gif"))
 
 

@@ -206,7 +206,7 @@ class UntilIsCutShort(Twin):
 
 class MotionsShareANumber(Twin):
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        self._begun = 0
+        self._motion_count = 0
         return super().begin(action, decided)
 
 

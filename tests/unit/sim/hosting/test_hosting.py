@@ -106,7 +106,7 @@ def test_what_makes_no_sense_ends_the_conversation_and_not_the_plant() -> None:
     hosting = Hosting(kinematic())
     for message in ({"do": "explode"}, {"do": "plan"}, {"do": "halt", "motion": 99}, {"no": "thing"}):
         plant = hosting.join()
-        plant._line.send(message)
+        plant._channel.send(message)
         with pytest.raises(ConnectionLostError):
             plant.now()
         plant.close()

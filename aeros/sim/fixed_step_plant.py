@@ -59,7 +59,7 @@ class _RunningMotion:
     is_halting: bool = False
 
 
-class TickingPlant(ABC):
+class FixedStepPlant(ABC):
     """The part of `aeros.runtime.ports.Plant` that simulators with control ticks share.
 
     Args:
@@ -70,11 +70,11 @@ class TickingPlant(ABC):
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
         self._robot = robot
         self._cameras = cameras
-        self._seen: dict[str, Reading] = {}
+        self._detections: dict[str, Reading] = {}
         self._state = robot.read_sensors()
         self._planned: tuple[float, PreparedMotion] | None = None
         self._under_way: dict[MotionHandle, _RunningMotion] = {}
-        self._begun = 0
+        self._motion_count = 0
 
     @abstractmethod
     def now(self) -> float:
@@ -108,11 +108,9 @@ class TickingPlant(ABC):
             return plan
         planned, self._planned = self._planned, None
         if planned is None or planned[0] != self.now() or planned[1].plan is not plan:
-            return MotionCompletion(
-                False, "stale: what was decided is not what was planned from here and now"
-            )
-        self._begun += 1
-        motion = MotionHandle(self._begun)
+            return MotionCompletion(False, "stale: the decided plan does not start at the current state")
+        self._motion_count += 1
+        motion = MotionHandle(self._motion_count)
         self._under_way[motion] = _RunningMotion(planned[1].motion, planned[1].moved_parts, plan)
         return motion
 
@@ -129,7 +127,8 @@ class TickingPlant(ABC):
                     return ended
                 self._tick(
                     stopping=any(
-                        one.is_halting and "arm" in one.moved_parts for one in self._running_motions()
+                        running.is_halting and "arm" in running.moved_parts
+                        for running in self._running_motions()
                     )
                 )
                 rule = monitor(self.now(), self._monitor_values())
@@ -139,10 +138,13 @@ class TickingPlant(ABC):
 
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`; the fingers keep their grip."""
-        one = self._under_way[motion]
+        running = self._under_way[motion]
         # What the motors are set to already is done first: a set point left out is a jerk.
         self._under_way[motion] = _RunningMotion(
-            self._brake(one.moved_parts), one.moved_parts, is_commanded=one.is_commanded, is_halting=True
+            self._brake(running.moved_parts),
+            running.moved_parts,
+            is_commanded=running.is_commanded,
+            is_halting=True,
         )
 
     def stop(self) -> None:
@@ -152,7 +154,7 @@ class TickingPlant(ABC):
         stays where it is. If it still presses on something, it goes compliant for up to 0.5 s so that the
         contact force falls to 30 N.
         """
-        if any(one.is_commanded for one in self._running_motions()):
+        if any(running.is_commanded for running in self._running_motions()):
             self._tick(stopping=True)
         self._under_way.clear()
         for _ in self._brake(BRAKED_PARTS):
@@ -178,17 +180,17 @@ class TickingPlant(ABC):
     def _set_motors(self) -> dict[MotionHandle, MotionCompletion]:
         """Set the motors of each motion for the coming tick, once; return the motions that have ended."""
         ended = {}
-        for motion, one in self._under_way.items():
-            if one.is_commanded:
+        for motion, running in self._under_way.items():
+            if running.is_commanded:
                 continue
             try:
-                next(one.ticks)
+                next(running.ticks)
             except StopIteration:
                 ended[motion] = (
-                    MotionCompletion(False, "halted") if one.is_halting else MotionCompletion(True)
+                    MotionCompletion(False, "halted") if running.is_halting else MotionCompletion(True)
                 )
             else:
-                one.is_commanded = True
+                running.is_commanded = True
         for motion in ended:
             del self._under_way[motion]
         return ended
@@ -210,7 +212,7 @@ class TickingPlant(ABC):
             parameters.reject_unread()
             if camera not in self._cameras:
                 raise ActionRejectedError(f"unknown camera: `{camera}`")
-            return PreparedMotion(NoMotion("it takes a picture"), self._camera_motion(camera))
+            return PreparedMotion(NoMotion("look: nothing moves"), self._camera_motion(camera))
         planner = PLANNERS.get(action.kind)
         if planner is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
@@ -218,28 +220,28 @@ class TickingPlant(ABC):
 
     def _base_trajectory(self) -> Trajectory | None:
         """Return the plan of the base motion under way, if there is one."""
-        plans = [one.plan for one in self._running_motions() if "base" in one.moved_parts]
+        plans = [running.plan for running in self._running_motions() if "base" in running.moved_parts]
         return next((plan for plan in plans if isinstance(plan, Trajectory)), None)
 
     def _camera_motion(self, camera: str) -> Iterator[None]:
         """Take a picture; publish its detections after exposure and read-out."""
-        found, taken = self._detect(camera), self.now()
+        detections, picture_time = self._detect(camera), self.now()
         for _ in range(CAMERA_TICKS):
             yield
-        self._publish_detection({name: Reading(value, taken) for name, value in found.items()})
+        self._publish_detection({name: Reading(value, picture_time) for name, value in detections.items()})
 
     def _publish_detection(self, picture: Readings) -> None:
         """Make detections observable; a value of None removes the earlier detection of that name."""
-        self._seen.update(picture)
-        for name in [name for name, one in picture.items() if one.value is None]:
-            del self._seen[name]
+        self._detections.update(picture)
+        for name in [name for name, reading in picture.items() if reading.value is None]:
+            del self._detections[name]
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._step_world()
         self._state = self._robot.read_sensors()
         self._measure()
-        for one in self._running_motions():
-            one.is_commanded = False
+        for running in self._running_motions():
+            running.is_commanded = False
         if not stopping:
             self._check_tracking()
 
