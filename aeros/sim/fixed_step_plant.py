@@ -31,10 +31,11 @@ from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState
 from aeros.skill import Action
 
 _CONTACT_FORCE_LIMIT: Final = 30.0
-"""Force of contact that a stop leaves at most, if yielding eases it, N: less than half of what injures."""
+"""Contact force at which a stop no longer needs to yield, N: less than half of what injures."""
 
 _YIELD_TICKS: Final = 120
-"""Longest time for that, ticks (0.5 s): 600 N against a rigid wall have eased to 60 N then."""
+"""Longest time of yielding after a stop, ticks (0.5 s): 600 N against a rigid wall have fallen to 60 N
+then."""
 
 CAMERA_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
@@ -139,7 +140,7 @@ class FixedStepPlant(ABC):
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`; the fingers keep their grip."""
         running = self._under_way[motion]
-        # What the motors are set to already is done first: a set point left out is a jerk.
+        # Set points already sent are executed first: skipping one would be a jerk.
         self._under_way[motion] = _RunningMotion(
             self._brake(running.moved_parts),
             running.moved_parts,
@@ -172,7 +173,7 @@ class FixedStepPlant(ABC):
     def skill_ended(self, skill: str, *, finished: bool) -> None:  # noqa: B027  there is nothing to note
         """Implement `Plant.skill_ended`: nothing to do."""
 
-    # Inside.
+    # Internals.
 
     def _running_motions(self) -> Collection[_RunningMotion]:
         return self._under_way.values()

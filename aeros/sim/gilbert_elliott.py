@@ -13,7 +13,7 @@ from typing import Final
 from aeros.spec.diagnostics.errors import MisuseError
 
 MAX_MEAN_BURST: Final = 1e9
-"""No burst is as long, in opportunities."""
+"""Upper bound on mean burst lengths, in opportunities."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,17 +25,17 @@ from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
 from aeros.spec.diagnostics.errors import UserError
 
 _BLOCKED_JOINT_ERROR: Final = 0.05
-"""Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
+"""Tracking error above which a joint counts as blocked, rad (unhindered: 0.005 at most)."""
 
 _BLOCKED_BASE_ERROR: Final = 0.02
-"""The same of the carriage (0.0018 seen at most), m."""
+"""Tracking error above which the carriage counts as blocked, m (unhindered: 0.0018 at most)."""
 
 _SETTLE_TICKS: Final = 120
-"""Ticks a new world gets to come to rest before its clock starts."""
+"""Ticks in which a new world comes to rest before its clock starts."""
 
 
 TruthListener = Callable[[GroundTruth], None]
-"""Whoever judges an experiment: told what is true after every tick, and nothing that acts hears of it."""
+"""Receives the ground truth after every tick, to judge an experiment; nothing that acts may use it."""
 
 
 class Viewer(Protocol):
@@ -163,7 +163,7 @@ class PhysicsPlant(FixedStepPlant):
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
         for camera in scene.initial_cameras:
-            # Of before the clock started, and so before anything goes wrong.
+            # Taken before the clock starts, and so without faults.
             self._publish_detection(self.sensors.read_camera(GroundTruth(0, self._scene.detect(camera))))
 
     def now(self) -> float:
@@ -189,7 +189,7 @@ class PhysicsPlant(FixedStepPlant):
             for viewer in self._spectators:
                 closing.callback(viewer.close)
 
-    # Inside.
+    # Internals.
 
     def _detect(self, camera: str) -> Mapping[str, Any]:
         return self._scene.detect(camera, self._disturbance.detection_filter(camera))

@@ -30,7 +30,7 @@ _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "press_force": (0.0, inf),
     "wiped_fraction": (0.0, 1.0),
 }
-"""Between which values an instrument reads, whatever its noise: a range finder shows no negative distance."""
+"""Range of readings of an instrument, whatever its noise: a range finder shows no negative distance."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
 
 MAX_OVERLAP: Final = 0.002
-"""How deep two bodies may be in each other, m: the robot's foot is 1.03 mm deep in its table."""
+"""Greatest allowed overlap of two bodies, m: the robot's foot overlaps its table by 1.03 mm."""
 
 GREY: Final[Colour] = (0.7, 0.7, 0.7, 1.0)
 

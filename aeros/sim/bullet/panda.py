@@ -65,7 +65,7 @@ class Panda(Robot):
         for finger in self.fingers:
             bullet.resetJointState(self.body, finger, FINGER_GAP_MAX / 2, physicsClientId=client)
         self.set_finger_friction(self.finger_friction)
-        # The hand drives both fingers with one motor; without the gear grasps are 15 mm off centre.
+        # The hand drives both fingers with one motor; without the gear constraint grasps are 15 mm off centre.
         gear = bullet.createConstraint(
             self.body,
             self.fingers[0],
@@ -173,7 +173,7 @@ class Panda(Robot):
             torque=torques[:7],
             tool_position=tool[4],
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
-            # Closed fingers press each other a hair past 0, and nothing measures a negative gap.
+            # Closed fingers penetrate each other slightly; a gap is never measured as negative.
             finger_gap=max(0.0, positions[7] + positions[8]),
             finger_speed=max(abs(rates[7]), abs(rates[8])),
             base_position=self._base_position(positions[9:]),

@@ -24,10 +24,10 @@ DEFAULT_RADIUS: Final = 0.25
 _CLOTHES: Final[Colour] = (0.30, 0.42, 0.50, 1.0)
 
 MAX_SPEED: Final = 12.0
-"""Speed that nobody exceeds, m/s."""
+"""Greatest walking speed, m/s."""
 
 _DISTANCE_STEP: Final = 0.02
-"""How much nearer than at the last tick is looked for first, m: robot and person together at 4.8 m/s."""
+"""Margin over the previous distance for the first query, m: robot and person closing in at 4.8 m/s."""
 
 Position2 = tuple[float, float]
 

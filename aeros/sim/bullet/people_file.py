@@ -21,7 +21,7 @@ from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
 
 _MAX_VALUE: Final = 10**6
-"""Metres and seconds up to which somebody can be declared; a few thousand have a meaning."""
+"""Greatest number of metres or seconds in a people file; realistic values are at most a few thousand."""
 
 _SPEED: Final = LENGTH * TIME**-1
 

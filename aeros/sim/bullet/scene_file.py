@@ -20,7 +20,7 @@ from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
 
 _MAX_COORDINATE: Final = 10
-"""How far from W's origin anything is, m: what a site says of places ends there too."""
+"""Greatest coordinate in W, m; positions in a site file have the same bound."""
 
 _MAX_LENGTH: Final = 20
 _MIN_LENGTH: Final = Fraction(1, 1000)
@@ -28,10 +28,10 @@ _MIN_LENGTH: Final = Fraction(1, 1000)
 
 _MAX_MASS: Final = 1000
 _MIN_MASS: Final = Fraction(1, 1000)
-"""What a body that can move weighs, kg: contacts with lighter ones are no longer solved."""
+"""Mass of a movable body, kg: contacts with lighter bodies are no longer solved."""
 
 _MAX_ANGLE: Final = 7
-"""rad: once round, whichever way."""
+"""Greatest absolute angle, rad: one turn either way."""
 
 _DEFAULT_FRICTION: Final = 0.6
 

@@ -16,13 +16,13 @@ from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
 
 FRAMES_MAX: Final = 90
-"""Pictures kept; when there are more every second one goes and the step doubles."""
+"""Greatest number of pictures kept; beyond it every second one is dropped and the period doubles."""
 
 FRAMES_PER_SECOND: Final = 8
-"""When played: six times as fast as it was, or faster where pictures had to go."""
+"""Playback rate, 1/s: six times real time, or faster if pictures were dropped."""
 
 Encoder = Callable[[Sequence[Picture.Image]], bytes]
-"""From pictures to the bytes of a film."""
+"""Encodes pictures as the bytes of a video file."""
 
 
 class VideoError(Exception):
@@ -101,7 +101,7 @@ def _encoder_for(suffix: str) -> Encoder:
 
 
 FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
-"""What Pillow calls them."""
+"""Pillow's names of the formats, by file suffix."""
 
 
 def _animated(form: str, frames: Sequence[Picture.Image]) -> bytes:

@@ -35,7 +35,7 @@ class WindowUpdate(NamedTuple):
     poses: list[Pose]
 
 
-# In the window's own process.
+# Runs in the window's process.
 
 
 def run_window(connection: Connection, opened: Callable[[], int]) -> None:
@@ -47,23 +47,23 @@ def run_window(connection: Connection, opened: Callable[[], int]) -> None:
         connection: brings `WindowUpdate`s.
         opened: opens the window and returns its PyBullet client.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then closes the window
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the run handles Ctrl-C and closes the window
     client = opened()
     mirror = SceneMirror(client)
     connection.send(None)
     while bullet.isConnected(client):
         try:
             connection.send(None)
-            picture: WindowUpdate = connection.recv()
+            update: WindowUpdate = connection.recv()
         except (EOFError, OSError):
             return
-        if picture.camera is not None:
-            bullet.resetDebugVisualizerCamera(*orbit_view(picture.camera), physicsClientId=client)
-        if picture.new:  # drawn once, not after each of them
+        if update.camera is not None:
+            bullet.resetDebugVisualizerCamera(*orbit_view(update.camera), physicsClientId=client)
+        if update.new:  # redraw once, not after each shape
             bullet.configureDebugVisualizer(bullet.COV_ENABLE_RENDERING, 0, physicsClientId=client)
-        mirror.add(picture.new)
-        mirror.place(picture.poses)
-        if picture.new:
+        mirror.add(update.new)
+        mirror.place(update.poses)
+        if update.new:
             bullet.configureDebugVisualizer(bullet.COV_ENABLE_RENDERING, 1, physicsClientId=client)
 
 
@@ -102,7 +102,7 @@ def orbit_view(camera: Camera) -> tuple[float, float, float, Vector3]:
     return distance, math.degrees(math.atan2(x, -y)), math.degrees(-math.asin(z / distance)), camera.target
 
 
-# In the process of the run.
+# Runs in the run's process.
 
 
 class ViewerWindow:

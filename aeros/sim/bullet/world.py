@@ -108,9 +108,9 @@ class PhysicsWorld:
         )
         bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
         self.ticks = 0
-        # Contact points by body, after the last step, of those that were asked about since.
+        # Contact points by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
-        # What is to be on pictures once somebody looks: a sponge changes one at every tick.
+        # Pictures to apply at the next rendering: a sponge changes one at every tick.
         self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
     @property

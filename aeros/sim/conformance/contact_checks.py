@@ -22,10 +22,10 @@ from aeros.sim.conformance.plant_under_test import (
 )
 
 _SAMPLES: Final = 16
-"""Of each piece of a stated path."""
+"""Samples of each piece of a planned path."""
 
 _START_DELAY_S: Final = 0.2
-"""How long after the base the arm begins, s."""
+"""Delay of the arm's motion after the base's, s."""
 
 
 def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:

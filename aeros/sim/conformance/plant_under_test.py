@@ -13,10 +13,10 @@ from aeros.sim.clock import TICK
 from aeros.skill import Action
 
 MONITOR_RULE: Final = "conformance"
-"""The rule that the suite's monitor names."""
+"""Name of the rule that the suite's monitor reports as broken."""
 
 MOTION_TIMEOUT_S: Final = 120.0
-"""Plant seconds after which a motion that has not ended never will."""
+"""Plant time after which a motion counts as never ending, s."""
 
 
 class ConformanceError(AssertionError):

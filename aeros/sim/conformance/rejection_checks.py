@@ -169,10 +169,10 @@ def invalid_actions(subject: PlantUnderTest) -> Iterator[tuple[str, Action]]:
 
 
 _INVALID_NUMBERS: Final[tuple[Any, ...]] = (nan, inf, -inf, 10**400, True, None, "1", (), (1.0,), {})
-"""What is no finite number."""
+"""Values that are not finite numbers."""
 
 _NON_NUMBERS: Final[tuple[Any, ...]] = (None, nan, 1.0, (), "no such word")
-"""What is neither a known word nor a vector."""
+"""Values that are neither a known word nor a vector."""
 
 
 def _invalid_values(value: Any) -> Iterator[Any]:

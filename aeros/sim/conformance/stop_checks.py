@@ -22,7 +22,7 @@ from aeros.sim.conformance.plant_under_test import (
 )
 
 _INTERRUPT_AFTER_S = 0.3
-"""When what moves is interrupted, s after its beginning: by then it moves."""
+"""Time of the interruption after the beginning of a motion, s: by then it moves."""
 
 
 def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
@@ -59,7 +59,7 @@ def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> N
     """
     with subject.plant() as plant:
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
-        # Without ticks time passes at the end of a motion alone: its second look is on the way.
+        # Without ticks, time passes only at the end of a motion: the second call comes on the way.
         watch = RecordingMonitor(
             rule_time=plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), ignored_calls=1
         )

@@ -53,7 +53,7 @@ class Degradation:
 
 
 NO_DEGRADATION: Final = Degradation()
-"""Every part as it is built."""
+"""No part is degraded."""
 
 
 class DegradationApplier:

@@ -159,7 +159,7 @@ def _exactly_one(
     return None
 
 
-# When.
+# Opportunities.
 
 
 def _opportunity(
@@ -200,7 +200,7 @@ def _is_known(name: TextField, known: Collection[str], what: str, diagnostics: D
     return False
 
 
-# How often.
+# Rates.
 
 
 def _process(one: declared.Fault, diagnostics: Diagnostics) -> GilbertElliottProcess | None:
@@ -231,7 +231,7 @@ def _process(one: declared.Fault, diagnostics: Diagnostics) -> GilbertElliottPro
     return GilbertElliottModel(rate, length, within, between).process()
 
 
-# What.
+# Effects.
 
 
 def _kind(
@@ -245,7 +245,7 @@ def _kind(
         if written is not None:
             values[field] = _value(mark, written, one, context, diagnostics)
         if field == "of" and values[field] is None:
-            return None  # what the other fields may be depends on it
+            return None  # the other fields cannot be checked without it
     if kind is SensorFault and values.keys() == {"of", "lasts"}:
         diagnostics.error("AE208", "`misread` needs `noise`, `latency` or `dropout`", one.span)
         return None

@@ -153,7 +153,7 @@ class FaultInjector(NoDisturbance):
 
         return through
 
-    # Inside.
+    # Internals.
 
     def _is_opportunity(self, on: Opportunity, camera: str) -> bool:
         """Return True if a picture that `camera` takes now is an opportunity."""

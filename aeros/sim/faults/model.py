@@ -56,7 +56,7 @@ class TimedOpportunity:
 
 
 Opportunity = SkillOpportunity | CameraOpportunity | TimedOpportunity
-"""What a fault's rate is per."""
+"""Events at which a fault may happen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +75,10 @@ PhysicalFault = (
     | SensorFault
     | PersonEntersFault
 )
-"""What acts on bodies, motors and sensors, tick by tick."""
+"""Faults of bodies, motors and sensors, which act tick by tick."""
 
 DetectionFault = MissedDetectionFault | DisplacedDetectionFault
-"""What acts on a picture's evaluation."""
+"""Faults of camera detections, which act on single pictures."""
 
 
 @dataclass(frozen=True, slots=True)

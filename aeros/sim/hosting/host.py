@@ -25,10 +25,10 @@ AGENT_TIMEOUT_S: Final = 5.0
 """Real seconds that an agent has to judge a tick; it takes about a tenth of a millisecond."""
 
 IDLE_TIMEOUT_S: Final = 600.0
-"""Real seconds without any agent after which a hosted plant ends by itself."""
+"""Real time without any agent after which a hosted plant ends by itself, s."""
 
 DEAD_MAN_RULE: Final = "dead-man"
-"""The rule that an agent breaks which is gone."""
+"""Name of the rule that counts as broken when the agent is gone."""
 
 
 class PlantHost:
@@ -81,7 +81,7 @@ class PlantHost:
             finally:
                 path.unlink(missing_ok=True)
 
-    # One agent.
+    # Connection to one agent.
 
     def _serve_connection(self, connection: socket.socket) -> None:
         # An agent may think for as long as it likes: nothing moves meanwhile.
@@ -114,10 +114,10 @@ class PlantHost:
             raise ConnectionLostError(f"malformed request: {fault}") from fault
         if self._is_agent_lost:
             raise ConnectionLostError("the agent did not confirm a tick in time")
-        assert self._channel is not None  # noqa: S101  answered only while there is somebody
+        assert self._channel is not None  # noqa: S101  answers only while an agent is connected
         self._channel.send({"is": reply})
 
-    # What an agent may ask for.
+    # Requests of an agent.
 
     def _now(self, message: Mapping[str, Any]) -> Any:
         return self._plant.now()

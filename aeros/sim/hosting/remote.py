@@ -77,7 +77,7 @@ class RemotePlant:
             return refusal
         number = None
         if decided is not None:
-            # What is none of this plant's own plans is none of the host's either.
+            # A plan that this plant did not make is not one of the host's either.
             number = self._planned[0] if self._planned and self._planned[1] is decided else -1
         reply = self._call("begin", plan=number, **_encode_action(action))
         return (

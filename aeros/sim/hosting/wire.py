@@ -100,7 +100,7 @@ def _json_default(value: object) -> object:
     """Encode values that JSON cannot hold: readings, and the numbers of NumPy."""
     if isinstance(value, Reading):
         return {"reading": [value.value, value.time]}
-    return float(value)  # type: ignore[arg-type]  # raises TypeError for what is no number
+    return float(value)  # type: ignore[arg-type]  # raises TypeError for anything but a number
 
 
 def decode_value(value: Any) -> Any:

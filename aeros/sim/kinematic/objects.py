@@ -16,8 +16,9 @@ from typing import Final, NamedTuple
 from aeros.sim.geometry import Pose, Vector3, to_frame, to_world, yaw_of, yaw_orientation
 
 STIFFNESS: Final = 10_000.0
-"""Force per depth by which what is pressed on a surface would be below it, N/m.  Chosen, not measured: the
-4 N that skills press with are 0.4 mm, and force control closes its loop at 5 rad/s, far below its filter."""
+"""Contact stiffness: force per depth of a pressed object below the surface, N/m. Chosen, not measured: the
+4 N that skills press with are 0.4 mm, and force control closes its loop at 5 rad/s, far below its
+filter."""
 
 PAD_HALF_LENGTH: Final = 0.009
 """Finger pads reach this far above and below the tool centre point, m."""
@@ -45,7 +46,7 @@ class Surface(NamedTuple):
 
 
 _CONTACT_TOLERANCE: Final = 0.005
-"""How far below a surface a place still counts as over it, m: what is pressed on it is on it."""
+"""Depth below a surface up to which a position counts as over it, m: a pressed object is still on it."""
 
 
 def slab(x: float, y: float, top: float, length: float, width: float, yaw: float = 0.0) -> Surface:
@@ -154,7 +155,7 @@ class ObjectSet:
     def __init__(self, things: Sequence[GraspableObject], slabs: Sequence[Surface]) -> None:
         self._things = tuple(things)
         self._slabs = tuple(slabs)
-        # What moves with the tool: where it is in the tool's frame, and its turn against it.
+        # Held objects by index: position in the tool's frame, m, and yaw relative to the tool, rad.
         self._held: dict[int, tuple[Vector3, float]] = {}
         self.load = 0.0
         for thing in self._things:

@@ -54,7 +54,7 @@ class KinematicPlant(FixedStepPlant):
     def close(self) -> None:
         """Implement `Plant.close`: nothing to release."""
 
-    # Inside.
+    # Internals.
 
     def _detect(self, camera: str) -> Mapping[str, Any]:
         return self._scene.detect(camera, self._state, self._robot.tool_command()[1], self.now())

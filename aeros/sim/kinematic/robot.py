@@ -15,10 +15,10 @@ from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
 from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
 
 BLOCKING_FORCE: Final = 100.0
-"""Force on what is under hand or load beyond which an arm no longer follows its set points, N."""
+"""Force on what is under hand or load above which the arm no longer follows its set points, N."""
 
 _MAX_GAP_STEP: Final = 2.0 * FINGER_SPEED * TICK
-"""How far the gap between the fingers changes in a tick at most, m."""
+"""Greatest change of the gap between the fingers per tick, m."""
 
 
 class KinematicRobot(Robot):

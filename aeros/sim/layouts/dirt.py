@@ -13,7 +13,7 @@ CELL_SIZE: Final = 0.01
 """Edge of a cell, m."""
 
 WIPING_GAP: Final = 0.0015
-"""Distance of the wiping face below which a cell under it is wiped, m."""
+"""Greatest distance of the wiping face from a cell that it wipes, m."""
 
 
 class DirtMap:
@@ -29,7 +29,7 @@ class DirtMap:
             np.arange(a + CELL_SIZE / 2, b, CELL_SIZE) for a, b in zip(low, high, strict=True)
         )
         self.wiped: NDArray[np.bool_] = np.zeros((len(self._y), len(self._x)), dtype=np.bool_)
-        """Whether each cell is wiped; rows from the least y, columns from the least x."""
+        """True for wiped cells; rows from the least y, columns from the least x."""
 
     @property
     def wiped_fraction(self) -> float:
@@ -48,7 +48,7 @@ class DirtMap:
         ahead, aside = to_world(pose, (1.0, 0.0, -height)), to_world(pose, (0.0, 1.0, -height))
         ax, ay, az = ahead[0] - mx, ahead[1] - my, ahead[2] - mz
         bx, by, bz = aside[0] - mx, aside[1] - my, aside[2] - mz
-        # Where the face is above a cell: its centre is middle + a·ahead + b·aside in x and y.
+        # Coordinates of each cell in the face: the cell is middle + a·ahead + b·aside in x and y.
         x, y, turn = self._x - mx, (self._y - my)[:, None], ax * by - ay * bx
         a = (by / turn) * x - (bx / turn) * y
         b = (ax / turn) * y - (ay / turn) * x

@@ -24,7 +24,7 @@ STAND: Final = (0.36, 0.24, 0.05)
 """Nominal middle of the filling stand's top, m."""
 
 STAND_RADIUS: Final = 0.009
-"""m."""
+"""Radius of the filling stand, m."""
 
 POT: Final = (0.55, 0.33, 0.005)
 """Middle of the pot's floor, m."""
@@ -36,25 +36,25 @@ FILLING: Final = (0.022, 0.017)
 """Side and height of the filling, m: 1 mm higher than the closed wrapper's gap, so that it is pressed."""
 
 POSITION_SPREAD: Final = 0.03
-"""Tray and stand are up to this far from their nominal place in x and in y, m."""
+"""Greatest random offset of tray and stand, in x and in y, m."""
 
 HINGE_TO_PLATE: Final = 0.022
-"""From the wrapper's hinge to the middle of plate A, m (models/wrapper.urdf)."""
+"""Distance of the middle of plate A from the wrapper's hinge, m (models/wrapper.urdf)."""
 
 PLATE_HALF: Final = (0.021, 0.028, 0.003)
 """Half edges of a plate, m (models/wrapper.urdf)."""
 
 CLOSED_FOLD_ANGLE: Final = 160.0 * pi / 180.0
-"""Fold from which a wrapper counts as closed, rad."""
+"""Least fold of a closed wrapper, rad."""
 
 SEALING_FORCE: Final = 1.0
-"""Force of the folded plate on the filling that seals, N."""
+"""Force of the folded plate on the filling above which the wrapper seals, N."""
 
 COOKING_TIME: Final = 5.0
-"""Dwell in the pot that cooks, s."""
+"""Time in the pot after which a dumpling is cooked, s."""
 
 ALIGNED_POSITION: Final[Vector3] = (PRESS[0], PRESS[1], PRESS[2] - 0.011)
-"""Where wrapper_position belongs: the hinges meet (8 mm half gap + 3 mm half plate)."""
+"""Target of `wrapper_position`: the hinges meet (8 mm half gap + 3 mm half plate)."""
 
 
 CAMERAS: Final[tuple[str, ...]] = ("overhead", "side")
@@ -70,7 +70,7 @@ SIDE_CAMERA: Final = Camera(
 """The camera at the press: it sees between the plates of a dumpling in it, 1 mm a pixel."""
 
 CLOSED_HEIGHT: Final = 0.025
-"""From the middle of plate A up to the outside of plate B on it, m (models/wrapper.urdf)."""
+"""Height of the outside of plate B above the middle of plate A when closed, m (models/wrapper.urdf)."""
 
 
 class WrapperDetection(NamedTuple):
@@ -233,8 +233,10 @@ class DumplingTracker:
             self._pressed = self._wrapped = False
         self._update_cooking(wrapper, filling, time)
         dx, dy, dz = subtract(wrapper.hinge, ALIGNED_POSITION)
-        # One that stands on its edge may be open: unless it was wrapped, no filling is known to be in it.
-        hidden = filling is None and wrapper.is_closed and (wrapper.fold is not None or self._wrapped)
+        # A wrapper on its edge may be open: it counts as filled only if it was seen wrapped before.
+        is_filling_hidden = (
+            filling is None and wrapper.is_closed and (wrapper.fold is not None or self._wrapped)
+        )
         on_press = dist((dx, dy), (0.0, 0.0)) < 0.04 and abs(dz) < 0.015
         return {
             **seen,
@@ -242,7 +244,7 @@ class DumplingTracker:
             "wrapper_yaw": wrapper.yaw,
             "wrapper_fold": wrapper.fold,
             "dough_on_workspace": self._wrapped or on_press,
-            "filling_on_workspace": hidden or (filling is not None and wrapper.carries(filling)),
+            "filling_on_workspace": is_filling_hidden or (filling is not None and wrapper.carries(filling)),
             "wrapper_aligned": abs(dx) < 0.008
             and abs(dy) < 0.010
             and abs(dz) < 0.006

@@ -24,13 +24,13 @@ STATION: Final = (1.25, 0.20)
 """Nominal place of the arm's base for picking, m."""
 
 STATION_TO_STAND: Final = 0.58
-"""From the arm's base at the station to the middle of the stand, m."""
+"""Distance of the stand's middle from the arm's base at the station, m."""
 
 STAND_SIZE: Final = (0.26, 0.50, 0.40)
 """Edges of both stands, m."""
 
 DELIVERY: Final = (1.70, -1.10)
-"""Nominal place where the can is to stand, m."""
+"""Nominal position to deliver the can to, m."""
 
 CAN_SIZE: Final = (0.022, 0.08)
 """Radius and height of the can, m."""
@@ -42,40 +42,42 @@ DECOY_SIZE: Final[Vector3] = (0.04, 0.04, 0.05)
 """Edges of the decoy, m."""
 
 STATION_SPREAD: Final = 0.08
-"""The station, with its stand, is up to this far from its nominal place in x and in y, m."""
+"""Greatest random offset of the station with its stand, in x and in y, m."""
 
 CAN_SPREAD: Final = (0.05, 0.12)
-"""How far the can is from the middle of its stand in x and in y at most, m."""
+"""Greatest random offset of the can from the middle of its stand, in x and in y, m."""
 
 DELIVERY_SPREAD: Final = 0.05
-"""The place to deliver to is up to this far from its nominal place in x and in y, m."""
+"""Greatest random offset of the delivery position, in x and in y, m."""
 
 STATION_TOLERANCE: Final = 0.03
-"""Distance from the station within which the base is at it, m."""
+"""Greatest distance of the base from the station at which it has arrived, m."""
 
 MAX_DETECTION_AGE: Final = 30.0
-"""Age up to which a detection counts, s."""
+"""Greatest age of a detection that still counts, s."""
 
 GRASP_REACH: Final = (0.50, 0.70)
-"""From the arm's base, level: where it takes things up, m; nearer ones on the floor are at the carriage."""
+"""Horizontal distance from the arm's base at which it can pick objects, m; nearer ones on the floor are at
+the carriage."""
 
 MAX_LATERAL_OFFSET: Final = 0.15
-"""How far to the side of the arm's base at most: farther, its elbow is where the stand is."""
+"""Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
 FLOOR_BOUNDS: Final = ((-0.5, 1.6), (-1.4, 0.6))
-"""Where the arm's base may be in x and in y, m: the site's `floor`."""
+"""Bounds of the arm's base in x and in y, m: the site's `floor`."""
 
 DELIVERY_TOLERANCE: Final = 0.03
-"""Distance from where it belongs within which the can is delivered, m."""
+"""Greatest distance of a delivered can from its target, m."""
 
 MAST_CAMERA_OFFSET: Final[Vector3] = (0.05, 0.20, 0.85)
-"""The mast camera's eye from the arm's base, m: over the carriage's left edge."""
+"""Position of the mast camera relative to the arm's base, m: over the carriage's left edge."""
 
 MAST_TARGET: Final[Vector3] = (0.58, 0.0, 0.12)
-"""What the mast camera looks at, from the arm's base, m."""
+"""Point that the mast camera looks at, relative to the arm's base, m."""
 
 HAND_CAMERA_OFFSET: Final = (0.07, 0.06)
-"""The hand camera's eye from the tool: along the tool's x axis and up, m.  It looks straight down."""
+"""Position of the hand camera relative to the tool: along the tool's x axis and up, m. It looks straight
+down."""
 
 CAMERAS: Final[tuple[str, ...]] = ("mast", "hand")
 
@@ -227,7 +229,7 @@ def camera_measurements(camera: str, found: DetectedObject | None, delivery: Vec
     if found.axis is not None:
         seen["object_yaw"] = found.axis
     if camera == "mast":
-        # What a picture does not show is not known any more.
+        # None removes an earlier detection: the picture no longer shows it.
         seen["object_push_start"], seen["object_push_way"] = found.push or (None, None)
         dx, dy, dz = subtract(found.position, delivery)
         lies = CAN_SIZE[0] - CAN_SIZE[1] / 2 if found.axis is not None else 0.0

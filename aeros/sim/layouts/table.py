@@ -36,22 +36,22 @@ CLUTTER_POSITIONS: Final = ((0.38, -0.255), (0.56, -0.255))
 of the bin by the width of the hand."""
 
 POSITION_SPREAD: Final = 0.03
-"""Clutter and the sponge's rest are up to this far from their nominal places in x and in y, m."""
+"""Greatest random offset of clutter and of the sponge's rest, in x and in y, m."""
 
 WIPED_THRESHOLD: Final = 0.95
-"""Share of wiped cells from which the table counts as wiped."""
+"""Least share of wiped cells of a wiped table."""
 
 WIPING_FORCE: Final = 1.0
 """Force of the sponge on the table above which it wipes, N."""
 
 REST_TOLERANCE: Final = 0.03
-"""Distance from its rest within which the sponge is at it, m."""
+"""Greatest distance of the sponge from its rest at which it counts as returned, m."""
 
 CAMERAS: Final[tuple[str, ...]] = ("mast", "overhead")
 
 MAST_CAMERA: Final = Camera(eye=(0.95, -0.05, 1.0), target=(0.45, -0.08, 0.0), field_of_view=55.0)
-"""The camera on a mast across the table from the robot: it sees area, rest, bin and the clutter's places,
-and an arm that is drawn in hides none of them."""
+"""The camera on a mast across the table from the robot: it sees the area, the sponge's rest, the bin and
+the clutter; a retracted arm hides none of them."""
 
 OVERHEAD_CAMERA: Final = Camera(
     eye=(0.47, -0.06, 1.45), target=(0.47, -0.06, 0.0), up=(1.0, 0.0, 0.0), field_of_view=36.0

@@ -26,28 +26,28 @@ from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, point_clo
 from aeros.sim.perception.rectangles import Rectangle, min_area_rectangle, top_face, wrap_heading
 
 MAX_OBJECT_HEIGHT: Final = 0.20
-"""Height over which nothing lies, m: there is the arm."""
+"""Greatest height of an object on the bench, m: above it is the arm."""
 
 PLATE_A_COLOUR: Final = ((0.75, 1.1), 0.5)
-"""Of a pixel of plate A: green to red from to, and blue to red at most."""
+"""Colour of plate A: bounds of green over red, and upper bound of blue over red."""
 
 PLATE_B_COLOUR: Final = ((0.42, 0.72), 0.4)
-"""The same of plate B."""
+"""Colour of plate B, likewise."""
 
 GREEN_DOMINANCE: Final = 1.3
-"""How many times green exceeds red and blue in a pixel of the filling."""
+"""Least ratio of green to red and to blue in a pixel of the filling."""
 
 MIN_VISIBLE_AREA: Final = 0.6
-"""Share of a plate's area from which its rectangle tells where the plate is."""
+"""Least visible share of a plate's area at which its rectangle locates the plate."""
 
 EDGE_ON_WIDTH: Final = 0.015
-"""A plate whose rectangle is less wide than this stands on its edge, m."""
+"""Width of a plate's rectangle below which it stands on its edge, m."""
 
 PLANE_TOLERANCE: Final = 0.003
-"""Points that are this far off a plate's plane are of its sides, m."""
+"""Greatest distance of a plate's points from its plane, m; farther ones are on its sides."""
 
 MIN_FILLING_PIXELS: Final = 6
-"""Fewest pixels of the filling that show between the plates."""
+"""Least number of pixels of the filling between the plates of a filled wrapper."""
 
 Points = NDArray[np.float64]
 
@@ -168,7 +168,7 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperDetection | None:
         return _wrapper_on_edge(a, b)
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
     best = a if a.is_mostly_visible else b
-    # Of one that leans the sides look shorter than they are: from plate to plate is across the hinge.
+    # The sides of a tilted plate look too short; the line between the plates is across the hinge.
     across_hinge = atan2(away[1], away[0])
     heading = across_hinge + wrap_heading(best.rectangle.heading - across_hinge, pi / 2.0)
     way, side = np.array((cos(heading), sin(heading))), np.array((-sin(heading), cos(heading)))

@@ -18,19 +18,20 @@ from aeros.sim.layouts.table import BIN, BIN_INNER, SPONGE_SIZE, WIPING_AREA
 from aeros.sim.perception.detection import MIN_PIXELS, TOP_FACE_DEPTH, is_yellow, point_cloud
 
 DIRT_BRIGHTNESS: Final = 0.7
-"""Share of the bare table's brightness, in the same light, below which a pixel of it shows dirt."""
+"""Share of the bare table's brightness below which a pixel shows dirt."""
 
 OBJECT_HEIGHTS: Final = (0.012, 0.30)
-"""Heights between which something stands on the table, m: beneath is its top, above is the arm."""
+"""Height range of objects on the table, m: below is its top, above is the arm."""
 
 INSPECTED_AREA: Final = ((0.22, -0.62), (0.75, 0.50))
-"""Lowest and highest corner (x, y) of what is inspected, m: all of the table that the arm works on."""
+"""Lowest and highest corner (x, y) of the inspected area, m: all of the table that the arm works on."""
 
 BIN_MARGIN: Final = 0.015
-"""What is this near to the inside of the bin is bin, m: its walls are 5 mm, and depth is a pixel off."""
+"""Margin around the inside of the bin that belongs to the bin, m: its walls are 5 mm, and depth is a pixel
+off."""
 
 SPONGE_RADIUS: Final = 0.08
-"""What is this near to the sponge's middle belongs to it, m."""
+"""Radius around the sponge's middle that belongs to the sponge, m."""
 
 Mask = NDArray[np.bool_]
 

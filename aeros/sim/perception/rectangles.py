@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aeros.sim.perception.detection import TOP_FACE_DEPTH
 
 _HEADINGS: Final = np.arange(0.0, pi / 2.0, pi / 360.0)
-"""Those that are tried, rad: half a degree is finer than a picture of a hundred pixels shows."""
+"""Headings to try, rad: half a degree is finer than a picture of a hundred pixels resolves."""
 
 
 class Rectangle(NamedTuple):

@@ -20,10 +20,10 @@ from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, is_yellow
 from aeros.sim.perception.rectangles import top_face, wrap_heading
 
 OBJECT_TOP_HEIGHTS: Final = (0.012, 0.12)
-"""Heights between which the top of what lies on the table is, m: beneath is the table, above is the arm."""
+"""Height range of the tops of objects on the table, m: below is the table, above is the arm."""
 
 COLOUR_DOMINANCE: Final = 1.5
-"""How many times a piece's colour exceeds the two others, whatever the light."""
+"""Least ratio of a piece's colour to the two others, in any light."""
 
 Mask = NDArray[np.bool_]
 

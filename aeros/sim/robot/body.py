@@ -48,7 +48,7 @@ CAPSULES: Final = (
     Capsule("link6", 6, (0.087, 0.008, 0.0), (0.021, 0.012, 0.005), 0.0755),
     Capsule("link7", 7, (-0.005, -0.005, 0.073), (0.033, 0.033, 0.080), 0.050),
     Capsule("hand", 7, _hand_point(0.0, -0.079, 0.021), _hand_point(0.0, 0.062, 0.031), 0.050),
-    # Both fingers, however far apart: 66 mm to each side, from 58 to 113 mm beyond the flange.
+    # Both fingers at any gap: 66 mm to each side, from 58 to 113 mm beyond the flange.
     Capsule("fingers", 7, _hand_point(0.0, -0.042, 0.086), _hand_point(0.0, 0.042, 0.086), 0.039),
 )
 

@@ -18,13 +18,13 @@ import numpy as np
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, Vector
 
 FLANGE: Final = 0.107
-"""From the last joint's frame to the flange, along its axis, m."""
+"""Distance of the flange from the last joint's frame, along its axis, m."""
 
 FLANGE_TO_TOOL: Final = 0.1034
 """Flange to tool centre point along the tool's axis, m (Franka Hand's F_T_NE)."""
 
 READY_POSTURE: Final = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
-"""Franka's ready posture, rad: where arms start, and what the spare degree of freedom leans to."""
+"""Franka's ready posture, rad: where arms start; the spare degree of freedom is drawn to it."""
 
 DH_LENGTHS: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
 DH_OFFSETS: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
@@ -32,27 +32,27 @@ DH_TWISTS: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
 TOOL_OFFSET: Final = FLANGE + FLANGE_TO_TOOL
 
 _NULLSPACE_WEIGHTS: Final = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
-"""Joints that lean to `READY_POSTURE`; 1 and 7 follow the target's bearing and yaw instead."""
+"""Weights of joints drawn to `READY_POSTURE`; 1 and 7 follow the target's bearing and yaw instead."""
 
 _DAMPING: Final = 1e-2
 """Damping per squared pose error: large far from the target, vanishing at the solution."""
 
 _LIMIT_MARGIN: Final = 0.02
-"""How far inside the official limits solutions stay, rad: room for tracking error (≤ 0.006 rad)."""
+"""Distance of solutions from the official limits, rad: room for tracking error (≤ 0.006 rad)."""
 
 _LOWEST, _HIGHEST = Q_MIN + _LIMIT_MARGIN, Q_MAX - _LIMIT_MARGIN
 
 _TOLERANCE: Final = 2e-5
-"""Pose error of a solution, m and rad."""
+"""Greatest pose error of a solution, m and rad."""
 
 _IDENTITY_6: Final = np.eye(6)
 _SMALL_DAMPING: Final = 1e-6 * _IDENTITY_6
-"""Damping of a step from near by."""
+"""Damping of `ik_step`, which starts near its solution."""
 
 
 _IDENTITY_3: Final = np.eye(3)
 _COS, _SIN = np.cos(DH_TWISTS)[:, None], np.sin(DH_TWISTS)[:, None]
-"""Of each joint's twist."""
+"""Cosine and sine of each joint's twist."""
 
 _ORIGINS: Final = np.stack((DH_LENGTHS, -_SIN[:, 0] * DH_OFFSETS, _COS[:, 0] * DH_OFFSETS), axis=1)[
     :, None, :, None
@@ -163,7 +163,7 @@ def solve_ik(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
     for _ in range(60):
         p, R, J = forward_kinematics(q)
         error = pose_error(p, R, p_BT, R_target)
-        # An upside-down tool has a vanishing first-order error; the third axis tells them apart.
+        # An upside-down tool has a vanishing first-order error; the third axis tells it from a solution.
         flipped = R[:, 2, 2] > 0.0
         JT = J.transpose(0, 2, 1)
         damping = 1e-9 + _DAMPING * np.sum(error * error, axis=1)
@@ -235,6 +235,6 @@ def ik_step(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
 
 def _clamp_to_limits(q: Vector) -> Vector:
     """Clamp joint positions to 0.02 rad inside the limits."""
-    # As np.clip, which takes five times as long at these sizes.
+    # np.clip does the same and takes five times as long at these sizes.
     nearest: Vector = np.minimum(np.maximum(q, _LOWEST), _HIGHEST)
     return nearest

@@ -28,7 +28,7 @@ _FOLLOWED_POINTS: Final = tuple(
 _CHAIN: Final = tuple(
     (*mounting_of(row), points) for row, points in zip(PANDA_BODY.dh_rows, _FOLLOWED_POINTS, strict=True)
 )
-"""Of each joint: its `Mounting`, and the points that it carries, in its frame, m."""
+"""For each joint its `Mounting` and the points that it carries, in its frame, m."""
 
 
 def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:

@@ -2,8 +2,8 @@
 
 Planning a motion refuses what cannot be done and moves nothing. It returns a plan and an iterator that does
 exactly that plan: the iterator sets the motors and yields once per tick. Targets are in W; the tool points
-down. `base_motion` is the plan of a base motion under way: the tool then reaches its target when the base comes
-to rest, and keeps its speed limit in W.
+down. `base_motion` is the plan of a base motion under way: the tool then reaches its target when the base
+comes to rest, and keeps its speed limit in W.
 """
 
 # Frames live in names (p_WT, R_BT, J): house style (b).
@@ -68,10 +68,10 @@ REST_SPEED: Final = 0.01
 """Joint speed below which the arm rests, rad/s."""
 
 ARRIVAL_TOLERANCE: Final = 0.01
-"""Distance from the target beyond which a move did not arrive, m."""
+"""Greatest distance of the tool from the target of a completed move, m."""
 
 JOINT_ARRIVAL_TOLERANCE: Final = 0.01
-"""Distance of a joint from its target beyond which a move did not arrive, rad."""
+"""Greatest distance of a joint from the target of a completed move, rad."""
 
 _CONTACT_SPEED: Final = 0.006
 """Speed of approach to a surface and greatest speed of force control, m/s."""
@@ -96,17 +96,17 @@ _MIN_SPEED: Final = 1e-3
 """Least speed of a move, m/s."""
 
 _BASE_LIMIT_SHARE: Final = 0.999
-"""Share of the asked speed and of its acceleration limit that the base takes: rounding must pass neither."""
+"""Share of requested speed and acceleration limit that the base uses: rounding must exceed neither."""
 
 _SURFACE_SEARCH_DEPTH: Final = 0.02
-"""How far below its target a slide looks for the surface, m."""
+"""Depth below its target down to which a slide searches for the surface, m."""
 
 
 _SLIDE_PATH_SPACING: Final = 0.005
-"""Distance in height of the paths that a slide is planned as, m."""
+"""Vertical spacing of the planned paths of a slide, m."""
 
 _MAX_PATH_DEVIATION: Final = 0.01
-"""Distance from the nearest of them that a slide may servo a joint to, rad."""
+"""Greatest deviation of a joint from the nearest planned path of a slide, rad."""
 
 
 class BlockedError(Exception):
@@ -347,10 +347,10 @@ def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajecto
     lowest = float(target[2]) - _SURFACE_SEARCH_DEPTH
     q = robot.q_command
     try:
-        # Along and down together are no faster than asked; slower than twice the descent is not worth it.
+        # The speed of both along and down together must not exceed `speed`; at least half of it goes along.
         along = sqrt(max(speed * speed - _CONTACT_SPEED * _CONTACT_SPEED, speed * speed / 4.0))
         ticks = line_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
-        # Wherever the surface is: down over the start, then along at that height.
+        # Paths for every height of the surface: down over the start, then along at that height.
         paths = [line_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
         heights = np.arange(lowest, max(start[2], lowest) + _SLIDE_PATH_SPACING, _SLIDE_PATH_SPACING)
         paths += [line_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights]
@@ -391,22 +391,22 @@ class _SlidePaths:
         self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
         self._by_joint = np.ascontiguousarray(self._q.T)
         self._away = np.empty_like(self._by_joint)
-        self._asked: tuple[Vector, Vector] | None = None
+        self._last_query: tuple[Vector, Vector] | None = None
 
     def nearest(self, q: Vector) -> Vector:
         """Return the sampled point nearest to `q` (largest joint distance), rad.
 
         Raises BlockedError if it is farther away than `_MAX_PATH_DEVIATION`.
         """
-        # Where a tick ends, the next begins: the same set points are asked about twice.
-        if self._asked is not None and self._asked[0] is q:
-            return self._asked[1]
+        # Each set point is queried twice: at the end of a tick and at the beginning of the next.
+        if self._last_query is not None and self._last_query[0] is q:
+            return self._last_query[1]
         away = np.abs(np.subtract(self._by_joint, q[:, None], out=self._away), out=self._away).max(axis=0)
         index = int(away.argmin())
         if away[index] > _MAX_PATH_DEVIATION:
             raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
         nearest: Vector = self._q[index]
-        self._asked = (q, nearest)
+        self._last_query = (q, nearest)
         return nearest
 
 
@@ -513,4 +513,4 @@ PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None],
     "slide": plan_slide,
     "move_base": plan_move_base,
 }
-"""Motion planners by action kind; `look` moves nothing and is the plant's own."""
+"""Motion planners by action kind; the plant itself handles `look`, which moves nothing."""

@@ -51,28 +51,28 @@ class UnreachableError(Exception):
 
 
 _SPEED_MARGIN: Final = 0.99
-"""Share of the asked speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
-decision's own bound takes as much."""
+"""Share of the requested speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
+bound that the decision uses takes as much."""
 
 
 _MAX_TILT: Final = 1e-3
-"""Angle of the tool from pointing down above which a start is off its line, rad."""
+"""Tilt of the tool above which the start of a profile is off its line, rad."""
 
 _OFF_LINE_SPEED_SHARE: Final = 0.9
-"""Share of a speed limit that a tool may use on its way to its line, as sampled."""
+"""Share of a speed limit that a tool may use while it is off its line, as sampled."""
 
 _OFF_LINE_ACCELERATION_SHARE: Final = 0.1
-"""Share of an acceleration limit likewise: of a path that bends, the decision's bound is up to eight times
-what is sampled."""
+"""Share of an acceleration limit likewise: on a bent path the decision's bound is up to eight times the
+sampled value."""
 
 _MIN_OFF_LINE_PIECES: Final = 30
-"""Fewest pieces of such a path: of few long ones the decision's bounds are wide."""
+"""Least number of pieces of such a path: with few long pieces the decision's bounds are wide."""
 
 _MIN_TICKS: Final = 24
-"""Fewest ticks of a profile (0.1 s), however short its way."""
+"""Least number of ticks of a profile (0.1 s), however short its path."""
 
 _SAMPLES_PER_PIECE: Final = 8
-"""Samples of each piece of a path for that."""
+"""Samples of each piece of a path that is off its line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,7 +232,7 @@ def _joint_path(
     path = solve_ik(line, yaw_start + share * (yaw_end - yaw_start), guess)
     if path is None:
         raise UnreachableError(f"the straight line to {_format_point(p_end)} leaves the arm's reach")
-    # The start may be off the solver's posture (after a stop); let the difference fade out.
+    # The start may be off the solver's posture (after a stop); fade out the difference.
     fade = 1.0 - minimum_jerk(share)[0]
     joined: Vector = path + fade[:, None] * (q_start - path[0])
     if float(np.abs(np.diff(joined, axis=0)).max()) > _MAX_JOINT_STEP:

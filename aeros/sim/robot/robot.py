@@ -30,14 +30,14 @@ _STOP_SHARE: Final = 0.9
 
 _MAX_JOINT_LAG: Final = 0.006
 _MAX_RATE_LAG: Final = 0.05
-"""Distance from its set point beyond which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
+"""Tracking errors above which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
 
 _BASE_LAG: Final = 0.005
 _BASE_RATE_LAG: Final = 0.02
-"""The same of the carriage, m and m/s (seen at most: 0.0018 and 0.0021)."""
+"""Tracking errors above which the carriage is hindered, m and m/s (seen at most: 0.0018 and 0.0021)."""
 
 BRAKED_PARTS: Final = frozenset(("arm", "base"))
-"""What has to be brought to rest; the fingers keep their grip."""
+"""Parts that a stop brings to rest; the fingers keep their grip."""
 
 HOLDING_FORCE: Final = 0.3
 """Force on both fingers above which something is held, N."""

@@ -30,13 +30,13 @@ _NUMERIC_ATTRIBUTES: Final[Mapping[str, Mapping[str, int]]] = {
     "dynamics": {"damping": 1, "friction": 1},
     "color": {"rgba": 4},
 }
-"""How many numbers the attributes of an element hold."""
+"""Number of numbers in each attribute of an element."""
 
 _POSITIVE_ELEMENTS: Final = {"box", "sphere", "cylinder", "capsule"}
-"""Elements whose numbers are lengths of a body."""
+"""Elements whose numbers are lengths of a body, and so positive."""
 
 _MAX_NUMBER: Final = 1e6
-"""Beyond which no number of a thing in a cell has a meaning, SI."""
+"""Greatest absolute value of a number, SI."""
 
 
 def check_urdf(path: Path, diagnostics: Diagnostics) -> None:

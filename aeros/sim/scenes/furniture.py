@@ -9,7 +9,7 @@ from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Vector3
 
 MODELS: Final = Path(__file__).parent.parent / "models"
-"""Where the URDF files of articulated things are."""
+"""Folder of the URDF files of articulated objects."""
 
 
 def add_table(world: PhysicsWorld) -> int:

@@ -13,10 +13,10 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 
 OptionalDetection = DetectedObject | None
-"""What a picture shows of what is looked for; None when it does not."""
+"""Detection of an object in a picture; None if it is not found."""
 
 DetectionFilter = Callable[[OptionalDetection], OptionalDetection]
-"""What everything that a picture shows passes through before anyone hears of it."""
+"""Changes or drops one detection; faults act on detections through it."""
 
 
 def unfiltered(found: OptionalDetection) -> OptionalDetection:

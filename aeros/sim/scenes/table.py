@@ -133,7 +133,7 @@ _TABLE_COLOUR: Final = np.array([199, 179, 148], dtype=np.uint8)
 _DIRT_COLOUR: Final = np.array([90, 76, 64], dtype=np.uint8)
 
 _DIRT_HEIGHT: Final = 0.0005
-"""What is painted is seen this far over the table, m."""
+"""Height of the painted dirt over the table, m."""
 
 _GRIP_BLOCK_LINK: Final = 0
 """Link of the grip block, and its joint, the swivel (models/sponge.urdf)."""

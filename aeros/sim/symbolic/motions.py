@@ -101,7 +101,7 @@ def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
 def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
     """Move the tool straight to where the kinematic chain has it at the target; joints are not modelled."""
     q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
-    # The chain has its numbers from where NumPy is imported.
+    # Imported here: the kinematic chain imports NumPy, which the symbolic plant otherwise avoids.
     from aeros.sim.kinematic.tool_kinematics import tool_kinematics
 
     target = add(tool_kinematics(q).position, values.get("base_position", (0.0, 0.0, 0.0)))
@@ -116,7 +116,7 @@ def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
     duration = TICK + _PEAK_TO_MEAN * dist((0.0, 0.0), way) / speed
     changed: dict[str, Any] = {"base_position": (x, y, before[2])}
     if "tool_position" in values:
-        # The arm rides along.
+        # The arm moves with the base.
         tool = values["tool_position"]
         changed["tool_position"] = (tool[0] + way[0], tool[1] + way[1], tool[2])
     return SymbolicMotion(duration, {}, changed)
@@ -175,5 +175,5 @@ def _finite(name: str, value: object) -> float:
         elif isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
             return float(value)
     except OverflowError:
-        pass  # a whole number that is no double
+        pass  # an integer too large for a double
     raise ActionRejectedError(f"bad parameter: `{name}` is not a finite number")

@@ -120,9 +120,9 @@ class SymbolicPlant:
         self._drawn: list[DrawnOutcome] = []
         self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
         self._time = 0.0
-        # What is measured now, until time goes on or something changes.
+        # Cached readings of now, until time passes or a value changes.
         self._observed: Readings | None = None
-        # Never changed but replaced, so that what was computed of it can tell whether it still holds.
+        # Replaced, never mutated: results computed from it can check by identity that they still hold.
         self._values: Mapping[str, Any] = self._initial
         self._planned: _PlannedAction | None = None
         self._start_times: dict[str, float] = {}
@@ -166,7 +166,7 @@ class SymbolicPlant:
         self._motion_count += 1
         ends = self._time + motion.duration
         if action.kind == "move_tool":
-            # The base may carry the tool to its target: it is there once that is.
+            # The base may carry the tool to its target: the tool arrives no earlier than the base.
             for one in self._under_way.values():
                 if one.action.kind == "move_base":
                     ends = max(ends, one.end_time)
@@ -183,7 +183,7 @@ class SymbolicPlant:
             self._observed = None
             return {}
         first, one = min(self._under_way.items(), key=_end_time)
-        # Where it ends may depend on what another motion has changed since it began.
+        # Its end may depend on changes that another motion has made since it began.
         changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).values_after
         others = [other.motion.values_during for motion, other in self._under_way.items() if motion != first]
         for last in (one.motion.values_during, changed):
@@ -249,7 +249,7 @@ class SymbolicPlant:
     def close(self) -> None:
         """Implement `Plant.close`: nothing to release."""
 
-    # Inside.
+    # Internals.
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
         """Compute the effects of `action`; raises `ActionRejectedError`."""

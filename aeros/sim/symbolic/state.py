@@ -14,7 +14,7 @@ from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.model import Declared, Site
 
 _DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
-    # Franka's ready posture, and where the tool then is.
+    # Franka's ready posture, and the tool position in it.
     "joint_position": (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),
     "tool_position": (0.307, 0.0, 0.487),
     "base_position": (0.0, 0.0, 0.0),
@@ -25,7 +25,7 @@ _DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
 """Values by vocabulary name, SI, positions in W; others are 0, false, or an enum's first member."""
 
 _DEFAULT_POSITION: Final = (0.45, 0.0, 0.15)
-"""Where anything else with a position is, m in W: before the arm, clear of its column and of the table."""
+"""Default position of anything else, in W, m: in front of the arm, clear of its column and of the table."""
 
 
 def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -38,10 +38,10 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 
 HANDLE_RADIUS: Final = 0.075
-"""From the press's hinge to its handle, m (models/press.urdf)."""
+"""Distance of the handle from the press's hinge, m (models/press.urdf)."""
 
 LID_MAX: Final = 3.25
-"""Where the empty press's lid stops, rad (models/press.urdf)."""
+"""Greatest lid angle of the empty press, rad (models/press.urdf)."""
 
 BED: Final = (0.024, -0.014, 0.042, 0.036)
 """The bed under plate A: its middle along x and its top, from the hinge; its length and width, m."""
@@ -50,7 +50,7 @@ HANDLE_SIZE: Final = (0.009, 0.044)
 """Radius and length of the handle, along y, m (models/press.urdf)."""
 
 FOLDED_PLATE_GAP: Final = 0.016
-"""Between the plates of a wrapper folded by π, m (models/wrapper.urdf)."""
+"""Gap between the plates of a wrapper folded by π, m (models/wrapper.urdf)."""
 
 
 @dataclass

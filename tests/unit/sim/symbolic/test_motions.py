@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.symbolic.motions import ActionRejectedError, check_parameters, plan_motion
+from aeros.sim.robot.parameters import ActionRejectedError
+from aeros.sim.symbolic.motions import check_parameters, plan_motion
 from aeros.skill import act
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
