@@ -194,7 +194,7 @@ class PhysicsPlant(FixedStepPlant):
     def _detect(self, camera: str) -> Mapping[str, Any]:
         return self._scene.detect(camera, self._disturbance.detection_filter(camera))
 
-    def _detect_raw(self, camera: str) -> Iterator[None]:
+    def _camera_motion(self, camera: str) -> Iterator[None]:
         picture = GroundTruth(self._world.ticks, self._detect(camera))
         for _ in range(CAMERA_TICKS + self.sensors.delay(picture.values)):
             yield

@@ -65,7 +65,7 @@ class Panda(Robot):
         for finger in self.fingers:
             bullet.resetJointState(self.body, finger, FINGER_GAP_MAX / 2, physicsClientId=client)
         self.set_finger_friction(self.finger_friction)
-        # The hand drives both fingers with one motor; without the gear constraint grasps are 15 mm off centre.
+        # The hand drives both fingers with one motor; without the gear, grasps are 15 mm off centre.
         gear = bullet.createConstraint(
             self.body,
             self.fingers[0],

@@ -143,7 +143,7 @@ def _fault(name: str, one: declared.Fault, context: FaultContext, diagnostics: D
             help=("detection faults use `look`; physical faults use `skill` or `every`",),
         )
         return None
-    return Fault(name, at, process, kind, None if one.max_count is None else one.max_count.value)
+    return Fault(name, at, process, kind, None if one.at_most is None else one.at_most.value)
 
 
 def _exactly_one(

@@ -102,7 +102,7 @@ class PlantHost:
         for skill in self._skills:
             self._plant.skill_ended(skill, finished=False)
         self._skills.clear()
-        self._log("let-go", why=why, kills_in_motion=self._is_agent_lost)
+        self._log("let-go", why=why, amid_motion=self._is_agent_lost)
 
     def _answer(self, message: Mapping[str, Any]) -> None:
         handler = _HANDLERS.get(message.get("do", ""))

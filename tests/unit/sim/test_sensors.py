@@ -136,7 +136,7 @@ def test_a_picture_is_blurred_or_lost_and_says_when_it_was_taken() -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"noise": -1.0}, {"step": inf}, {"latency": nan}, {"dropout": 1.5}, {"dropout": -0.1}]
+    "wrong", [{"noise": -1.0}, {"resolution": inf}, {"latency": nan}, {"dropout": 1.5}, {"dropout": -0.1}]
 )
 def test_there_is_no_sensor_like_that(wrong: dict[str, float]) -> None:
     with pytest.raises(MisuseError, match="invalid sensor model"):

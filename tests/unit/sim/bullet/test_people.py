@@ -180,7 +180,7 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
     ("path", "more", "code", "said"),
     [
         ("[{at: [1 m, 0 m], speed: 1 m/s}]", "", "AE208", "the first waypoint is the start"),
-        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrival_time`"),
+        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrive`"),
         ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 1 m/s, arrive: 1 s}]", "", "AE208", "either"),
         (
             "[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 0 m/s}]",
@@ -200,11 +200,11 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
             "AE208",
             "walking speed 80 m/s is out of range",
         ),
-        ("[{at: [1 m, 0 m], stay: 5 s}, {at: [2 m, 0 m], arrive: 4 s}]", "", "AE208", "until 5 s"),
+        ("[{at: [1 m, 0 m], stay: 5 s}, {at: [2 m, 0 m], arrive: 4 s}]", "", "AE208", "at 5 s"),
         ("[{at: [1 m, 0 m], stay: -1 s}]", "", "AE208", "is negative"),
         ("[{at: [1 m, 0 m], stay: 1e300 s}]", "", "AE208", "is larger than the limit"),
         ("[{at: [1 m, -1e999 m]}]", "", "AE208", "is larger than the limit"),
-        ("[{at: [1 m, 0 m]}]", "height: 1 m\n    radius: 0.6 m", "AE208", "1 m tall and 1.2 m wide"),
+        ("[{at: [1 m, 0 m]}]", "height: 1 m\n    radius: 0.6 m", "AE208", "1 m tall, 1.2 m wide"),
         ("[{at: [1 m, 0 m]}]", "radius: 0 m", "AE208", "0 m wide"),
         ("[{at: [1 m, 0 m, 0 m]}]", "", "AE112", "3 entries"),
         ("[]", "", "AE112", "0 entries"),
