@@ -102,12 +102,12 @@ def check_overlaps(world: PhysicsWorld, placed: Mapping[int, SceneBody], names: 
     Raises:
         UserError: some overlap; it lists every pair.
     """
-    found = [
-        _overlap_diagnostic(one, other, depth, world, placed, names)
-        for one, other, depth in world.overlaps(MAX_OVERLAP)
+    problems = [
+        _overlap_diagnostic(first, second, depth, world, placed, names)
+        for first, second, depth in world.overlaps(MAX_OVERLAP)
     ]
-    if found:
-        raise UserError(found)
+    if problems:
+        raise UserError(problems)
 
 
 def _overlap_diagnostic(

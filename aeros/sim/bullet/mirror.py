@@ -81,12 +81,12 @@ def poses_of(world: PhysicsWorld, shapes: Sequence[Shape]) -> list[Pose]:
     Returns:
         Poses in W, in the order of `shapes`.
     """
-    found: dict[tuple[int, int], Pose] = {}
+    poses: dict[tuple[int, int], Pose] = {}
     for shape in shapes:
         key = (shape.body, shape.link)
-        if key not in found:
-            found[key] = _base_frame(world, shape.body) if shape.link == BASE_LINK else world.pose(*key)
-    return [found[shape.body, shape.link] for shape in shapes]
+        if key not in poses:
+            poses[key] = _base_frame(world, shape.body) if shape.link == BASE_LINK else world.pose(*key)
+    return [poses[shape.body, shape.link] for shape in shapes]
 
 
 def _base_frame(world: PhysicsWorld, body: int) -> Pose:

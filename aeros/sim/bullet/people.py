@@ -83,22 +83,22 @@ class WalkSchedule:
 
     def __init__(self, person: Person, chance: RandomSource) -> None:
         draw = chance.generator(f"person {person.name}").uniform(-1.0, 1.0, 1 + 2 * len(person.path))
-        late = person.max_delay * (1.0 + float(draw[0])) / 2.0
+        delay = person.max_delay * (1.0 + float(draw[0])) / 2.0
         self._times: list[float] = []
         self._places: list[Position2] = []
-        for number, one in enumerate(person.path):
+        for number, waypoint in enumerate(person.path):
             dx, dy = (person.position_spread * float(part) for part in draw[1 + 2 * number : 3 + 2 * number])
-            place = (one.position[0] + dx, one.position[1] + dy)
+            place = (waypoint.position[0] + dx, waypoint.position[1] + dy)
             if number == 0:
                 self._add_keyframe(0.0, place)
-                self._add_keyframe(one.dwell + late, place)
+                self._add_keyframe(waypoint.dwell + delay, place)
                 continue
-            left, way = self._times[-1], dist(self._places[-1], place)
-            there = left + way / (one.speed or MAX_SPEED)
-            if one.arrival_time is not None:
-                there = max(there, one.arrival_time + late)
-            self._add_keyframe(there, place)
-            self._add_keyframe(there + one.dwell, place)
+            departure, distance = self._times[-1], dist(self._places[-1], place)
+            arrival = departure + distance / (waypoint.speed or MAX_SPEED)
+            if waypoint.arrival_time is not None:
+                arrival = max(arrival, waypoint.arrival_time + delay)
+            self._add_keyframe(arrival, place)
+            self._add_keyframe(arrival + waypoint.dwell, place)
 
     def position(self, time: float) -> Position2:
         """Interpolate the position at a time.
@@ -139,7 +139,7 @@ class People:
         self._world = world
         self._robot = robot
         self._chance = chance
-        self._walkers = [_PersonBody(world, one, chance) for one in people]
+        self._walkers = [_PersonBody(world, person, chance) for person in people]
 
     def add_person(self, person: Person) -> None:
         """Add a person, whose path begins now.
@@ -155,8 +155,8 @@ class People:
         Args:
             time: on the plant's clock, s.
         """
-        for one in self._walkers:
-            one.update(time)
+        for walker in self._walkers:
+            walker.update(time)
 
     def distance(self, within: float) -> float:
         """Measure the distance of the nearest person from any part of the robot.
@@ -171,7 +171,7 @@ class People:
         """
         if not self._walkers:
             return inf
-        return max(0.0, min(one.distance(self._robot, within) for one in self._walkers))
+        return max(0.0, min(walker.distance(self._robot, within) for walker in self._walkers))
 
 
 class _PersonBody:

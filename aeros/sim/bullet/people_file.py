@@ -50,61 +50,73 @@ def read_people(name_or_path: str) -> tuple[people.Person, ...]:
     path = Path(find_file(name_or_path, shipped_people(), "people file"))
     diagnostics = Diagnostics()
     node = read_yaml(read_source(path), diagnostics)
-    found = None if node is None else decode(node, declared.People, diagnostics)
+    file = None if node is None else decode(node, declared.People, diagnostics)
     diagnostics.raise_if_errors()
-    everybody = (
-        [] if found is None else [parse_person(name.value, one, diagnostics) for name, one in found.people]
+    result = (
+        []
+        if file is None
+        else [parse_person(name.value, declaration, diagnostics) for name, declaration in file.people]
     )
     diagnostics.raise_if_errors()
-    return tuple(everybody)
+    return tuple(result)
 
 
-def parse_person(name: str, one: declared.Person, diagnostics: Diagnostics) -> people.Person:
+def parse_person(name: str, declaration: declared.Person, diagnostics: Diagnostics) -> people.Person:
     """Convert a declared person; if `diagnostics` has errors afterwards, the result must not be used.
 
     Args:
         name: of the person.
-        one: the declaration.
+        declaration: as decoded from the file.
         diagnostics: receives the diagnostics.
 
     Returns:
         The person, in SI.
     """
-    height = _non_negative_quantity(one.height, LENGTH, diagnostics, people.DEFAULT_HEIGHT)
-    radius = _non_negative_quantity(one.radius, LENGTH, diagnostics, people.DEFAULT_RADIUS)
+    height = _non_negative_quantity(declaration.height, LENGTH, diagnostics, people.DEFAULT_HEIGHT)
+    radius = _non_negative_quantity(declaration.radius, LENGTH, diagnostics, people.DEFAULT_RADIUS)
     if not diagnostics.has_errors and not 0.0 < 2.0 * radius <= height <= 3.0:
-        place = one.height or one.radius
+        place = declaration.height or declaration.radius
         diagnostics.error(
             "AE208",
             f"implausible person: {height:g} m tall, {2.0 * radius:g} m wide",
-            one.span if place is None else place.span,
+            declaration.span if place is None else place.span,
             help=("`radius` is at most half of `height`, and that at most 3 m",),
         )
-    path = tuple(_waypoint(number, at, diagnostics) for number, at in enumerate(one.path))
+    path = tuple(_waypoint(number, at, diagnostics) for number, at in enumerate(declaration.path))
     if not diagnostics.has_errors:
-        _check_times(path, one.path, diagnostics)
-    floor = 0.0 if one.floor is None else _number(one.floor, LENGTH, diagnostics)
+        _check_times(path, declaration.path, diagnostics)
+    floor = 0.0 if declaration.floor is None else _number(declaration.floor, LENGTH, diagnostics)
     spread, delay = (
-        _non_negative_quantity(one.spread, LENGTH, diagnostics, 0.0),
-        _non_negative_quantity(one.delay, TIME, diagnostics, 0.0),
+        _non_negative_quantity(declaration.spread, LENGTH, diagnostics, 0.0),
+        _non_negative_quantity(declaration.delay, TIME, diagnostics, 0.0),
     )
     return people.Person(name, path, height, radius, floor, spread, delay)
 
 
-def _waypoint(number: int, one: declared.Waypoint, diagnostics: Diagnostics) -> people.Waypoint:
-    x, y = (_number(part, LENGTH, diagnostics) for part in one.at)
-    ways = [text for text in (one.speed, one.arrive) if text is not None]
+def _waypoint(number: int, declaration: declared.Waypoint, diagnostics: Diagnostics) -> people.Waypoint:
+    x, y = (_number(part, LENGTH, diagnostics) for part in declaration.at)
+    ways = [text for text in (declaration.speed, declaration.arrive) if text is not None]
     if number == 0 and ways:
         _report(
             "the first waypoint is the start: it has neither `speed` nor `arrive`", ways[0].span, diagnostics
         )
     if number > 0 and len(ways) != 1:
-        _report("a further waypoint has either `speed` or `arrive`", one.span, diagnostics)
-    speed = None if one.speed is None else _non_negative_quantity(one.speed, _SPEED, diagnostics, 0.0)
-    if one.speed is not None and speed is not None and not 0.0 < speed <= people.MAX_SPEED:
-        _report_speed(speed, one.speed.span, diagnostics)
-    arrive = None if one.arrive is None else _non_negative_quantity(one.arrive, TIME, diagnostics, 0.0)
-    return people.Waypoint((x, y), speed, arrive, _non_negative_quantity(one.stay, TIME, diagnostics, 0.0))
+        _report("a further waypoint has either `speed` or `arrive`", declaration.span, diagnostics)
+    speed = (
+        None
+        if declaration.speed is None
+        else _non_negative_quantity(declaration.speed, _SPEED, diagnostics, 0.0)
+    )
+    if declaration.speed is not None and speed is not None and not 0.0 < speed <= people.MAX_SPEED:
+        _report_speed(speed, declaration.speed.span, diagnostics)
+    arrive = (
+        None
+        if declaration.arrive is None
+        else _non_negative_quantity(declaration.arrive, TIME, diagnostics, 0.0)
+    )
+    return people.Waypoint(
+        (x, y), speed, arrive, _non_negative_quantity(declaration.stay, TIME, diagnostics, 0.0)
+    )
 
 
 def _check_times(

@@ -62,69 +62,95 @@ def read_bodies(name_or_path: str) -> tuple[SceneBody, ...]:
     path = Path(find_file(name_or_path, shipped_scenes(), "scene file"))
     diagnostics = Diagnostics()
     node = read_yaml(read_source(path), diagnostics)
-    found = None if node is None else decode(node, declared.Scene, diagnostics)
+    file = None if node is None else decode(node, declared.Scene, diagnostics)
     bodies = (
         []
-        if found is None
-        else [_body(name.value, one, path.parent, diagnostics) for name, one in found.bodies]
+        if file is None
+        else [_body(name.value, declaration, path.parent, diagnostics) for name, declaration in file.bodies]
     )
     diagnostics.raise_if_errors()
     return tuple(body for body in bodies if body is not None)
 
 
-def _body(name: str, one: declared.SceneBody, folder: Path, diagnostics: Diagnostics) -> SceneBody | None:
+def _body(
+    name: str, declaration: declared.SceneBody, folder: Path, diagnostics: Diagnostics
+) -> SceneBody | None:
     """Convert a declared body; None if it has a problem, which is reported."""
     x, y, z = (
-        _bounded_quantity(part, LENGTH, -_MAX_COORDINATE, _MAX_COORDINATE, diagnostics) for part in one.at
+        _bounded_quantity(part, LENGTH, -_MAX_COORDINATE, _MAX_COORDINATE, diagnostics)
+        for part in declaration.at
     )
-    yaw = 0.0 if one.yaw is None else _bounded_quantity(one.yaw, ANGLE, -_MAX_ANGLE, _MAX_ANGLE, diagnostics)
-    mass = 0.0 if one.mass is None else _bounded_quantity(one.mass, MASS, _MIN_MASS, _MAX_MASS, diagnostics)
-    friction = _DEFAULT_FRICTION if one.friction is None else float(one.friction.value)
-    shape = _shape(name, one, folder, diagnostics)
+    yaw = (
+        0.0
+        if declaration.yaw is None
+        else _bounded_quantity(declaration.yaw, ANGLE, -_MAX_ANGLE, _MAX_ANGLE, diagnostics)
+    )
+    mass = (
+        0.0
+        if declaration.mass is None
+        else _bounded_quantity(declaration.mass, MASS, _MIN_MASS, _MAX_MASS, diagnostics)
+    )
+    friction = _DEFAULT_FRICTION if declaration.friction is None else float(declaration.friction.value)
+    shape = _shape(name, declaration, folder, diagnostics)
     if shape is None:
         return None
     if isinstance(shape, UrdfModel):
-        if one.mass is not None:
-            _report("a model's mass is what its file says", one.mass.span, diagnostics, "write `loose: true`")
-        mass = float(one.loose is not None and one.loose.value)
-    elif one.loose is not None:
+        if declaration.mass is not None:
+            _report(
+                "a model's mass is what its file says",
+                declaration.mass.span,
+                diagnostics,
+                "write `loose: true`",
+            )
+        mass = float(declaration.loose is not None and declaration.loose.value)
+    elif declaration.loose is not None:
         _report(
             "`loose` is only valid with `urdf`",
-            one.loose.span,
+            declaration.loose.span,
             diagnostics,
             "give it a `mass` to make it movable",
         )
     colour = GREY
-    if one.colour is not None:
-        red, green, blue = (float(part.value) for part in one.colour)
+    if declaration.colour is not None:
+        red, green, blue = (float(part.value) for part in declaration.colour)
         colour = (red, green, blue, 1.0)
     return SceneBody(
-        name, shape, (x, y, z), yaw, mass, friction, colour, one.at[0].span.merge(one.at[2].span)
+        name,
+        shape,
+        (x, y, z),
+        yaw,
+        mass,
+        friction,
+        colour,
+        declaration.at[0].span.merge(declaration.at[2].span),
     )
 
 
 def _shape(
-    name: str, one: declared.SceneBody, folder: Path, diagnostics: Diagnostics
+    name: str, declaration: declared.SceneBody, folder: Path, diagnostics: Diagnostics
 ) -> Box | Cylinder | UrdfModel | None:
-    present = [word for word in _SHAPES if getattr(one, word) is not None]
+    present = [word for word in _SHAPES if getattr(declaration, word) is not None]
     if len(present) != 1:
         listed = " and ".join(f"`{word}`" for word in present) or "none"
         _report(
-            f"`{name}` needs exactly one of `box`, `cylinder`, `urdf`; it has {listed}", one.span, diagnostics
+            f"`{name}` needs exactly one of `box`, `cylinder`, `urdf`; it has {listed}",
+            declaration.span,
+            diagnostics,
         )
         return None
-    if one.box is not None:
+    if declaration.box is not None:
         length, width, height = (
-            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, diagnostics) for part in one.box
+            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, diagnostics) for part in declaration.box
         )
         return Box((length, width, height))
-    if one.cylinder is not None:
+    if declaration.cylinder is not None:
         radius, height = (
-            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, diagnostics) for part in one.cylinder
+            _bounded_quantity(part, LENGTH, _MIN_LENGTH, _MAX_LENGTH, diagnostics)
+            for part in declaration.cylinder
         )
         return Cylinder(radius, height)
-    assert one.urdf is not None  # noqa: S101  for the type checker
-    return _model(name, one.urdf, folder, diagnostics)
+    assert declaration.urdf is not None  # noqa: S101  for the type checker
+    return _model(name, declaration.urdf, folder, diagnostics)
 
 
 def _model(name: str, path_text: TextField, folder: Path, diagnostics: Diagnostics) -> UrdfModel | None:

@@ -405,11 +405,11 @@ class PhysicsWorld:
         count = bullet.getNumBodies(physicsClientId=self.client)
         bodies = [bullet.getBodyUniqueId(number, physicsClientId=self.client) for number in range(count)]
         found = []
-        for one, other in combinations(bodies, 2):
-            points = bullet.getClosestPoints(one, other, 0.0, physicsClientId=self.client)
+        for first, second in combinations(bodies, 2):
+            points = bullet.getClosestPoints(first, second, 0.0, physicsClientId=self.client)
             depth = max((-point[8] for point in points), default=0.0)
             if depth > deeper_than:
-                found.append((one, other, depth))
+                found.append((first, second, depth))
         return found
 
     def contact_force(self, body: int, other: int) -> float:

@@ -45,9 +45,9 @@ def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
         over = wait_for_end(plant, motion, watch)
         require(over.completed, f"the last of `contact_actions` was not completed: {over.reason}")
     seen = watch.history(subject.joint_variable)
-    stated = _path_points(plan)
+    points = _path_points(plan)
     for joints in seen:
-        away = min(_max_excess(joints, one, servo.joint_tolerance) for one in stated)
+        away = min(_max_excess(joints, point, servo.joint_tolerance) for point in points)
         require(away <= subject.tracking_tolerance, f"in contact a joint is {away:.4f} rad beyond its slack")
     if subject.period is None:
         return
@@ -150,9 +150,9 @@ def a_broken_rule_stops_arm_and_base(subject: PlantUnderTest) -> None:
 def _begin_contact(subject: PlantUnderTest, plant: Plant) -> tuple[Trajectory, MotionHandle, ServoBounds]:
     """Begin the last of `contact_actions` after the others; return its plan, handle and servo bounds."""
     *before, action = subject.contact_actions
-    for one in before:
-        over = wait_for_end(plant, begin_motion(plant, one), RecordingMonitor())
-        require(over.completed, f"`{one.kind}`, on the way to contact, was not completed: {over.reason}")
+    for earlier in before:
+        over = wait_for_end(plant, begin_motion(plant, earlier), RecordingMonitor())
+        require(over.completed, f"`{earlier.kind}`, on the way to contact, was not completed: {over.reason}")
     plan = plant.plan(action)
     servo = plan.servo if isinstance(plan, Trajectory) else None
     require(

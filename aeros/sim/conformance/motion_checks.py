@@ -34,7 +34,7 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
     plan, seen, start = _run_motion(subject)
     if not isinstance(plan, Trajectory):
         joints = [values[subject.joint_variable] for _, values in seen]
-        away = max(dist(one, joints[0]) for one in joints)
+        away = max(dist(position, joints[0]) for position in joints)
         require(away <= subject.noise, f"it was said to move no joint, and moved one by {away} rad")
         return
     require(plan.servo is None, "`motion_action` is to be an action whose path is decided beforehand")
@@ -64,7 +64,7 @@ def no_speed_is_higher_than_decided(subject: PlantUnderTest) -> None:
     ticks = max(1, round(plan.duration / subject.period))
     profile = [expected_position(plan, tick / ticks) for tick in range(ticks + 1)]
     for what, name, place in (("a joint", subject.joint_variable, 0), ("the base", subject.base_variable, 1)):
-        decided = _speeds([one[place] for one in profile], subject.period)
+        decided = _speeds([sample[place] for sample in profile], subject.period)
         measured = _speeds([values[name] for _, values in seen if name in values], subject.period)
         for peak, limit in zip(measured, decided, strict=False):
             require(

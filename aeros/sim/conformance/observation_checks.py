@@ -180,7 +180,7 @@ class _ObservingMonitor(RecordingMonitor):
     def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
         """Compare the readings with the values that the monitor is given."""
         readings = self._plant.observe()
-        late = [name for name, one in readings.items() if one.time > now]
+        late = [name for name, reading in readings.items() if reading.time > now]
         require(not late, f"`{late[:1]}` is observed at {now} s, and of later")
         for name in values.keys() & readings.keys():
             given, seen = values[name], readings[name]

@@ -162,7 +162,7 @@ def invalid_actions(subject: PlantUnderTest) -> Iterator[tuple[str, Action]]:
     for kind, parameters in (subject.motion_action, subject.parallel_action):
         yield "an unknown parameter", Action(kind, {**parameters, "no_such_parameter": 1.0})
         for name, value in parameters.items():
-            less = {other: one for other, one in parameters.items() if other != name}
+            less = {other: kept for other, kept in parameters.items() if other != name}
             yield f"`{kind}` without `{name}`", Action(kind, less)
             for bad in _invalid_values(value):
                 yield f"`{kind}` with `{name}` = {bad!r:.40}", Action(kind, {**parameters, name: bad})

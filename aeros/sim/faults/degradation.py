@@ -109,18 +109,18 @@ class DegradationApplier:
 
 
 def _worst_models(
-    one: Mapping[str, SensorModel], other: Mapping[str, SensorModel]
+    first: Mapping[str, SensorModel], second: Mapping[str, SensorModel]
 ) -> Mapping[str, SensorModel]:
     as_built = SensorModel()
-    names = {**one, **other}
-    return {name: _worst_model(one.get(name, as_built), other.get(name, as_built)) for name in names}
+    names = {**first, **second}
+    return {name: _worst_model(first.get(name, as_built), second.get(name, as_built)) for name in names}
 
 
-def _worst_model(one: SensorModel, other: SensorModel) -> SensorModel:
+def _worst_model(first: SensorModel, second: SensorModel) -> SensorModel:
     """Return the larger noise, resolution, latency and dropout of the two."""
     return SensorModel(
-        max(one.noise, other.noise),
-        max(one.resolution, other.resolution),
-        max(one.latency, other.latency),
-        max(one.dropout, other.dropout),
+        max(first.noise, second.noise),
+        max(first.resolution, second.resolution),
+        max(first.latency, second.latency),
+        max(first.dropout, second.dropout),
     )

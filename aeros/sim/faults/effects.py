@@ -66,11 +66,11 @@ def physical_effect(
 
 
 def _bump(bump: ImpulseFault, source: Generator, parts: PlantParts) -> Iterator[Degradation]:
-    way = _random_horizontal(source) if bump.direction is None else bump.direction
+    direction = _random_horizontal(source) if bump.direction is None else bump.direction
     force = bump.impulse / (bump.over * TICK)
     body = parts.scene.body(bump.thing)
     for _ in range(bump.over):
-        parts.world.push(body, (force * way[0], force * way[1], force * way[2]))
+        parts.world.push(body, (force * direction[0], force * direction[1], force * direction[2]))
         yield NO_DEGRADATION
 
 

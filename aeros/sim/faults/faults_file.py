@@ -114,43 +114,47 @@ def parse_faults(source: Source, context: FaultContext) -> tuple[Fault, ...]:
     diagnostics = Diagnostics()
     node = read_yaml(source, diagnostics)
     file = None if node is None else decode(node, declared.Faults, diagnostics)
-    found = (
-        [] if file is None else [_fault(str(name), one, context, diagnostics) for name, one in file.faults]
+    faults = (
+        []
+        if file is None
+        else [_fault(str(name), fault, context, diagnostics) for name, fault in file.faults]
     )
     diagnostics.raise_if_errors()
-    return tuple(one for one in found if one is not None)
+    return tuple(fault for fault in faults if fault is not None)
 
 
-def _fault(name: str, one: declared.Fault, context: FaultContext, diagnostics: Diagnostics) -> Fault | None:
-    at = _opportunity(one.at, context, diagnostics)
-    process = _process(one, diagnostics)
-    word = _exactly_one(one, tuple(KINDS), one.key_span, f"`{name}`", diagnostics)
-    kind = None if word is None else _kind(name, word, getattr(one, word), context, diagnostics)
+def _fault(
+    name: str, declaration: declared.Fault, context: FaultContext, diagnostics: Diagnostics
+) -> Fault | None:
+    at = _opportunity(declaration.at, context, diagnostics)
+    process = _process(declaration, diagnostics)
+    word = _exactly_one(declaration, tuple(KINDS), declaration.key_span, f"`{name}`", diagnostics)
+    kind = None if word is None else _kind(name, word, getattr(declaration, word), context, diagnostics)
     if at is None or process is None or word is None or kind is None:
         return None
     if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) is not isinstance(
         at, CameraOpportunity
     ):
-        wanted = (
+        allowed = (
             "`look`"
             if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault)
             else "`skill` or `every`"
         )
         diagnostics.error(
             "AE208",
-            f"`{word}` is only valid with {wanted}",
-            one.at.span,
+            f"`{word}` is only valid with {allowed}",
+            declaration.at.span,
             help=("detection faults use `look`; physical faults use `skill` or `every`",),
         )
         return None
-    return Fault(name, at, process, kind, None if one.at_most is None else one.at_most.value)
+    return Fault(name, at, process, kind, None if declaration.at_most is None else declaration.at_most.value)
 
 
 def _exactly_one(
-    one: Any, names: tuple[str, ...], span: SourceSpan, what: str, diagnostics: Diagnostics
+    declaration: Any, names: tuple[str, ...], span: SourceSpan, what: str, diagnostics: Diagnostics
 ) -> str | None:
     """Return the name of the only field that is set; report if none is or several are."""
-    present = [name for name in names if getattr(one, name) is not None]
+    present = [name for name in names if getattr(declaration, name) is not None]
     if len(present) == 1:
         return present[0]
     fields = " and ".join(f"`{name}`" for name in present) or "none"
@@ -194,7 +198,7 @@ def _is_known(name: TextField, known: Collection[str], what: str, diagnostics: D
     if name.value in known:
         return True
     near = did_you_mean(name.value, known)
-    listed = ", ".join(f"`{one}`" for one in sorted(known)) or "there is none"
+    listed = ", ".join(f"`{candidate}`" for candidate in sorted(known)) or "there is none"
     help_ = (f"did you mean `{near}`?",) if near else (f"known: {listed}",)
     diagnostics.error("AE122", f"`{name.value}` is not a {what}", name.span, help=help_)
     return False
@@ -203,8 +207,8 @@ def _is_known(name: TextField, known: Collection[str], what: str, diagnostics: D
 # Rates.
 
 
-def _process(one: declared.Fault, diagnostics: Diagnostics) -> GilbertElliottProcess | None:
-    rate, bursts = one.rate.value, one.bursts
+def _process(declaration: declared.Fault, diagnostics: Diagnostics) -> GilbertElliottProcess | None:
+    rate, bursts = declaration.rate.value, declaration.bursts
     if bursts is None:
         return GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, float(rate))
     within = Fraction(1) if bursts.within is None else bursts.within.value
@@ -215,7 +219,7 @@ def _process(one: declared.Fault, diagnostics: Diagnostics) -> GilbertElliottPro
             "AE208",
             f"rate {float(rate):g} is impossible with in-burst rate {float(within):g} "
             f"and base rate {float(between):g}",
-            one.rate.span,
+            declaration.rate.span,
             help=("choose `between` below `rate` and `within` above it",),
         )
         return None
@@ -235,25 +239,27 @@ def _process(one: declared.Fault, diagnostics: Diagnostics) -> GilbertElliottPro
 
 
 def _kind(
-    name: str, word: str, one: Any, context: FaultContext, diagnostics: Diagnostics
+    name: str, word: str, declaration: Any, context: FaultContext, diagnostics: Diagnostics
 ) -> PhysicalFault | DetectionFault | None:
-    if isinstance(one, Person):
-        return PersonEntersFault(parse_person(name, one, diagnostics))
+    if isinstance(declaration, Person):
+        return PersonEntersFault(parse_person(name, declaration, diagnostics))
     kind, values = KINDS[word], dict[str, object]()
     for field, mark in marks_of(kind).items():
-        written = getattr(one, field)
+        written = getattr(declaration, field)
         if written is not None:
-            values[field] = _value(mark, written, one, context, diagnostics)
+            values[field] = _value(mark, written, declaration, context, diagnostics)
         if field == "of" and values[field] is None:
             return None  # the other fields cannot be checked without it
     if kind is SensorFault and values.keys() == {"of", "lasts"}:
-        diagnostics.error("AE208", "`misread` needs `noise`, `latency` or `dropout`", one.span)
+        diagnostics.error("AE208", "`misread` needs `noise`, `latency` or `dropout`", declaration.span)
         return None
-    found: PhysicalFault | DetectionFault | None = None if None in values.values() else kind(**values)
-    return found
+    fault: PhysicalFault | DetectionFault | None = None if None in values.values() else kind(**values)
+    return fault
 
 
-def _value(mark: Mark, written: Any, one: Any, context: FaultContext, diagnostics: Diagnostics) -> object:
+def _value(
+    mark: Mark, written: Any, declaration: Any, context: FaultContext, diagnostics: Diagnostics
+) -> object:
     """Return the value in SI of a field of `one`, by its mark; None where it is wrong, and reported."""
     match mark:
         case Known(among=among, noun=noun):
@@ -261,7 +267,7 @@ def _value(mark: Mark, written: Any, one: Any, context: FaultContext, diagnostic
         case Amount(dimension=dimension, most=most):
             return _quantity(written, dimension, most, diagnostics)
         case Deviation():
-            return _deviation(written, one.of, context, diagnostics)
+            return _deviation(written, declaration.of, context, diagnostics)
         case Duration():
             return _ticks(written, diagnostics)
         case Share():

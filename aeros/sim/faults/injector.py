@@ -101,33 +101,37 @@ class FaultInjector(NoDisturbance):
         """Implement `NoDisturbance.skill_began`: each fault on this skill has an opportunity."""
         self._under_way[skill] += 1
         for fault in self._faults:
-            on = fault.opportunity
-            if isinstance(on, SkillOpportunity) and on.skill == skill:
-                source = self._draws[fault.name].next()
-                if source is not None:
-                    due = None if on.from_first_grip else self._world.ticks + on.delay_ticks
-                    self._waiting.append(_PendingFault(fault, on, self._last_opportunity(fault), source, due))
+            trigger = fault.opportunity
+            if isinstance(trigger, SkillOpportunity) and trigger.skill == skill:
+                rng = self._draws[fault.name].next()
+                if rng is not None:
+                    start_tick = None if trigger.from_first_grip else self._world.ticks + trigger.delay_ticks
+                    self._waiting.append(
+                        _PendingFault(fault, trigger, self._last_opportunity(fault), rng, start_tick)
+                    )
 
     def skill_ended(self, skill: str) -> None:
         """Implement `NoDisturbance.skill_ended`: faults that still wait in this invocation do not begin."""
         self._under_way[skill] -= 1
-        passed = [one for one in self._waiting if one.opportunity_kind.skill == skill]
-        self._waiting = [one for one in self._waiting if one.opportunity_kind.skill != skill]
-        for one in passed:
-            self._emit("fault-passed", one.fault, one.opportunity, f"not triggered: `{skill}` ended first")
+        passed = [pending for pending in self._waiting if pending.opportunity_kind.skill == skill]
+        self._waiting = [pending for pending in self._waiting if pending.opportunity_kind.skill != skill]
+        for pending in passed:
+            self._emit(
+                "fault-passed", pending.fault, pending.opportunity, f"not triggered: `{skill}` ended first"
+            )
 
     def before_tick(self) -> None:
         """Begin the faults that are due, and apply the combined effect of all active ones."""
         self._begin_timed()
         self._begin_pending()
         now = NO_DEGRADATION
-        for one in list(self._acting):
-            degradation = next(one.ticks, None)
+        for active in list(self._acting):
+            degradation = next(active.ticks, None)
             if degradation is not None:
                 now = now.combine_worst(degradation)
             else:
-                self._acting.remove(one)
-                self._emit("fault-over", one.fault, one.opportunity, "is over")
+                self._acting.remove(active)
+                self._emit("fault-over", active.fault, active.opportunity, "is over")
         self._applier.apply(now)
 
     def detection_filter(self, camera: str) -> DetectionFilter:
@@ -135,59 +139,65 @@ class FaultInjector(NoDisturbance):
 
         A missed detection hides an object whatever the other faults made of it.
         """
-        happening = []
+        effects = []
         for fault in self._faults:
             kind = fault.kind
             if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) and self._is_opportunity(
                 fault.opportunity, camera
             ):
-                source = self._draws[fault.name].next()
-                if source is not None:
+                rng = self._draws[fault.name].next()
+                if rng is not None:
                     self._emit("fault", fault, self._last_opportunity(fault), "happens")
-                    happening.append(detection_effect(kind, source))
+                    effects.append(detection_effect(kind, rng))
 
         def through(found: OptionalDetection) -> OptionalDetection:
-            for one in happening:
-                found = one(found)
+            for effect in effects:
+                found = effect(found)
             return found
 
         return through
 
     # Internals.
 
-    def _is_opportunity(self, on: Opportunity, camera: str) -> bool:
+    def _is_opportunity(self, opportunity: Opportunity, camera: str) -> bool:
         """Return True if a picture that `camera` takes now is an opportunity."""
-        if not isinstance(on, CameraOpportunity) or on.camera != camera:
+        if not isinstance(opportunity, CameraOpportunity) or opportunity.camera != camera:
             return False
-        return on.while_skill is None or self._under_way[on.while_skill] > 0
+        return opportunity.while_skill is None or self._under_way[opportunity.while_skill] > 0
 
     def _begin_timed(self) -> None:
         ticks = self._world.ticks
         for fault in self._faults:
-            on = fault.opportunity
-            if isinstance(on, TimedOpportunity) and ticks > 0 and ticks % on.period_ticks == 0:
-                source = self._draws[fault.name].next()
-                if source is not None:
-                    self._begin(fault, self._last_opportunity(fault), source)
+            trigger = fault.opportunity
+            if isinstance(trigger, TimedOpportunity) and ticks > 0 and ticks % trigger.period_ticks == 0:
+                rng = self._draws[fault.name].next()
+                if rng is not None:
+                    self._begin(fault, self._last_opportunity(fault), rng)
 
     def _begin_pending(self) -> None:
         if not self._waiting:
             return
         ticks = self._world.ticks
-        holding = any(one.start_tick is None for one in self._waiting) and self._parts.robot.is_holding()
-        for one in self._waiting:
-            if one.start_tick is None and holding:
-                one.start_tick = ticks + one.opportunity_kind.delay_ticks
-        due = [one for one in self._waiting if one.start_tick is not None and one.start_tick <= ticks]
-        self._waiting = [one for one in self._waiting if one not in due]
-        for one in due:
-            self._begin(one.fault, one.opportunity, one.rng)
+        holding = (
+            any(pending.start_tick is None for pending in self._waiting) and self._parts.robot.is_holding()
+        )
+        for pending in self._waiting:
+            if pending.start_tick is None and holding:
+                pending.start_tick = ticks + pending.opportunity_kind.delay_ticks
+        due = [
+            pending
+            for pending in self._waiting
+            if pending.start_tick is not None and pending.start_tick <= ticks
+        ]
+        self._waiting = [pending for pending in self._waiting if pending not in due]
+        for pending in due:
+            self._begin(pending.fault, pending.opportunity, pending.rng)
 
-    def _begin(self, fault: Fault, opportunity: int, source: Generator) -> None:
+    def _begin(self, fault: Fault, opportunity: int, rng: Generator) -> None:
         if isinstance(fault.kind, MissedDetectionFault | DisplacedDetectionFault):
             raise MisuseError(f"`{fault.name}` is a detection fault and needs `at: look`")
         name = f"{fault.name} {opportunity}"
-        ticks = physical_effect(fault.kind, source, name, self._parts)
+        ticks = physical_effect(fault.kind, rng, name, self._parts)
         self._acting.append(_ActiveFault(fault, opportunity, ticks))
         self._emit("fault", fault, opportunity, "begins")
 

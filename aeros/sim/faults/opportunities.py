@@ -51,8 +51,8 @@ class OpportunitySampler:
         Returns:
             None if it does not happen; else the generator that the fault's effect may draw from.
         """
-        source = self._chance.generator(self._channel, self.count)
-        state, event = (float(part) for part in source.uniform(size=2))
+        rng = self._chance.generator(self._channel, self.count)
+        state, event = (float(part) for part in rng.uniform(size=2))
         self.count += 1
         rate = self._process.rate_in_bad if self._chain.is_bad(state) else self._process.rate_in_good
         if event >= rate or self._remaining <= 0:
@@ -60,4 +60,4 @@ class OpportunitySampler:
             return None
         self._highest_hit = max(self._highest_hit, event)
         self._remaining -= 1
-        return source
+        return rng

@@ -123,7 +123,7 @@ class PlantHost:
         return self._plant.now()
 
     def _observe(self, message: Mapping[str, Any]) -> Any:
-        return {name: [one.value, one.time] for name, one in self._plant.observe().items()}
+        return {name: [reading.value, reading.time] for name, reading in self._plant.observe().items()}
 
     def _plan(self, message: Mapping[str, Any]) -> Any:
         plan = self._plant.plan(_decode_action(message))
@@ -190,7 +190,7 @@ class PlantHost:
         self._is_shut_down = True
 
     def _log(self, event: str, **more: Any) -> None:
-        values = {name: one.value for name, one in self._plant.observe().items()}
+        values = {name: reading.value for name, reading in self._plant.observe().items()}
         self._write_event({"event": event, "time": self._plant.now(), **more, "measured": values})
 
 

@@ -204,10 +204,10 @@ class ObjectSet:
         for number, thing in enumerate(self._things):
             if thing.width_between(tool) is None:
                 continue
-            for one in (number, *self._stacked_on(thing)):
-                pose = self._things[one].pose
+            for attached in (number, *self._stacked_on(thing)):
+                pose = self._things[attached].pose
                 turn = yaw_of(pose.orientation) - yaw_of(tool.orientation)
-                self._held[one] = (to_frame(tool, pose.position), turn)
+                self._held[attached] = (to_frame(tool, pose.position), turn)
 
     def release(self) -> None:
         """Drop all held objects: the gripped ones first, then those that lie on them."""
@@ -229,8 +229,8 @@ class ObjectSet:
         yaw = yaw_of(tool.orientation)
         for number, (place, turn) in self._held.items():
             thing = self._things[number]
-            wanted = Pose(to_world(tool, place), yaw_orientation(yaw + turn))
-            self.load += thing.move_with_gripper(wanted, self._support(wanted.position, thing))
+            target = Pose(to_world(tool, place), yaw_orientation(yaw + turn))
+            self.load += thing.move_with_gripper(target, self._support(target.position, thing))
 
     def _stacked_on(self, thing: GraspableObject) -> list[int]:
         top = _top_surface(thing)
@@ -247,7 +247,9 @@ class ObjectSet:
 
     @staticmethod
     def _highest(surfaces: Sequence[Surface], place: Vector3) -> float:
-        return max((one.centre.position[2] for one in surfaces if one.is_under(place)), default=-inf)
+        return max(
+            (surface.centre.position[2] for surface in surfaces if surface.is_under(place)), default=-inf
+        )
 
 
 def _top_surface(thing: GraspableObject) -> Surface | None:

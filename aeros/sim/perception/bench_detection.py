@@ -207,7 +207,7 @@ def _wrapper_on_edge(a: _Plate, b: _Plate) -> WrapperDetection:
     """Estimate a wrapper on its edge: its middle is half as high as its top; its fold is not visible."""
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
     heading = atan2(away[1], away[0]) if dist(away, (0.0, 0.0)) > PLATE_HALF[0] / 2.0 else a.heading
-    top = max(float(one.points[:, 2].max()) for one in (a, b))
+    top = max(float(plate.points[:, 2].max()) for plate in (a, b))
     middle = ((a.rectangle.x + b.rectangle.x) / 2.0, (a.rectangle.y + b.rectangle.y) / 2.0, top / 2.0)
     return WrapperDetection(middle, wrap_heading(heading, 2.0 * pi), None)
 

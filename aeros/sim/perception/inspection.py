@@ -66,11 +66,11 @@ def inspect_table(image: Image, camera: Camera) -> Inspection:
     rgb = image.rgb.astype(np.float64)
     standing = _in_rectangle(x, y, *INSPECTED_AREA) & (z > OBJECT_HEIGHTS[0]) & (z < OBJECT_HEIGHTS[1])
     sponge = _sponge(points[standing & is_yellow(rgb)])
-    others = standing & ~_in_bin(x, y)
+    other_objects = standing & ~_in_bin(x, y)
     if sponge is not None:
-        others &= np.hypot(x - sponge[0], y - sponge[1]) > SPONGE_RADIUS
+        other_objects &= np.hypot(x - sponge[0], y - sponge[1]) > SPONGE_RADIUS
     top = _in_rectangle(x, y, *INSPECTED_AREA) & (np.abs(z) < OBJECT_HEIGHTS[0])
-    return Inspection(sponge, _clean(x, y, rgb[:, :, 0], top), int(others.sum()))
+    return Inspection(sponge, _clean(x, y, rgb[:, :, 0], top), int(other_objects.sum()))
 
 
 def _sponge(foam: NDArray[np.float64]) -> Vector3 | None:

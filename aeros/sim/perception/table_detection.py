@@ -57,7 +57,7 @@ def detect_table(image: Image, camera: Camera) -> TableDetection:
     greenish = (green > MIN_BRIGHTNESS) & (green > COLOUR_DOMINANCE * np.maximum(red, blue))
     pieces = (_detect_lying(points[low & mask], pi / 2.0) for mask in (bluish, greenish))
     sponge = _detect_lying(points[low & is_yellow(rgb)], pi)
-    return TableDetection(sponge, tuple(one for one in pieces if one is not None))
+    return TableDetection(sponge, tuple(piece for piece in pieces if piece is not None))
 
 
 def _detect_lying(points: NDArray[np.float64], period: float) -> DetectedObject | None:

@@ -204,9 +204,9 @@ def solve_ik_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
     low = turned + np.array([0.0, 0.6, 0.0, -0.4, 0.0, 0.3, 0.0])
     far = turned + np.array([0.0, 0.8, 0.0, 1.0, 0.0, 0.0, 0.0])
     for guess in (start, turned, low, far, READY_POSTURE):
-        found = solve_ik(p_BT[None, :], np.array([yaw]), guess[None, :])
-        if found is not None:
-            solution: Vector = found[0]
+        solutions = solve_ik(p_BT[None, :], np.array([yaw]), guess[None, :])
+        if solutions is not None:
+            solution: Vector = solutions[0]
             return solution
     return None
 

@@ -17,7 +17,7 @@ _FOLLOWED_POINTS: Final = tuple(
     tuple(
         dict.fromkeys(
             (
-                *(end for one in CAPSULES if one.joint == joint for end in (one.a, one.b)),
+                *(end for capsule in CAPSULES if capsule.joint == joint for end in (capsule.a, capsule.b)),
                 *((PANDA_BODY.tool_offset,) if joint == len(PANDA_BODY.dh_rows) else ()),
             )
         )

@@ -274,8 +274,8 @@ class Robot(ABC):
         Returns:
             The distance, rad.
         """
-        wanted: list[float] = self.q_command.tolist()
-        error: float = max(map(abs, map(sub, wanted, state.q)))
+        set_points: list[float] = self.q_command.tolist()
+        error: float = max(map(abs, map(sub, set_points, state.q)))
         return error
 
     def base_tracking_error(self, state: RobotState) -> float:

@@ -105,9 +105,9 @@ class _Reader:
         least = 1e-6 if name in _POSITIVE_ELEMENTS else -_MAX_NUMBER
         numbers = [_number(part) for part in text.split()]
         if len(numbers) != count or not all(isfinite(number) for number in numbers):
-            wanted = "a finite number" if count == 1 else f"{count} finite numbers"
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
             self._diagnostics.error(
-                "AE108", f"`{attribute}` of `{name}` is {wanted}, and not {quoted(text)}", self.span(at)
+                "AE108", f"`{attribute}` of `{name}` is {expected}, and not {quoted(text)}", self.span(at)
             )
         elif not all(least <= number <= _MAX_NUMBER for number in numbers):
             help_ = f"write a value from {least:g} to {_MAX_NUMBER:g}"

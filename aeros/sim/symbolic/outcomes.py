@@ -88,7 +88,7 @@ class OutcomeSampler:
         self._shares = shares
         self._bursts = bursts
         self._seed = seed
-        self._chains = {skill: GilbertElliottSampler(one.process) for skill, one in bursts.items()}
+        self._chains = {skill: GilbertElliottSampler(burst.process) for skill, burst in bursts.items()}
         self._outcomes: dict[str, list[Outcome]] = {}
 
     def outcome(self, skill: str, run: int) -> Outcome:

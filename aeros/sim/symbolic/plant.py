@@ -167,9 +167,9 @@ class SymbolicPlant:
         ends = self._time + motion.duration
         if action.kind == "move_tool":
             # The base may carry the tool to its target: the tool arrives no earlier than the base.
-            for one in self._under_way.values():
-                if one.action.kind == "move_base":
-                    ends = max(ends, one.end_time)
+            for running in self._under_way.values():
+                if running.action.kind == "move_base":
+                    ends = max(ends, running.end_time)
         self._under_way[MotionHandle(self._motion_count)] = _RunningAction(action, motion, self._values, ends)
         return MotionHandle(self._motion_count)
 
@@ -182,11 +182,13 @@ class SymbolicPlant:
             self._time = max(self._time, until)
             self._observed = None
             return {}
-        first, one = min(self._under_way.items(), key=_end_time)
+        first, running = min(self._under_way.items(), key=_end_time)
         # Its end may depend on changes that another motion has made since it began.
-        changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).values_after
+        changed = (
+            running.motion if running.measured is self._values else self._motion_of(running.action)
+        ).values_after
         others = [other.motion.values_during for motion, other in self._under_way.items() if motion != first]
-        for last in (one.motion.values_during, changed):
+        for last in (running.motion.values_during, changed):
             values = self._set_values([*others, last])
             rule = monitor(self._time, values)
             if rule is not None:
@@ -194,12 +196,12 @@ class SymbolicPlant:
         halted = [motion for motion, other in self._under_way.items() if other.is_halted]
         if halted:
             return self._end_motions(halted, "halted")
-        if one.end_time > until:
+        if running.end_time > until:
             self._time = max(self._time, until)
             self._observed = None
             return {}
         del self._under_way[first]
-        self._time = max(self._time, one.end_time)
+        self._time = max(self._time, running.end_time)
         self._values = self._set_values([changed]) if others else values
         self._observed = None
         return {first: _COMPLETED}
@@ -262,8 +264,8 @@ class SymbolicPlant:
 
     def _set_values(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         values = dict(self._values)
-        for one in changes:
-            values.update(one)
+        for change in changes:
+            values.update(change)
         return values
 
     def _end_motions(self, motions: Sequence[MotionHandle], why: str) -> dict[MotionHandle, MotionCompletion]:

@@ -67,9 +67,9 @@ class Handle(GraspableObject):
     stop_angle: float = field(default=LID_MAX, init=False)
     press_force: float = field(default=0.0, init=False)
 
-    def move_with_gripper(self, wanted: Pose, support: float) -> float:
+    def move_with_gripper(self, target: Pose, support: float) -> float:
         """Implement `GraspableObject.move_with_gripper`: turn the lid to the fingers, as far as it goes."""
-        x, _, z = wanted.position
+        x, _, z = target.position
         angle = atan2(z - PRESS[2], PRESS[0] - x)
         angle += 2.0 * pi if angle < -pi / 2 else 0.0
         self.angle = min(max(angle, 0.0), self.stop_angle)
