@@ -130,12 +130,12 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
         (one() + "  it: {}\n", "AE001", "the key `it` is written twice"),
     ],
 )
-def test_what_cannot_be_meant_is_refused_at_its_place(text: str, code: str, said: str) -> None:
+def test_an_invalid_declaration_is_reported_at_its_place(text: str, code: str, said: str) -> None:
     problems = read(text)
     assert any(found == code and said in headline for found, headline in problems), problems
 
 
-def test_every_problem_of_a_file_is_told_at_once() -> None:
+def test_all_problems_of_a_file_are_reported_together() -> None:
     text = one(at="{look: roof}", rest="bump: {thing: table, impulse: 1 N}")
     assert [code for code, _ in read(text)] == ["AE122", "AE122", "AE204"]
 
@@ -159,7 +159,7 @@ def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
     assert fitting
 
 
-def test_a_name_that_is_nearly_a_shipped_one_is_told() -> None:
+def test_a_misspelt_shipped_name_is_suggested() -> None:
     with pytest.raises(UserError) as refused:
         read_faults("wraper_bumped", AROUND)
     (problem,) = refused.value.diagnostics

@@ -45,7 +45,7 @@ def test_a_line_out_of_reach_is_refused_with_a_reason() -> None:
 
 
 @pytest.mark.parametrize("tilt", [0.02, 0.1, 0.2])
-def test_a_motion_that_starts_off_its_line_keeps_what_is_decided_of_it(tilt: float) -> None:
+def test_a_motion_that_starts_off_its_line_keeps_the_decided_bounds(tilt: float) -> None:
     """As after a stop: the decision bounds the tool's speed and how fast it turns on its way to the line."""
     draw = np.random.default_rng(0)
     for _ in range(20):
