@@ -50,9 +50,9 @@ from aeros.session.assembly import build_executor
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person, Waypoint
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes import SCENES
-from aeros.sim.ticked_plant import TickingPlant
 from aeros.spec.text.discovery import reference_site_path
 from benchmarks.command import build_parser, print_json
 from benchmarks.plant_replay import (
@@ -84,9 +84,9 @@ _PARTS: Final[tuple[Part, ...]] = (
     ("robot's sensors", Panda, ("sense", "finger_forces", "wrist_load")),
     *(("the scene's own measures", scene, ("tick", "measure")) for scene in SCENES.values()),
     ("people", People, ("walk", "distance")),
-    ("plant: planning", TickingPlant, ("plan",)),
+    ("plant: planning", FixedStepPlant, ("plan",)),
     ("plant: servoing, ticks and the rest", PhysicsPlant, ("observe",)),
-    ("plant: servoing, ticks and the rest", TickingPlant, ("begin", "advance", "stop")),
+    ("plant: servoing, ticks and the rest", FixedStepPlant, ("begin", "advance", "stop")),
     ("monitor", RuntimeMonitor, ("__init__", "__call__", "watch", "forget")),
     ("gate", CompiledGate, ("decide", "decide_beside")),
     ("whole motions decided", MotionDecider, ("decide",)),

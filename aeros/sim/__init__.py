@@ -1,1 +1,1 @@
-"""Plants: PyBullet physics, kinematic, declared outcomes, and an in-memory fake."""
+"""Simulated plants: PyBullet physics, kinematics, declared outcomes and an in-memory fake."""

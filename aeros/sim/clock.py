@@ -1,4 +1,4 @@
-"""The control period: the simulated plants set motors, step and check the monitor once in each."""
+"""The control period: in each, a simulated plant sets motors, steps the world and calls the monitor once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the evaluation of a picture says of one thing."""
+"""Objects detected in a camera picture."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from aeros.sim.geometry import Vector3
 
 
 class Push(NamedTuple):
-    """How closed fingers make room for a hand around what lies, in W.
+    """A push by closed fingers that moves a lying object to where a hand has room, in W.
 
-    start: where nothing is in the way of a hand across its axis, behind its end, m.
-    way: how far it is pushed along its axis to where a hand has room, m.
+    Attributes:
+        start: where the fingers come down, behind the object's end; a hand across its axis is free there,
+            m.
+        displacement: from the start along the object's axis to where a hand has room, m.
     """
 
     start: Vector3
@@ -19,12 +21,14 @@ class Push(NamedTuple):
 
 
 class DetectedObject(NamedTuple):
-    """What a picture shows of an upright or lying cylinder, in W.
+    """An upright or lying object found in a picture, in W.
 
-    place: its middle, m.
-    axis: heading of its axis where it lies, rad in [-π/2, π/2); None where it stands.
-    grip: heading of a hand that has room to close on it across its axis, rad; None where there is no room.
-    push: how room for a hand is made where it lies and has none; None where it is not needed or not found.
+    Attributes:
+        position: its middle, m.
+        axis: heading of its axis if it lies, rad in [-π/2, π/2); None if it stands.
+        grip_yaw: heading of a hand that has room to close on it across its axis, rad; None if there is no
+            room.
+        push: how to make room for a hand around a lying object; None if that is not needed or not possible.
     """
 
     position: Vector3

@@ -1,4 +1,4 @@
-"""The in-memory plant for tests: says what it is told to, remembers every call, fails on demand."""
+"""An in-memory plant for tests: it gives scripted answers, records every call and fails on demand."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ from aeros.skill import Action
 
 
 class FakePlant:
-    """Implements `aeros.runtime.ports.Plant`.
+    """Implementation of `aeros.runtime.ports.Plant` with scripted answers.
 
-    values: what is measured, by vocabulary name, SI; change it at will.
-    time: the plant's clock, s; change it at will.
-    planned: what it says of the motion of every action.
-    decided: the motions that its actions were begun with, in order.
-    completions: how the actions end, in order; after the last, every action completes.
-    during: what the monitor sees, over `values`, at each tick of every `advance`.
-    duration: plant seconds an action takes.
-    durations: likewise, of the next actions to begin, in order; after the last, `duration`.
-    stale: seconds by which readings lag behind the clock.
-    failing: by method name, what calling it raises.
-    calls: method names with their arguments, in order; `now` and `observe` are not among them.
+    Attributes:
+        values: measured values by vocabulary name, SI; tests may change them at any time.
+        time: the plant's clock, s; tests may change it at any time.
+        planned: the plan that it returns for every action.
+        decided: the plan that each action was begun with, in order.
+        completions: how the next actions end, in order; after the last, every action completes.
+        during: values that the monitor sees, over `values`, at each tick of every `advance`.
+        duration: plant seconds that an action takes.
+        durations: the same for the next actions to begin, in order; after the last, `duration` holds.
+        reading_age: seconds by which readings are older than the clock.
+        failing: exception that a call raises, by method name.
+        calls: method names with their arguments, in order, without `now` and `observe`.
     """
 
     def __init__(self, values: Mapping[str, Any] | None = None) -> None:
@@ -50,7 +51,11 @@ class FakePlant:
         self._halted: list[MotionHandle] = []
 
     def script(self, completions: Iterable[MotionCompletion]) -> None:
-        """Let the next actions end like this."""
+        """Set how the next actions end.
+
+        Args:
+            completions: one for each action, in order.
+        """
         self.completions.extend(completions)
 
     @property
@@ -59,26 +64,33 @@ class FakePlant:
         return [call[1] for call in self.calls if call[0] == "begin"]
 
     def call_count(self, method: str) -> int:
-        """How often `method` was called."""
+        """Count the calls of a method.
+
+        Args:
+            method: its name; `now` and `observe` are not recorded.
+
+        Returns:
+            The number of calls so far.
+        """
         return sum(call[0] == method for call in self.calls)
 
     def now(self) -> float:
-        """The plant's clock."""
+        """Implement `Plant.now`."""
         self._fail("now")
         return self.time
 
     def observe(self) -> Readings:
-        """`values`, measured `reading_age` seconds ago."""
+        """Implement `Plant.observe` with `values`, measured `reading_age` seconds ago."""
         self._fail("observe")
         return {name: Reading(value, self.time - self.reading_age) for name, value in self.values.items()}
 
     def plan(self, action: Action) -> PlannedMotion:
-        """`planned`."""
+        """Implement `Plant.plan` with `planned`."""
         self._call("plan", action)
         return self.planned
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle:
-        """Remember the beginning."""
+        """Implement `Plant.begin`: record the action and its plan, and schedule its end."""
         self._call("begin", action)
         self.decided.append(decided)
         motion = MotionHandle(len(self.executed))
@@ -86,7 +98,7 @@ class FakePlant:
         return motion
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Show the monitor what is scripted, then let end what ends next, as is scripted."""
+        """Implement `Plant.advance`: show the monitor the scripted ticks, then end the next motion."""
         self._call("advance", until)
         for tick in self.during or [{}]:
             rule = monitor(self.now(), {**self.values, **tick})
@@ -105,26 +117,26 @@ class FakePlant:
         )
 
     def halt(self, motion: MotionHandle) -> None:
-        """Remember the halt."""
+        """Implement `Plant.halt`: record it; the motion ends in the next `advance`."""
         self._call("halt", motion)
         self._halted.append(motion)
 
     def stop(self) -> None:
-        """Remember the stop."""
+        """Implement `Plant.stop`: record it and drop every motion."""
         self._call("stop")
         self._ends.clear()
         self._halted.clear()
 
     def skill_began(self, skill: str) -> None:
-        """Remember the beginning."""
+        """Implement `Plant.skill_began`: record it."""
         self._call("skill_began", skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """Remember the end."""
+        """Implement `Plant.skill_ended`: record it."""
         self._call("skill_ended", skill, finished)
 
     def close(self) -> None:
-        """Remember the close."""
+        """Implement `Plant.close`: record it."""
         self._call("close")
 
     def _end_motions(

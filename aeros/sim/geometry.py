@@ -1,6 +1,6 @@
-"""Points, poses and cameras in W, in plain numbers: what scenes are laid out in, whatever simulates them.
+"""Points, poses and cameras in W as plain numbers: the geometry that all simulators share.
 
-SI units; quaternions x, y, z, w.
+SI units; quaternions are (x, y, z, w).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ UPRIGHT: Final[Quaternion] = (0.0, 0.0, 0.0, 1.0)
 
 
 class Pose(NamedTuple):
-    """Where a body is: position in W, m, and orientation."""
+    """Position of a body in W, m, and its orientation."""
 
     position: Vector3
     orientation: Quaternion
@@ -25,7 +25,18 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A pinhole camera in W: eye, point looked at, up, vertical field of view in degrees, pixels."""
+    """A pinhole camera in W.
+
+    Attributes:
+        eye: its position, m.
+        target: the point that it looks at, m.
+        up: the direction that is up in the picture.
+        field_of_view: vertical, degrees.
+        width: of the picture, pixels.
+        height: of the picture, pixels.
+        near: depth of the nearest visible point, m.
+        far: depth of the farthest visible point, m.
+    """
 
     eye: Vector3
     target: Vector3
@@ -38,44 +49,98 @@ class Camera:
 
 
 def add(a: Vector3, b: Vector3) -> Vector3:
-    """The sum of two vectors."""
+    """Add two vectors.
+
+    Args:
+        a: a vector.
+        b: a vector in the same frame and unit.
+
+    Returns:
+        a + b.
+    """
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def subtract(a: Vector3, b: Vector3) -> Vector3:
-    """The difference of two vectors."""
+    """Subtract two vectors.
+
+    Args:
+        a: a vector.
+        b: a vector in the same frame and unit.
+
+    Returns:
+        a - b.
+    """
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 def cross(a: Vector3, b: Vector3) -> Vector3:
-    """The cross product of two vectors."""
+    """Compute the cross product of two vectors.
+
+    Args:
+        a: a vector.
+        b: a vector in the same frame.
+
+    Returns:
+        a × b.
+    """
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def yaw_of(orientation: Sequence[float]) -> float:
-    """Heading of a body's x axis in the x, y plane of W, rad in (-π, π]."""
+    """Compute the heading of a body's x axis in the x, y plane of W.
+
+    Args:
+        orientation: unit quaternion (x, y, z, w) from the body's frame to W.
+
+    Returns:
+        The heading, rad in (-π, π].
+    """
     x, y, z, w = orientation
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def yaw_orientation(yaw: float) -> Quaternion:
-    """The orientation of a body turned by `yaw` about z of W."""
+    """Compute the orientation of a body that is turned about z of W.
+
+    Args:
+        yaw: the angle, rad.
+
+    Returns:
+        The unit quaternion (x, y, z, w).
+    """
     return (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
 
 
 def to_world(frame: Pose, point: Vector3) -> Vector3:
-    """Where in W a point given in `frame` is."""
+    """Transform a point from a frame to W.
+
+    Args:
+        frame: pose of the frame in W.
+        point: in `frame`, m.
+
+    Returns:
+        The point in W, m.
+    """
     return add(frame.position, _rotated(frame.orientation, point))
 
 
 def to_frame(frame: Pose, point: Vector3) -> Vector3:
-    """Where in `frame` a point given in W is."""
+    """Transform a point from W to a frame.
+
+    Args:
+        frame: pose of the frame in W.
+        point: in W, m.
+
+    Returns:
+        The point in `frame`, m.
+    """
     x, y, z, w = frame.orientation
     return _rotated((-x, -y, -z, w), subtract(point, frame.position))
 
 
 def _rotated(q: Quaternion, point: Vector3) -> Vector3:
-    """V + 2·w·(r × v) + 2·r × (r × v), for the unit quaternion (r, w)."""
+    """Rotate `point` by the unit quaternion q = (r, w): v + 2·w·(r × v) + 2·r × (r × v)."""
     r, w = q[:3], q[3]
     once = cross(r, point)
     twice = cross(r, once)
@@ -84,7 +149,12 @@ def _rotated(q: Quaternion, point: Vector3) -> Vector3:
 
 
 def is_in_view(camera: Camera, point: Vector3) -> bool:
-    """Whether `point` is in the picture that `camera` takes, if nothing is before it."""
+    """Return True if a point projects into a camera's picture; occlusion is ignored.
+
+    Args:
+        camera: the camera.
+        point: in W, m.
+    """
     forward = _unit(subtract(camera.target, camera.eye))
     right = _unit(cross(forward, camera.up))
     up = cross(right, forward)

@@ -1,6 +1,7 @@
-"""What happens in bursts: a chain of two states (Gilbert, 1960; Elliott, 1963), exactly and to draw by.
+"""Gilbert-Elliott chains for events that come in bursts (Gilbert, 1960; Elliott, 1963): model and sampler.
 
-The chain takes one step an opportunity, and starts as it stays in the long run.
+The chain has a good and a bad state, takes one step per opportunity, and starts in its stationary
+distribution.
 """
 
 from __future__ import annotations
@@ -12,17 +13,23 @@ from typing import Final
 from aeros.spec.diagnostics.errors import MisuseError
 
 MAX_MEAN_BURST: Final = 1e9
-"""No burst is as long, in opportunities."""
+"""Upper bound on mean burst lengths, in opportunities."""
 
 
 @dataclass(frozen=True, slots=True)
 class GilbertElliottProcess:
-    """How often an opportunity is taken: in the long run, and from the first one on, in a share `rate`.
+    """A Gilbert-Elliott chain as numbers to sample from.
 
-    A chain of two states, one step an opportunity, starts as it stays in the long run.  In the bad
-    state, which is left with probability `bad_to_good`, an opportunity is taken with probability
-    `rate_in_bad`; in the good state, left with probability `good_to_bad`, with probability `rate_in_good`.
-    Independent draws are the chain that never leaves its good state.
+    The chain takes one step per opportunity and starts in its stationary distribution, so from the first
+    opportunity on events happen with probability `rate`. Independent draws are a chain that never leaves
+    its good state. All attributes are probabilities.
+
+    Attributes:
+        bad_state_probability: stationary probability of the bad state.
+        good_to_bad: probability that a good state is left.
+        bad_to_good: probability that a bad state is left.
+        rate_in_bad: probability of an event at an opportunity in the bad state.
+        rate_in_good: probability of an event at an opportunity in the good state.
     """
 
     bad_state_probability: float
@@ -33,7 +40,7 @@ class GilbertElliottProcess:
 
     @property
     def rate(self) -> float:
-        """The share of opportunities that are taken."""
+        """Long-run share of opportunities at which an event happens."""
         return (
             self.bad_state_probability * self.rate_in_bad
             + (1.0 - self.bad_state_probability) * self.rate_in_good
@@ -41,9 +48,11 @@ class GilbertElliottProcess:
 
 
 class GilbertElliottSampler:
-    """The state of a process at one opportunity after the other, by draws from [0, 1).
+    """Sampler of the chain's state at one opportunity after the other.
 
-    alike: mean lengths of stays in the bad state between which all states so far are alike, at the same rate.
+    Attributes:
+        alike: open interval of mean burst lengths, in opportunities, with which the same draws would have
+            given the same states so far, at the same rate.
     """
 
     def __init__(self, process: GilbertElliottProcess) -> None:
@@ -52,14 +61,18 @@ class GilbertElliottSampler:
         self.alike = (0.0, MAX_MEAN_BURST)
 
     def is_bad(self, drawn: float) -> bool:
-        """The state at the next opportunity."""
+        """Advance to the next opportunity and return True if the chain is in its bad state there.
+
+        Args:
+            drawn: a uniform random number in [0, 1).
+        """
         before, process = self._is_bad, self._process
         if before is None:
             now = drawn < process.bad_state_probability
         else:
             leaves = process.bad_to_good if before else process.good_to_bad
             now = before != (drawn < leaves)
-            # The shortest mean length with which it stays as it was: leaving has that much less of a chance.
+            # The shortest mean burst length with which the state would not have changed.
             stays_from = leaves / process.bad_to_good / drawn if drawn else MAX_MEAN_BURST
             low, high = self.alike
             self.alike = (max(low, stays_from), high) if now is before else (low, min(high, stays_from))
@@ -69,9 +82,17 @@ class GilbertElliottSampler:
 
 @dataclass(frozen=True, slots=True)
 class GilbertElliottModel:
-    """The same chain in fractions, by what it is declared with; raises `MisuseError` where there is none.
+    """A Gilbert-Elliott chain in exact fractions, by the numbers it is declared with.
 
-    rate: in the long run; mean_length: of a stay in the bad state, opportunities.
+    Attributes:
+        rate: long-run probability of an event at an opportunity.
+        mean_burst_length: mean length of a stay in the bad state, opportunities.
+        rate_in_bad: probability of an event in the bad state.
+        rate_in_good: probability of an event in the good state.
+
+    Raises:
+        MisuseError: no chain has these numbers: needs 0 ≤ rate_in_good < rate < rate_in_bad ≤ 1 and a
+            `mean_burst_length` of at least 1 and at least `min_mean_burst`.
     """
 
     rate: Fraction
@@ -82,25 +103,29 @@ class GilbertElliottModel:
     def __post_init__(self) -> None:
         is_rate = 0 <= self.rate_in_good < self.rate < self.rate_in_bad <= 1
         if not is_rate or not 1 <= self.mean_burst_length >= min_mean_burst(self.bad_state_probability):
-            raise MisuseError(f"there is no channel with {self}")
+            raise MisuseError(f"no Gilbert-Elliott chain has parameters {self}")
 
     @property
     def bad_state_probability(self) -> Fraction:
-        """How much of its time it is in the bad state."""
+        """Stationary probability of the bad state."""
         return (self.rate - self.rate_in_good) / (self.rate_in_bad - self.rate_in_good)
 
     @property
     def bad_to_good(self) -> Fraction:
-        """The probability that a bad state is left."""
+        """Probability that a bad state is left."""
         return 1 / self.mean_burst_length
 
     @property
     def good_to_bad(self) -> Fraction:
-        """The probability that a good state is left."""
+        """Probability that a good state is left."""
         return min_mean_burst(self.bad_state_probability) / self.mean_burst_length
 
     def process(self) -> GilbertElliottProcess:
-        """To draw by."""
+        """Convert to floating point for sampling.
+
+        Returns:
+            The same chain, each probability rounded to the nearest double.
+        """
         exact = (
             self.bad_state_probability,
             self.good_to_bad,
@@ -112,5 +137,14 @@ class GilbertElliottModel:
 
 
 def min_mean_burst(share_bad: Fraction) -> Fraction:
-    """The least mean length of a stay in the bad state that is met where so much time is spent in it."""
+    """Compute the least mean burst length that is possible with a given share of time in the bad state.
+
+    It is reached where a good state is left at once: good_to_bad = 1.
+
+    Args:
+        share_bad: stationary probability of the bad state, in [0, 1).
+
+    Returns:
+        share_bad / (1 - share_bad), in opportunities.
+    """
     return share_bad / (1 - share_bad)

@@ -1,7 +1,7 @@
-"""The physics plant: executes allowed actions on a PyBullet Panda, 240 ticks a second.
+"""The physics plant: executes allowed actions on a PyBullet Panda at 240 ticks a second.
 
-Implements `aeros.runtime.ports.Plant`.  It decides nothing: what it cannot do it refuses before any
-motion, and when the monitor names a rule it stops within that tick.
+It implements `aeros.runtime.ports.Plant` and decides nothing. It refuses what it cannot do before any
+motion, and stops within the tick in which the monitor names a rule.
 """
 
 from __future__ import annotations
@@ -15,41 +15,46 @@ from aeros.sim.bullet.bodies import SceneBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.motions import BlockedError
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import DetectionFilter, Scene, unfiltered
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
-from aeros.sim.ticked_plant import CAMERA_TICKS, TickingPlant
 from aeros.spec.diagnostics.errors import UserError
 
 _BLOCKED_JOINT_ERROR: Final = 0.05
-"""Distance of a joint from its set point that no unhindered motion shows (0.005 seen at most), rad."""
+"""Tracking error above which a joint counts as blocked, rad (unhindered: 0.005 at most)."""
 
 _BLOCKED_BASE_ERROR: Final = 0.02
-"""The same of the carriage (0.0018 seen at most), m."""
+"""Tracking error above which the carriage counts as blocked, m (unhindered: 0.0018 at most)."""
 
 _SETTLE_TICKS: Final = 120
-"""Ticks a new world gets to come to rest before its clock starts."""
+"""Ticks in which a new world comes to rest before its clock starts."""
 
 
 TruthListener = Callable[[GroundTruth], None]
-"""Whoever judges an experiment: told what is true after every tick, and nothing that acts hears of it."""
+"""Receives the ground truth after every tick, to judge an experiment; nothing that acts may use it."""
 
 
 class Viewer(Protocol):
-    """Whoever looks on for people, by a film or a window, and changes nothing."""
+    """Something that shows the world to people, as a video or a window, and changes nothing in it."""
 
     def tick(self, world: PhysicsWorld, view: Camera) -> None:
-        """Look at `world` after a tick; `view` is from where its scene is seen well."""
+        """Show the world after a tick.
+
+        Args:
+            world: the simulated world; it must not be changed.
+            view: a camera that sees the whole scene.
+        """
 
     def close(self) -> None:
-        """There is nothing more to see; safe to call twice."""
+        """Finish the recording or close the window; safe to call twice."""
 
 
 class PlantParts(NamedTuple):
-    """The parts of a physics plant, which a disturbance acts on."""
+    """The parts of a physics plant that a disturbance can act on."""
 
     world: PhysicsWorld
     robot: Panda
@@ -59,34 +64,55 @@ class PlantParts(NamedTuple):
 
 
 class NoDisturbance:
-    """The hooks that a plant offers to faults; every one does nothing, so nothing goes wrong."""
+    """Hooks for faults, each of which does nothing."""
 
     def attach(self, parts: PlantParts) -> None:
-        """Take the plant's own parts; called once, when its clock stands at 0."""
+        """Take the parts of the plant; called once, while its clock stands at 0.
+
+        Args:
+            parts: what the disturbance may act on.
+        """
 
     def before_tick(self) -> None:
-        """Act on the world after the motors are set and before it steps."""
+        """Act on the world; called in each tick after the motors are set and before the world steps."""
 
     def detection_filter(self, camera: str) -> DetectionFilter:
-        """Return what becomes of everything in the picture that `camera` takes now."""
+        """Return the filter for all detections in the picture that a camera takes now.
+
+        Args:
+            camera: name of the camera.
+
+        Returns:
+            A function that changes or drops one detection.
+        """
         return unfiltered
 
     def skill_began(self, skill: str) -> None:
-        """Hear that `MODULE.SKILL` begins."""
+        """Note that a skill begins.
+
+        Args:
+            skill: as `MODULE.SKILL`.
+        """
 
     def skill_ended(self, skill: str) -> None:
-        """Hear that `MODULE.SKILL` has ended."""
+        """Note that a skill has ended.
+
+        Args:
+            skill: as `MODULE.SKILL`.
+        """
 
 
 class PlantOptions(TypedDict, total=False):
-    """Options of a physics plant, all of them keywords that may be left out.
+    """Optional keyword arguments of a physics plant.
 
-    spectators: films and windows that show the world; none by default.
-    people: simulated people on scripted paths; nobody by default.
-    sensors: sensor model of each state variable that is not measured exactly and at once, by its name.
-    referee: is given the true state after every tick; nobody by default.
-    disturbance: faults, from when the clock runs; none by default.
-    bodies: bodies that stand or lie in the scene besides its own; none by default.
+    Attributes:
+        spectators: videos and windows that show the world; none by default.
+        people: simulated people on scripted paths; nobody by default.
+        sensors: sensor models by name of the state variable; variables without one are measured exactly and
+            without delay.
+        referee: is given the ground truth after every tick; none by default.
+        disturbance: faults, active from the start of the clock; none by default.
+        bodies: bodies in the scene besides its own; none by default.
     """
 
     spectators: Sequence[Viewer]
@@ -97,10 +123,18 @@ class PlantOptions(TypedDict, total=False):
     bodies: Sequence[SceneBody]
 
 
-class PhysicsPlant(TickingPlant):
-    """A scene in motion.  Its clock starts at 0 when everything put into the scene rests.
+class PhysicsPlant(FixedStepPlant):
+    """A scene simulated in PyBullet, with a Panda, sensors, people and faults.
 
-    Raises UserError where any two bodies overlap.
+    The clock starts at 0 after the scene has settled.
+
+    Args:
+        scene: objects, cameras and how the robot is built.
+        seed: of layout, sensor noise and people.
+        **options: see `PlantOptions`.
+
+    Raises:
+        UserError: two bodies overlap at the start.
     """
 
     def __init__(self, scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> None:
@@ -129,38 +163,38 @@ class PhysicsPlant(TickingPlant):
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
         for camera in scene.initial_cameras:
-            # Of before the clock started, and so before anything goes wrong.
+            # Taken before the clock starts, and so without faults.
             self._publish_detection(self.sensors.read_camera(GroundTruth(0, self._scene.detect(camera))))
 
     def now(self) -> float:
-        """Simulated seconds since the scene came to rest."""
+        """Implement `Plant.now`: simulated seconds since the scene settled."""
         return self._world.time
 
     def observe(self) -> Readings:
-        """Robot sensors and scene now; what cameras saw, with the time they saw it."""
-        return {**self._seen, **self.sensors.read(self._ground_truth())}
+        """Implement `Plant.observe`: current readings, and the latest detection of each camera."""
+        return {**self._detections, **self.sensors.read(self._ground_truth())}
 
     def skill_began(self, skill: str) -> None:
-        """Physics does not care who asked; a disturbance may."""
+        """Implement `Plant.skill_began`: tell the disturbance."""
         self._disturbance.skill_began(skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """Physics does not care who asked; a disturbance may."""
+        """Implement `Plant.skill_ended`: tell the disturbance."""
         self._disturbance.skill_ended(skill)
 
     def close(self) -> None:
-        """Close what looks on, and end the simulation; safe to call twice."""
+        """Implement `Plant.close`: close the viewers and end the simulation."""
         with ExitStack() as closing:
             closing.callback(self._world.close)
-            for one in self._spectators:
-                closing.callback(one.close)
+            for viewer in self._spectators:
+                closing.callback(viewer.close)
 
-    # Inside.
+    # Internals.
 
     def _detect(self, camera: str) -> Mapping[str, Any]:
         return self._scene.detect(camera, self._disturbance.detection_filter(camera))
 
-    def _detect_raw(self, camera: str) -> Iterator[None]:
+    def _camera_motion(self, camera: str) -> Iterator[None]:
         picture = GroundTruth(self._world.ticks, self._detect(camera))
         for _ in range(CAMERA_TICKS + self.sensors.delay(picture.values)):
             yield
@@ -171,8 +205,8 @@ class PhysicsPlant(TickingPlant):
         self._world.step()
         self._scene.tick()
         self._people.update(self._world.time)
-        for one in self._spectators:
-            one.tick(self._world, self._scene.view)
+        for viewer in self._spectators:
+            viewer.tick(self._world, self._scene.view)
 
     def _measure(self) -> None:
         self._truth = GroundTruth(self._world.ticks, self._fast_values())
@@ -186,7 +220,7 @@ class PhysicsPlant(TickingPlant):
         return self.sensors.monitor_values(self._truth)
 
     def _ground_truth(self) -> GroundTruth:
-        """What is true now, of the scene too."""
+        """Return the ground truth of now, including the scene's."""
         values = {**self._truth.values, "holding": self._robot.is_holding(), **self._scene.measure()}
         return GroundTruth(self._truth.tick, values)
 
@@ -210,9 +244,17 @@ def _format_point(place: Vector3) -> str:
 
 
 def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
-    """Make a plant with scene `scene_name`, laid out by `seed`.
+    """Make a physics plant with a scene that comes with AEROS.
 
     The same scene, options, seed and actions repeat bit for bit.
+
+    Args:
+        scene_name: a key of `aeros.sim.scenes.SCENES`.
+        seed: of layout, sensor noise and people.
+        **options: see `PlantOptions`.
+
+    Returns:
+        The plant, at rest, its clock at 0.
 
     Raises:
         KeyError: no scene has that name.

@@ -1,4 +1,4 @@
-"""Random values keyed by (seed, channel, tick), whatever the order they are drawn in."""
+"""Random numbers keyed by (seed, channel, tick), independent of the order in which they are drawn."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.random import Generator, Philox
 
 
 class RandomSource:
-    """A counter-based source of randomness: one generator per channel and tick.
+    """A counter-based random source with one generator per channel and tick.
 
     The same seed, channel and tick give the same values in every process and after any history.
     """
@@ -17,5 +17,13 @@ class RandomSource:
         self.seed = seed
 
     def generator(self, channel: str, tick: int = 0) -> Generator:
-        """The generator of `channel` at `tick` (a count, 240 a second)."""
+        """Return the generator of a channel at a tick.
+
+        Args:
+            channel: name of what is drawn.
+            tick: number of control ticks since the start, 240 a second.
+
+        Returns:
+            A new generator (NumPy's Philox, keyed by seed and channel, counter at `tick`).
+        """
         return Generator(Philox(key=[self.seed % 2**64, crc32(channel.encode())], counter=[0, 0, 0, tick]))

@@ -1,7 +1,7 @@
-"""Between what is true and what is measured: noise, latency and dropout of each measured quantity.
+"""Sensor models: noise, resolution, latency and dropout between ground truth and readings.
 
-Ground truth is for the referee of an experiment and for `Sensors` alone; whoever acts or decides sees
-what `Sensors` make of it.  A quantity without a sensor model is measured as it is.
+Only `Sensors` and the referee of an experiment see ground truth; everything that acts or decides sees the
+readings. A quantity without a sensor model is measured exactly and without delay.
 """
 
 from __future__ import annotations
@@ -30,17 +30,18 @@ _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "press_force": (0.0, inf),
     "wiped_fraction": (0.0, 1.0),
 }
-"""Between which values an instrument reads, whatever its noise: a range finder shows no negative distance."""
+"""Range of readings of an instrument, whatever its noise: a range finder shows no negative distance."""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorModel:
-    """How one quantity is measured; by default as it is.
+    """Errors of one measured quantity; by default none.
 
-    noise: standard deviation of each of its numbers, in SI; truth values and words have none.
-    step: readings are whole multiples of it, in SI; 0: they are not rounded.
-    latency: from when something is true to when its reading arrives, s.
-    dropout: probability that what is true at one tick is never read; the last reading stays, and ages.
+    Attributes:
+        noise: standard deviation of each of its numbers, SI; booleans and words have no noise.
+        resolution: readings are whole multiples of it, SI; 0 means no rounding.
+        latency: time from when a value is true to when its reading arrives, s.
+        dropout: probability that the value of one tick is never read; the last reading stays and ages.
     """
 
     noise: float = 0.0
@@ -49,32 +50,32 @@ class SensorModel:
     dropout: float = 0.0
 
     def __post_init__(self) -> None:
-        """Raises MisuseError for a model of no sensor."""
+        """Raise MisuseError for negative or infinite numbers and for a dropout above 1."""
         amounts = (self.noise, self.resolution, self.latency, self.dropout)
         if not all(0.0 <= amount < inf for amount in amounts) or self.dropout > 1.0:
-            raise MisuseError(f"no sensor is like {self}")
+            raise MisuseError(f"invalid sensor model {self}")
 
     @property
     def needs_history(self) -> bool:
-        """Whether what is read at a tick depends on ticks before."""
+        """True if a reading depends on values of earlier ticks."""
         return self.latency > 0.0 or self.dropout > 0.0
 
     @property
     def latency_ticks(self) -> int:
-        """The latency in ticks."""
+        """The latency in ticks, rounded up."""
         return ceil(self.latency / TICK - 1e-9)
 
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """What is true at a tick, by vocabulary name, SI.  No mapping, so that nothing takes it for readings."""
+    """True values at a tick, by vocabulary name, SI; not a mapping, so nothing can take it for readings."""
 
     tick: int
     values: Mapping[str, Any]
 
     @property
     def time(self) -> float:
-        """Seconds on the plant's clock."""
+        """Time on the plant's clock, s."""
         return self.tick * TICK
 
 
@@ -83,14 +84,14 @@ _NO_READING: Final = GroundTruth(-1, {})
 
 @dataclass(slots=True)
 class _DelayLine:
-    """Readings of one quantity on their way; `latest` is the newest that has arrived."""
+    """Readings of one quantity that have not arrived yet; `latest` is the newest that has arrived."""
 
     latest: Reading | None
     sampled: int = -1
     in_flight: deque[tuple[int, Any]] = field(default_factory=deque)
 
     def deliver_until(self, before: int) -> None:
-        """Let arrive what was true at tick `before` or earlier; a reading is never older than the last."""
+        """Deliver values that were true at tick `before` or earlier; readings never get older."""
         while self.in_flight and self.in_flight[0][0] <= before:
             tick, value = self.in_flight.popleft()
             self.latest = Reading(value, tick * TICK)
@@ -99,8 +100,13 @@ class _DelayLine:
 class Sensors:
     """The sensors of one plant.
 
-    models: by vocabulary name; to be changed at any time, as faults come and go.  What was on its way
-        when a model changes still arrives, as late as the new one says.
+    Args:
+        seed: of noise and dropout.
+        models: sensor models by vocabulary name.
+
+    Attributes:
+        models: sensor models by vocabulary name. Faults change it at any time; readings already under way
+            still arrive, after the latency of the new model.
     """
 
     def __init__(self, seed: int, models: Mapping[str, SensorModel] | None = None) -> None:
@@ -110,13 +116,21 @@ class Sensors:
         self._last = _NO_READING
 
     def needs_sampling(self, names: Iterable[str]) -> bool:
-        """Whether some other quantity than `names` has to be sampled at every tick."""
+        """Return True if a quantity other than `names` must be sampled at every tick.
+
+        Args:
+            names: quantities that are sampled anyway.
+        """
         if not self.models:
             return False
         return any(model.needs_history for name, model in self.models.items() if name not in names)
 
     def sample(self, truth: GroundTruth) -> None:
-        """Let them see what is true now; once for each tick, whoever asks again afterwards."""
+        """Record the ground truth of a tick; further calls within the same tick change nothing.
+
+        Args:
+            truth: true values of this tick.
+        """
         if self.models or self._lines:
             for name in self._lines.keys() - self.models.keys():
                 del self._lines[name]
@@ -126,7 +140,15 @@ class Sensors:
         self._last = truth
 
     def read(self, truth: GroundTruth) -> Readings:
-        """What is measured now, each value with the time at which it was true."""
+        """Measure the ground truth of now.
+
+        Args:
+            truth: true values of this tick.
+
+        Returns:
+            A reading of each quantity, with the time at which its value was true; quantities whose first
+            reading has not arrived are absent.
+        """
         self.sample(truth)
         now = truth.time
         readings = {name: Reading(value, now) for name, value in truth.values.items()}
@@ -138,7 +160,14 @@ class Sensors:
         return readings
 
     def monitor_values(self, truth: GroundTruth) -> Mapping[str, Any]:
-        """What a monitor gets of `truth`: values where they are as of now, else a `Reading`."""
+        """Measure the ground truth of now for the monitor.
+
+        Args:
+            truth: true values of this tick.
+
+        Returns:
+            By vocabulary name: the plain value if it was measured at this tick, else a `Reading`.
+        """
         if self.models.keys().isdisjoint(truth.values):
             return truth.values
         self.sample(truth)
@@ -152,7 +181,14 @@ class Sensors:
         return values
 
     def read_camera(self, truth: GroundTruth) -> Readings:
-        """What comes of a single look, as a camera's, with its noise and dropout; how late is `delay`."""
+        """Measure what a single picture shows, with noise and dropout; `delay` gives the latency.
+
+        Args:
+            truth: detections by vocabulary name, at the tick of the picture.
+
+        Returns:
+            The readings that were not dropped, with the time of the picture.
+        """
         readings = {}
         for name, value in truth.values.items():
             model = self.models.get(name)
@@ -162,7 +198,14 @@ class Sensors:
         return readings
 
     def delay(self, names: Iterable[str]) -> int:
-        """Ticks until a look at these quantities has arrived."""
+        """Compute the time until a picture of these quantities has arrived.
+
+        Args:
+            names: quantities in the picture.
+
+        Returns:
+            The longest latency among them, ticks.
+        """
         return max((self.models[name].latency_ticks for name in names if name in self.models), default=0)
 
     def _sample(self, name: str, model: SensorModel, truth: GroundTruth) -> None:
@@ -177,9 +220,9 @@ class Sensors:
         line.deliver_until(truth.tick - model.latency_ticks)
 
     def _initial_reading(self, name: str, model: SensorModel, truth: GroundTruth) -> Reading | None:
-        """The last reading before the first that a model makes.
+        """Return the reading that comes before the first that a model makes.
 
-        Before its clock began the plant was at rest, so what is true then was true before.
+        Before its clock started the plant was at rest, so what is true at tick 0 was true before.
         """
         if truth.tick == 0 and model.dropout < 1.0:
             seen = self._measure(name, replace(model, dropout=0.0), 0, truth.values[name])
@@ -189,7 +232,7 @@ class Sensors:
         return None
 
     def _measure(self, name: str, model: SensorModel, tick: int, value: Any) -> Any:
-        """`value` as an instrument shows it, or `_NO_READING`; drawn by name and tick, so always the same."""
+        """Return `value` as a sensor reads it, or `_NO_READING`; drawn by name and tick, so repeatable."""
         if model.dropout == 0.0 and model.noise == 0.0:
             return _apply_noise(name, model, value, None)
         draw = self._chance.generator(f"sensor {name}", tick)

@@ -1,4 +1,4 @@
-"""Input files of simulators: by path, or by the name of one that comes with AEROS."""
+"""Look up simulator input files by path or by the name of one that comes with AEROS."""
 
 from __future__ import annotations
 
@@ -12,18 +12,27 @@ from aeros.spec.diagnostics.errors import UserError
 
 
 def shipped_files(folder: str) -> dict[str, Path]:
-    """Return the YAML files in a folder of the installed package, by their names without suffix."""
+    """List the YAML files in a folder of the installed package.
+
+    Args:
+        folder: relative to the package `aeros`.
+
+    Returns:
+        Their paths by file name without suffix.
+    """
     return {path.stem: path for path in sorted((Path(aeros.__file__).parent / folder).glob("*.yaml"))}
 
 
-def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str, absent: str) -> str | Path:
-    """Return the path of a shipped file by its name, or the path that was given.
+def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str) -> str | Path:
+    """Find a shipped file by its name, or any file by its path.
 
     Args:
         name_or_path: as a user gives it; a name goes before a path.
         shipped: the files that come with AEROS, by name.
         kind: what the file is called, as in `people file`.
-        absent: begins the message where there is none, as in `no people file of that name comes`.
+
+    Returns:
+        The path.
 
     Raises:
         UserError: there is neither such a name nor such a file.
@@ -34,6 +43,6 @@ def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str, absent:
         return name_or_path
     near = did_you_mean(name_or_path, shipped)
     listed = ", ".join(f"`{name}`" for name in shipped)
-    headline = f"there is no file `{name_or_path}`, and {absent} with AEROS"
+    headline = f"no file `{name_or_path}`, and no {kind} of that name comes with AEROS"
     help_ = (f"did you mean `{near}`?" if near else f"give a {kind}, or one of {listed}",)
     raise UserError([Diagnostic("AE002", headline, help=help_)])

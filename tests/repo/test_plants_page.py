@@ -33,7 +33,8 @@ def test_the_page_does_what_it_says(tmp_path: Path) -> None:
 
 
 def test_the_page_lists_every_promise_that_is_checked() -> None:
-    rows = "| check | what it holds a plant to |\n|---|---|\n"
+    rows = "| check | promise |\n|---|---|\n"
     for check in CHECKS:
-        rows += f"| `{check.__name__}` | {(inspect.getdoc(check) or '').splitlines()[0]} |\n"
+        promise = (inspect.getdoc(check) or "").splitlines()[0].removeprefix("Check that ")
+        rows += f"| `{check.__name__}` | {promise[:1].upper()}{promise[1:]} |\n"
     check_generated("docs/plants.md", "promises", rows)

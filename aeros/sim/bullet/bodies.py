@@ -1,4 +1,4 @@
-"""Bodies that are put into a scene from outside, and whether any two in a world are in each other's place."""
+"""Bodies that a scene file adds to a scene, and the check that no two bodies overlap."""
 
 from __future__ import annotations
 
@@ -13,37 +13,43 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
 
 MAX_OVERLAP: Final = 0.002
-"""How deep two bodies may be in each other, m: the robot's foot is 1.03 mm deep in its table."""
+"""Greatest allowed overlap of two bodies, m: the robot's foot overlaps its table by 1.03 mm."""
 
 GREY: Final[Colour] = (0.7, 0.7, 0.7, 1.0)
 
 
 class Box(NamedTuple):
-    """Full lengths of its edges, m."""
+    """A box by the full lengths of its edges, m."""
 
     edges: Vector3
 
 
 class Cylinder(NamedTuple):
-    """About its own z axis, m."""
+    """A cylinder about its own z axis, m."""
 
     radius: float
     height: float
 
 
 class UrdfModel(NamedTuple):
-    """A URDF file, read and found usable."""
+    """A URDF file that `check_urdf` has accepted."""
 
     path: str
 
 
 @dataclass(frozen=True, slots=True)
 class SceneBody:
-    """Something that stands or lies about.
+    """A declared body in a scene.
 
-    at: its middle in W, m; of a model its frame.
-    mass: kg; 0: fixed to W.  Of a model whatever its file says, unless this is 0.
-    span: where it is declared.
+    Attributes:
+        name: as declared.
+        shape: box, cylinder or URDF model.
+        position: of its middle in W, m; for a URDF model, of its frame.
+        yaw: about z of W, rad.
+        mass: kg; 0 fixes it to W. A URDF model has the mass in its file, unless this is 0.
+        friction: Coulomb coefficient.
+        colour: red, green, blue and alpha in [0, 1].
+        span: where it is declared.
     """
 
     name: str
@@ -57,7 +63,18 @@ class SceneBody:
 
 
 def add_body(world: PhysicsWorld, body: SceneBody) -> int:
-    """Put it where it is declared."""
+    """Add a declared body to a world.
+
+    Args:
+        world: the world.
+        body: the body.
+
+    Returns:
+        Its number in PyBullet.
+
+    Raises:
+        UserError: PyBullet cannot load its URDF file.
+    """
     turn, friction = yaw_orientation(body.yaw), body.friction
     match body.shape:
         case Box(edges):
@@ -73,17 +90,24 @@ def add_body(world: PhysicsWorld, body: SceneBody) -> int:
 
 
 def check_overlaps(world: PhysicsWorld, placed: Mapping[int, SceneBody], names: Mapping[int, str]) -> None:
-    """Raise `UserError` with every two bodies of `world` that are in each other's place.
+    """Check that no two bodies of a world overlap by more than `MAX_OVERLAP`.
 
-    What overlaps is thrown apart as soon as time goes on.
-    placed: those that were declared; names: of the others, as far as they have one.
+    Overlapping bodies are thrown apart as soon as the world steps.
+
+    Args:
+        world: the world.
+        placed: declared bodies by their number in PyBullet.
+        names: names of other bodies, by number.
+
+    Raises:
+        UserError: some overlap; it lists every pair.
     """
-    found = [
-        _overlap_diagnostic(one, other, depth, world, placed, names)
-        for one, other, depth in world.overlaps(MAX_OVERLAP)
+    problems = [
+        _overlap_diagnostic(first, second, depth, world, placed, names)
+        for first, second, depth in world.overlaps(MAX_OVERLAP)
     ]
-    if found:
-        raise UserError(found)
+    if problems:
+        raise UserError(problems)
 
 
 def _overlap_diagnostic(
@@ -97,7 +121,7 @@ def _overlap_diagnostic(
     first, second = sorted((one, other), key=lambda body: body not in placed)
     spoken = [_body_name(body, world, placed, names) for body in (first, second)]
     declared = [placed[body] for body in (first, second) if body in placed]
-    labels = [SpanLabel(body.span, f"`{body.name}` is here") for body in declared]
+    labels = [SpanLabel(body.span, f"`{body.name}` is placed here") for body in declared]
     return Diagnostic(
         "AE140",
         f"{spoken[0]} and {spoken[1]} overlap by {_format_mm(depth)}",

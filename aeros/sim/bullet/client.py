@@ -1,6 +1,6 @@
-"""The one place that imports PyBullet: its banner, printed on import, goes to standard error.
+"""Import PyBullet, at this one place: the banner that it prints on import goes to standard error.
 
-The library writes the banner through C's standard output, where it would spoil what a command prints.
+The library prints the banner through C's standard output, where it would mix with a command's output.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a world looks like, put up again in another PyBullet client: bodies that are only seen."""
+"""Copy the visible shapes of a world to another PyBullet client, and update their poses."""
 
 from __future__ import annotations
 
@@ -16,9 +16,14 @@ BASE_LINK: Final = -1
 class Shape(NamedTuple):
     """A visible part of a link.
 
-    kind, size: PyBullet's shape type, and its dimensions as `getVisualShapeData` gives them, m.
-    mesh: the file of a mesh; empty otherwise.
-    place: in the link's frame.
+    Attributes:
+        body: number of its body in the original world.
+        link: number of the link; `BASE_LINK` for the base.
+        kind: PyBullet's shape type.
+        size: dimensions as `getVisualShapeData` gives them, m.
+        mesh: file of a mesh; else empty.
+        place: pose in the link's frame.
+        colour: red, green, blue and alpha in [0, 1].
     """
 
     body: int
@@ -31,14 +36,31 @@ class Shape(NamedTuple):
 
 
 def bodies_of(world: PhysicsWorld) -> list[int]:
-    """Everything that is in the world, what came last at the end."""
+    """List the bodies of a world.
+
+    Args:
+        world: the world.
+
+    Returns:
+        Their numbers in PyBullet, the newest last.
+    """
     client = world.client
     count = bullet.getNumBodies(physicsClientId=client)
     return [bullet.getBodyUniqueId(number, physicsClientId=client) for number in range(count)]
 
 
 def shapes_of(world: PhysicsWorld, bodies: Sequence[int]) -> list[Shape]:
-    """The visible parts of `bodies`; a picture (`PhysicsWorld.add_textured_rectangle`) is none, as its mesh is no file."""
+    """List the visible parts of bodies.
+
+    A rectangle by `PhysicsWorld.add_textured_rectangle` is left out, as its mesh is not a file.
+
+    Args:
+        world: the world.
+        bodies: numbers of the bodies.
+
+    Returns:
+        The shapes.
+    """
     return [
         Shape(body, link, kind, size, mesh.decode(), Pose(position, orientation), colour)
         for number in bodies
@@ -50,37 +72,57 @@ def shapes_of(world: PhysicsWorld, bodies: Sequence[int]) -> list[Shape]:
 
 
 def poses_of(world: PhysicsWorld, shapes: Sequence[Shape]) -> list[Pose]:
-    """Where the frame of each shape's link is, in W."""
-    found: dict[tuple[int, int], Pose] = {}
+    """Read the pose of each shape's link.
+
+    Args:
+        world: the world.
+        shapes: shapes in it.
+
+    Returns:
+        Poses in W, in the order of `shapes`.
+    """
+    poses: dict[tuple[int, int], Pose] = {}
     for shape in shapes:
         key = (shape.body, shape.link)
-        if key not in found:
-            found[key] = _base_frame(world, shape.body) if shape.link == BASE_LINK else world.pose(*key)
-    return [found[shape.body, shape.link] for shape in shapes]
+        if key not in poses:
+            poses[key] = _base_frame(world, shape.body) if shape.link == BASE_LINK else world.pose(*key)
+    return [poses[shape.body, shape.link] for shape in shapes]
 
 
 def _base_frame(world: PhysicsWorld, body: int) -> Pose:
-    """The frame that the base's visible parts are placed in; PyBullet tells where its centre of mass is."""
+    """Return the frame that the base's visible parts are placed in; PyBullet gives its centre of mass."""
     info = bullet.getDynamicsInfo(body, BASE_LINK, physicsClientId=world.client)
     return Pose(*bullet.multiplyTransforms(*world.pose(body), *bullet.invertTransform(info[3], info[4])))
 
 
 class SceneMirror:
-    """Shows shapes in `client`.  Nothing in it has weight, is touched or steps."""
+    """Copies of shapes in a PyBullet client that have no mass and no contacts and never step.
+
+    Args:
+        client: number of the client.
+    """
 
     def __init__(self, client: int) -> None:
         self._client = client
         self._bodies: list[int] = []
 
     def add(self, shapes: Sequence[Shape]) -> None:
-        """Put up more shapes."""
+        """Add shapes.
+
+        Args:
+            shapes: shapes of the original world.
+        """
         self._bodies += [
             bullet.createMultiBody(baseVisualShapeIndex=self._visual(shape), physicsClientId=self._client)
             for shape in shapes
         ]
 
     def place(self, poses: Sequence[Pose]) -> None:
-        """Put each shape, in the order in which they came, where its link is."""
+        """Move every shape to its link's pose.
+
+        Args:
+            poses: in W, one for each shape in the order in which they were added.
+        """
         for body, pose in zip(self._bodies, poses, strict=True):
             bullet.resetBasePositionAndOrientation(body, *pose, physicsClientId=self._client)
 

@@ -1,6 +1,6 @@
-"""Pictures as an MP4 film (H.264).
+"""Encode pictures as an MP4 video (H.264).
 
-The sole importer of PyAV, which is there with `pip install 'aeros[video]'`.
+The sole importer of PyAV, which `pip install 'aeros[video]'` installs.
 """
 
 from __future__ import annotations
@@ -14,7 +14,15 @@ from PIL import Image as Picture
 
 
 def encode_mp4(pictures: Sequence[Picture.Image], per_second: int) -> bytes:
-    """The film; every player has its pixel format, which wants an even width and height."""
+    """Encode an H.264 video in pixel format yuv420p, which every player supports.
+
+    Args:
+        pictures: frames of equal size; width and height are even.
+        per_second: frames per second.
+
+    Returns:
+        The bytes of the file.
+    """
     film = BytesIO()
     with av.open(film, "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=per_second)

@@ -1,8 +1,8 @@
 """A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
 
-The arm stands fixed at W's origin or on a carriage, two force-limited prismatic joints along x and y.
-Motors: position control with feed-forward velocity, gain 0.3, torque limits of record.  Joints are
-placed once, when the robot is built, and from then on only motors move them.
+The arm stands fixed at W's origin or on a carriage: two force-limited prismatic joints along x and y.
+Motors: position control with feed-forward velocity, gain 0.3, official torque limits. Joints are placed
+once, when the robot is built; from then on only motors move them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,18 @@ _BASE_FORCE_MAX: Final = 600.0
 
 
 class Panda(Robot):
-    """The robot in `world`."""
+    """A Panda simulated in PyBullet.
+
+    Args:
+        world: the world to add it to.
+        options: how it is built.
+
+    Attributes:
+        body: its number in PyBullet.
+        fingers: numbers of the finger links.
+        grip_command: commanded gap, m, and force on each finger, N.
+        finger_friction: Coulomb coefficient of undegraded finger pads.
+    """
 
     def __init__(self, world: PhysicsWorld, options: RobotOptions) -> None:
         super().__init__(options)
@@ -54,7 +65,7 @@ class Panda(Robot):
         for finger in self.fingers:
             bullet.resetJointState(self.body, finger, FINGER_GAP_MAX / 2, physicsClientId=client)
         self.set_finger_friction(self.finger_friction)
-        # The hand drives both fingers with one motor; without the gear grasps are 15 mm off centre.
+        # The hand drives both fingers with one motor; without the gear, grasps are 15 mm off centre.
         gear = bullet.createConstraint(
             self.body,
             self.fingers[0],
@@ -74,12 +85,18 @@ class Panda(Robot):
     # Motors.
 
     def command(self, q: Vector, qd: Vector) -> None:
-        """Set the arm motors' set points, rad and rad/s, for the next tick."""
+        """Implement `Robot.command`."""
         self.q_command, self.qd_command = q, qd
         self.set_arm_motors(q, qd)
 
     def set_arm_motors(self, q: Vector, qd: Vector, strength: float = 1.0) -> None:
-        """Let the arm motors follow q and qd with this share of their torque, whatever is commanded."""
+        """Set the arm motors for the next tick without changing the commanded set points.
+
+        Args:
+            q: joint positions (7,), rad.
+            qd: joint speeds (7,), rad/s.
+            strength: share of the motors' torque limits, in [0, 1].
+        """
         bullet.setJointMotorControlArray(
             self.body,
             self._arm,
@@ -93,7 +110,7 @@ class Panda(Robot):
         )
 
     def command_base(self, xy: Vector, speed: Vector) -> None:
-        """Set the carriage's set points relative to its start, m and m/s, for the next tick."""
+        """Implement `Robot.command_base`."""
         self.base_command, self.base_speed_command = xy, speed
         bullet.setJointMotorControlArray(
             self.body,
@@ -108,12 +125,17 @@ class Panda(Robot):
         )
 
     def grip(self, width: float, force: float) -> None:
-        """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
+        """Implement `Robot.grip`."""
         self.grip_command = (width, force)
         self.set_finger_motors(width, force)
 
     def set_finger_motors(self, width: float, force: float) -> None:
-        """Set the finger motors, whatever is commanded."""
+        """Set the finger motors without changing the commanded grip.
+
+        Args:
+            width: distance between the finger pads, m.
+            force: greatest force on each finger, N.
+        """
         for finger in self.fingers:
             bullet.setJointMotorControl2(
                 self.body,
@@ -126,14 +148,18 @@ class Panda(Robot):
             )
 
     def set_finger_friction(self, friction: float) -> None:
-        """Set the Coulomb coefficient of both finger pads."""
+        """Set the Coulomb coefficient of both finger pads.
+
+        Args:
+            friction: dimensionless.
+        """
         for finger in self.fingers:
             self._world.set_friction(self.body, finger, friction)
 
     # Sensors.
 
     def read_sensors(self) -> RobotState:
-        """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
+        """Implement `Robot.read_sensors`."""
         client = self._world.client
         states = bullet.getJointStates(self.body, self._sensed, physicsClientId=client)
         positions, rates, _, torques = zip(*states, strict=True)
@@ -147,7 +173,7 @@ class Panda(Robot):
             torque=torques[:7],
             tool_position=tool[4],
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
-            # Closed fingers press each other a hair past 0, and nothing measures a negative gap.
+            # Closed fingers penetrate each other slightly; a gap is never measured as negative.
             finger_gap=max(0.0, positions[7] + positions[8]),
             finger_speed=max(abs(rates[7]), abs(rates[8])),
             base_position=self._base_position(positions[9:]),
@@ -161,19 +187,19 @@ class Panda(Robot):
         return (x + drive[0], y + drive[1], z)
 
     def finger_forces(self) -> tuple[float, float]:
-        """Normal contact force on each finger, N: what tactile pads would read."""
+        """Implement `Robot.finger_forces`."""
         left, right = self.fingers
         forces = self._world.forces_by_link(self.body)
         return forces.get(left, 0.0), forces.get(right, 0.0)
 
     def contact_force(self) -> float:
-        """See `Robot`; of contacts, normal forces and friction."""
+        """Implement `Robot.contact_force` by the normal and friction forces of all contacts."""
         return self._world.net_contact_force(self.body)
 
     def wrist_vertical_force(self) -> float:
-        """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
+        """Implement `Robot.wrist_vertical_force`.
 
-        Includes the weight of hand and load: compare with a reading taken before contact.
+        It includes the weight of hand and load: compare with a reading from before contact.
         """
         client = self._world.client
         reaction = bullet.getJointState(self.body, self._wrist, physicsClientId=client)[2]

@@ -1,7 +1,7 @@
-"""People around the robot: capsules that walk along declared ways, and how near they are to it.
+"""Simulated people: capsules on scripted paths, and their distance from the robot.
 
-They are moved, not pushed: nothing they touch feels them, so that being near is all they do to a robot.
-Not modelled: arms that reach out, which is what a site's intrusion distance is for.
+They are moved, not pushed, and nothing they touch feels them: they affect a robot only by being near.
+Not modelled: arms that reach out; a site's intrusion distance allows for them.
 """
 
 from __future__ import annotations
@@ -24,21 +24,24 @@ DEFAULT_RADIUS: Final = 0.25
 _CLOTHES: Final[Colour] = (0.30, 0.42, 0.50, 1.0)
 
 MAX_SPEED: Final = 12.0
-"""Speed that nobody exceeds, m/s."""
+"""Greatest walking speed, m/s."""
 
 _DISTANCE_STEP: Final = 0.02
-"""How much nearer than at the last tick is looked for first, m: robot and person together at 4.8 m/s."""
+"""Margin over the previous distance for the first query, m: robot and person closing in at 4.8 m/s."""
 
 Position2 = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Waypoint:
-    """One place on a way, x and y in W, m.
+    """A place on a path, x and y in W.
 
-    speed: how fast it is walked to, m/s; arrive: when it is reached instead, s, unless nobody walks so
-        fast.  The first has neither.
-    stay: how long they stand there, s.
+    Attributes:
+        position: m.
+        speed: walking speed to it, m/s; the first waypoint has none.
+        arrival_time: when it is reached, s, unless that needs more than `MAX_SPEED`; given instead of
+            `speed`.
+        dwell: time spent there, s.
     """
 
     position: Position2
@@ -49,11 +52,16 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Somebody, and the way they go; lengths in m, times in s.
+    """A person and their path; lengths in m, times in s.
 
-    floor: height in W of what they stand on.
-    spread: each place is up to this far from where it is declared, in x and in y, by chance.
-    delay: everything is up to this much later, by chance.
+    Attributes:
+        name: keys the random draws.
+        path: waypoints, the first where they are at the start.
+        height: of the capsule.
+        radius: of the capsule.
+        floor: height in W of the floor they stand on.
+        position_spread: greatest random offset of each waypoint, in x and in y.
+        max_delay: greatest random delay of the whole path.
     """
 
     name: str
@@ -66,29 +74,41 @@ class Person:
 
 
 class WalkSchedule:
-    """Where one person is at which time, as `chance` has it (channel: their name)."""
+    """Position of a person over time, with random offsets and delay.
+
+    Args:
+        person: the person and their path.
+        chance: random source; channel `person NAME`.
+    """
 
     def __init__(self, person: Person, chance: RandomSource) -> None:
         draw = chance.generator(f"person {person.name}").uniform(-1.0, 1.0, 1 + 2 * len(person.path))
-        late = person.max_delay * (1.0 + float(draw[0])) / 2.0
+        delay = person.max_delay * (1.0 + float(draw[0])) / 2.0
         self._times: list[float] = []
         self._places: list[Position2] = []
-        for number, one in enumerate(person.path):
+        for number, waypoint in enumerate(person.path):
             dx, dy = (person.position_spread * float(part) for part in draw[1 + 2 * number : 3 + 2 * number])
-            place = (one.position[0] + dx, one.position[1] + dy)
+            place = (waypoint.position[0] + dx, waypoint.position[1] + dy)
             if number == 0:
                 self._add_keyframe(0.0, place)
-                self._add_keyframe(one.dwell + late, place)
+                self._add_keyframe(waypoint.dwell + delay, place)
                 continue
-            left, way = self._times[-1], dist(self._places[-1], place)
-            there = left + way / (one.speed or MAX_SPEED)
-            if one.arrival_time is not None:
-                there = max(there, one.arrival_time + late)
-            self._add_keyframe(there, place)
-            self._add_keyframe(there + one.dwell, place)
+            departure, distance = self._times[-1], dist(self._places[-1], place)
+            arrival = departure + distance / (waypoint.speed or MAX_SPEED)
+            if waypoint.arrival_time is not None:
+                arrival = max(arrival, waypoint.arrival_time + delay)
+            self._add_keyframe(arrival, place)
+            self._add_keyframe(arrival + waypoint.dwell, place)
 
     def position(self, time: float) -> Position2:
-        """Where they are, x and y in W, m."""
+        """Interpolate the position at a time.
+
+        Args:
+            time: since the start of the path, s.
+
+        Returns:
+            x and y in W, m.
+        """
         after = bisect_right(self._times, time)
         if after == len(self._times):
             return self._places[-1]
@@ -103,38 +123,59 @@ class WalkSchedule:
 
 
 class People:
-    """People in a world, and their distance from the robot there."""
+    """The people in a world, and their distance from the robot."""
 
     def __init__(
         self, world: PhysicsWorld, robot: int, people: Sequence[Person], chance: RandomSource
     ) -> None:
-        """Put them where they are at first.  robot: its body."""
+        """Place everybody at the start of their path.
+
+        Args:
+            world: the world.
+            robot: number of the robot's body in PyBullet.
+            people: the people.
+            chance: random source of offsets and delays.
+        """
         self._world = world
         self._robot = robot
         self._chance = chance
-        self._walkers = [_PersonBody(world, one, chance) for one in people]
+        self._walkers = [_PersonBody(world, person, chance) for person in people]
 
     def add_person(self, person: Person) -> None:
-        """Let somebody come who was not there; their way begins now."""
+        """Add a person, whose path begins now.
+
+        Args:
+            person: the person.
+        """
         self._walkers.append(_PersonBody(self._world, person, self._chance, self._world.time))
 
     def update(self, time: float) -> None:
-        """Put them where they are at `time`, s."""
-        for one in self._walkers:
-            one.update(time)
+        """Move everybody to their position at a time.
+
+        Args:
+            time: on the plant's clock, s.
+        """
+        for walker in self._walkers:
+            walker.update(time)
 
     def distance(self, within: float) -> float:
-        """Of the nearest person from any part of the robot, m; inf where nobody is nearer than `within`.
+        """Measure the distance of the nearest person from any part of the robot.
 
-        0 where they overlap.  What the robot holds is no part of it.
+        An object that the robot holds is not part of it.
+
+        Args:
+            within: range of the measurement, m.
+
+        Returns:
+            The distance, m; 0 if they overlap, inf if nobody is within the range.
         """
         if not self._walkers:
             return inf
-        return max(0.0, min(one.distance(self._robot, within) for one in self._walkers))
+        return max(0.0, min(walker.distance(self._robot, within) for walker in self._walkers))
 
 
 class _PersonBody:
-    """One person's body."""
+    """A person's capsule in the world."""
 
     def __init__(self, world: PhysicsWorld, person: Person, chance: RandomSource, since: float = 0.0) -> None:
         self._client = world.client
@@ -164,7 +205,11 @@ class _PersonBody:
         )
 
     def distance(self, robot: int, within: float) -> float:
-        """Asked first for links about as near as the last time: the others cost more than all the rest."""
+        """Measure the distance from the robot, first with a range just above the previous distance.
+
+        Most links are out of that range, and a query with the full range would cost more than everything
+        else.
+        """
         near = self._query_distance(robot, min(within, self._last + _DISTANCE_STEP))
         self._last = near if near < inf else self._query_distance(robot, within)
         return self._last

@@ -1,4 +1,4 @@
-"""A people file → people, each fault reported at its place."""
+"""Read a people file: check it, report every problem with its place, and convert units."""
 
 from __future__ import annotations
 
@@ -21,106 +21,147 @@ from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
 
 _MAX_VALUE: Final = 10**6
-"""Metres and seconds up to which somebody can be declared; a few thousand have a meaning."""
+"""Greatest number of metres or seconds in a people file; realistic values are at most a few thousand."""
 
 _SPEED: Final = LENGTH * TIME**-1
 
 
 def shipped_people() -> dict[str, Path]:
-    """Return the people files that come with AEROS, by name."""
+    """List the people files that come with AEROS.
+
+    Returns:
+        Their paths by name.
+    """
     return shipped_files("people")
 
 
 def read_people(name_or_path: str) -> tuple[people.Person, ...]:
-    """Those of a file, or of a shipped one by its name.  Raises UserError, which says what is wrong."""
-    path = Path(find_file(name_or_path, shipped_people(), "people file", "nobody of that name comes"))
-    sink = Diagnostics()
-    node = read_yaml(read_source(path), sink)
-    found = None if node is None else decode(node, declared.People, sink)
-    sink.raise_if_errors()
-    everybody = [] if found is None else [parse_person(name.value, one, sink) for name, one in found.people]
-    sink.raise_if_errors()
-    return tuple(everybody)
+    """Read a people file.
+
+    Args:
+        name_or_path: a path, or the name of a shipped file.
+
+    Returns:
+        The people, in the order of the file.
+
+    Raises:
+        UserError: there is no such file, or it has problems.
+    """
+    path = Path(find_file(name_or_path, shipped_people(), "people file"))
+    diagnostics = Diagnostics()
+    node = read_yaml(read_source(path), diagnostics)
+    file = None if node is None else decode(node, declared.People, diagnostics)
+    diagnostics.raise_if_errors()
+    result = (
+        []
+        if file is None
+        else [parse_person(name.value, declaration, diagnostics) for name, declaration in file.people]
+    )
+    diagnostics.raise_if_errors()
+    return tuple(result)
 
 
-def parse_person(name: str, one: declared.Person, sink: Diagnostics) -> people.Person:
-    """Somebody as declared; wrong, and reported, where `sink` has errors afterwards."""
-    height = _non_negative_quantity(one.height, LENGTH, sink, people.DEFAULT_HEIGHT)
-    radius = _non_negative_quantity(one.radius, LENGTH, sink, people.DEFAULT_RADIUS)
-    if not sink.has_errors and not 0.0 < 2.0 * radius <= height <= 3.0:
-        place = one.height or one.radius
-        sink.error(
+def parse_person(name: str, declaration: declared.Person, diagnostics: Diagnostics) -> people.Person:
+    """Convert a declared person; if `diagnostics` has errors afterwards, the result must not be used.
+
+    Args:
+        name: of the person.
+        declaration: as decoded from the file.
+        diagnostics: receives the diagnostics.
+
+    Returns:
+        The person, in SI.
+    """
+    height = _non_negative_quantity(declaration.height, LENGTH, diagnostics, people.DEFAULT_HEIGHT)
+    radius = _non_negative_quantity(declaration.radius, LENGTH, diagnostics, people.DEFAULT_RADIUS)
+    if not diagnostics.has_errors and not 0.0 < 2.0 * radius <= height <= 3.0:
+        place = declaration.height or declaration.radius
+        diagnostics.error(
             "AE208",
-            f"nobody is {height:g} m tall and {2.0 * radius:g} m wide",
-            one.span if place is None else place.span,
+            f"implausible person: {height:g} m tall, {2.0 * radius:g} m wide",
+            declaration.span if place is None else place.span,
             help=("`radius` is at most half of `height`, and that at most 3 m",),
         )
-    path = tuple(_waypoint(number, at, sink) for number, at in enumerate(one.path))
-    if not sink.has_errors:
-        _check_times(path, one.path, sink)
-    floor = 0.0 if one.floor is None else _number(one.floor, LENGTH, sink)
+    path = tuple(_waypoint(number, at, diagnostics) for number, at in enumerate(declaration.path))
+    if not diagnostics.has_errors:
+        _check_times(path, declaration.path, diagnostics)
+    floor = 0.0 if declaration.floor is None else _number(declaration.floor, LENGTH, diagnostics)
     spread, delay = (
-        _non_negative_quantity(one.spread, LENGTH, sink, 0.0),
-        _non_negative_quantity(one.delay, TIME, sink, 0.0),
+        _non_negative_quantity(declaration.spread, LENGTH, diagnostics, 0.0),
+        _non_negative_quantity(declaration.delay, TIME, diagnostics, 0.0),
     )
     return people.Person(name, path, height, radius, floor, spread, delay)
 
 
-def _waypoint(number: int, one: declared.Waypoint, sink: Diagnostics) -> people.Waypoint:
-    x, y = (_number(part, LENGTH, sink) for part in one.at)
-    ways = [text for text in (one.speed, one.arrive) if text is not None]
+def _waypoint(number: int, declaration: declared.Waypoint, diagnostics: Diagnostics) -> people.Waypoint:
+    x, y = (_number(part, LENGTH, diagnostics) for part in declaration.at)
+    ways = [text for text in (declaration.speed, declaration.arrive) if text is not None]
     if number == 0 and ways:
-        _report("the first place is where they are; nobody has to walk there", ways[0].span, sink)
+        _report(
+            "the first waypoint is the start: it has neither `speed` nor `arrive`", ways[0].span, diagnostics
+        )
     if number > 0 and len(ways) != 1:
-        _report("a further place has either `speed` or `arrive`", one.span, sink)
-    speed = None if one.speed is None else _non_negative_quantity(one.speed, _SPEED, sink, 0.0)
-    if one.speed is not None and speed is not None and not 0.0 < speed <= people.MAX_SPEED:
-        _report_speed(speed, one.speed.span, sink)
-    arrive = None if one.arrive is None else _non_negative_quantity(one.arrive, TIME, sink, 0.0)
-    return people.Waypoint((x, y), speed, arrive, _non_negative_quantity(one.stay, TIME, sink, 0.0))
+        _report("a further waypoint has either `speed` or `arrive`", declaration.span, diagnostics)
+    speed = (
+        None
+        if declaration.speed is None
+        else _non_negative_quantity(declaration.speed, _SPEED, diagnostics, 0.0)
+    )
+    if declaration.speed is not None and speed is not None and not 0.0 < speed <= people.MAX_SPEED:
+        _report_speed(speed, declaration.speed.span, diagnostics)
+    arrive = (
+        None
+        if declaration.arrive is None
+        else _non_negative_quantity(declaration.arrive, TIME, diagnostics, 0.0)
+    )
+    return people.Waypoint(
+        (x, y), speed, arrive, _non_negative_quantity(declaration.stay, TIME, diagnostics, 0.0)
+    )
 
 
 def _check_times(
-    path: Sequence[people.Waypoint], places: Sequence[declared.Waypoint], sink: Diagnostics
+    path: Sequence[people.Waypoint], places: Sequence[declared.Waypoint], diagnostics: Diagnostics
 ) -> None:
-    """Report places that nobody can reach when they are to."""
+    """Report waypoints that nobody can reach in time."""
     time, here = path[0].dwell, path[0].position
     for at, place in zip(path[1:], places[1:], strict=True):
         way, here = dist(here, at.position), at.position
         if at.arrival_time is not None and at.arrival_time <= time:
-            _report(f"they are still at the place before then: until {time:g} s", place.span, sink)
+            _report(
+                f"`arrive` is before the previous waypoint is left, at {time:g} s", place.span, diagnostics
+            )
         elif at.arrival_time is not None and way / (at.arrival_time - time) > people.MAX_SPEED:
-            _report_speed(way / (at.arrival_time - time), place.span, sink)
+            _report_speed(way / (at.arrival_time - time), place.span, diagnostics)
         time = (
             time + way / (at.speed or people.MAX_SPEED) if at.arrival_time is None else at.arrival_time
         ) + at.dwell
 
 
-def _report_speed(speed: float, span: SourceSpan, sink: Diagnostics) -> None:
+def _report_speed(speed: float, span: SourceSpan, diagnostics: Diagnostics) -> None:
     help_ = f"let them walk at more than 0 and at most {people.MAX_SPEED:g} m/s"
-    _report(f"nobody walks at {speed:.4g} m/s", span, sink, help_)
+    _report(f"walking speed {speed:.4g} m/s is out of range", span, diagnostics, help_)
 
 
 def _non_negative_quantity(
-    text: TextField | None, dimension: Dimension, sink: Diagnostics, default: float
+    text: TextField | None, dimension: Dimension, diagnostics: Diagnostics, default: float
 ) -> float:
-    """A quantity that is not negative, in SI."""
+    """Convert a quantity to SI; report a negative one."""
     if text is None:
         return default
-    value = _number(text, dimension, sink)
+    value = _number(text, dimension, diagnostics)
     if value < 0.0:
-        _report(f"`{text.value}` is negative", text.span, sink)
+        _report(f"`{text.value}` is negative", text.span, diagnostics)
     return value
 
 
-def _number(text: TextField, dimension: Dimension, sink: Diagnostics) -> float:
-    """A quantity in SI; 0 where something is wrong with it, which is reported."""
-    value = elaborate_quantity(text, dimension, sink) or Fraction(0)
+def _number(text: TextField, dimension: Dimension, diagnostics: Diagnostics) -> float:
+    """Convert a quantity to SI; 0 if it has a problem, which is reported."""
+    value = elaborate_quantity(text, dimension, diagnostics) or Fraction(0)
     if abs(value) <= _MAX_VALUE:
         return float(value)
-    _report(f"`{text.value}` is beyond every cell and every run", text.span, sink)
+    _report(f"`{text.value}` is larger than the limit of {_MAX_VALUE}", text.span, diagnostics)
     return 0.0
 
 
-def _report(headline: str, span: SourceSpan, sink: Diagnostics, *help_: str) -> None:
-    sink.error("AE208", headline, span, help=help_)
+def _report(headline: str, span: SourceSpan, diagnostics: Diagnostics, *help_: str) -> None:
+    diagnostics.error("AE208", headline, span, help=help_)

@@ -1,4 +1,4 @@
-"""A film of a run: pictures at even steps of simulated time, written whole when the run is over."""
+"""Record a video of a run: frames at equal steps of simulated time, written when the run is over."""
 
 from __future__ import annotations
 
@@ -16,26 +16,30 @@ from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
 
 FRAMES_MAX: Final = 90
-"""Pictures kept; when there are more every second one goes and the step doubles."""
+"""Greatest number of pictures kept; beyond it every second one is dropped and the period doubles."""
 
 FRAMES_PER_SECOND: Final = 8
-"""When played: six times as fast as it was, or faster where pictures had to go."""
+"""Playback rate, 1/s: six times real time, or faster if pictures were dropped."""
 
 Encoder = Callable[[Sequence[Picture.Image]], bytes]
-"""From pictures to the bytes of a film."""
+"""Encodes pictures as the bytes of a video file."""
 
 
 class VideoError(Exception):
-    """There can be no such film; the message says why."""
+    """The video cannot be made; the message says why."""
 
 
 class VideoRecorder:
-    """Takes a picture every `period` simulated seconds and writes the film on `close`.
+    """Viewer that takes a picture every `period` simulated seconds and writes the video on `close`.
 
-    path: its suffix says the format.  There is the whole film or, where the run is killed or nothing
-        moved, none.
+    The file appears complete or not at all: there is none if the run is killed or no tick passed.
 
-    Raises `VideoError` for a path at which no film can be.
+    Args:
+        path: of the file, whose suffix gives the format: `.webp`, `.gif` or `.mp4`.
+        period: simulated time between pictures, s; it doubles whenever `FRAMES_MAX` is exceeded.
+
+    Raises:
+        VideoError: there is a file already, none can be made, or `.mp4` needs a missing package.
     """
 
     def __init__(self, path: Path, period: float = 0.75) -> None:
@@ -47,7 +51,12 @@ class VideoRecorder:
         self._frames: list[Picture.Image] = []
 
     def tick(self, world: PhysicsWorld, view: Camera) -> None:
-        """Take a picture of `world` from `view` when its time has come."""
+        """Take a picture if one is due.
+
+        Args:
+            world: the simulated world.
+            view: camera to take it with.
+        """
         if world.time < self._next:
             return
         self._frames.append(Picture.fromarray(world.render(view).rgb))
@@ -57,14 +66,18 @@ class VideoRecorder:
         self._next = world.time + self._period
 
     def close(self) -> None:
-        """Write the film; safe to call twice.  Raises `OSError`."""
+        """Write the video; safe to call twice.
+
+        Raises:
+            OSError: it cannot be written.
+        """
         frames, self._frames = self._frames, []
         if frames:
             replace_durably(self._path, self._encode(frames))
 
 
 def _check_path(path: Path) -> None:
-    """Raise `VideoError` where no file can be made, or there is one; makes its folder."""
+    """Raise `VideoError` if the file exists or cannot be made; make its folder."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists():
@@ -72,23 +85,23 @@ def _check_path(path: Path) -> None:
         with TemporaryFile(dir=path.parent):
             pass
     except OSError as failure:
-        raise VideoError(f"there can be no film `{path}`: {failure.strerror}") from failure
+        raise VideoError(f"cannot write video `{path}`: {failure.strerror}") from failure
 
 
 def _encoder_for(suffix: str) -> Encoder:
-    """What writes films of that name."""
+    """Return the encoder for a file suffix."""
     if suffix == ".mp4":
         try:
             from aeros.sim.bullet.mp4 import encode_mp4
         except ImportError as error:
             missing = f"({error.name} is missing)"
-            raise VideoError(f"an .mp4 film needs `pip install 'aeros[video]'` {missing}") from error
+            raise VideoError(f"writing .mp4 needs `pip install 'aeros[video]'` {missing}") from error
         return partial(encode_mp4, per_second=FRAMES_PER_SECOND)
     return partial(_animated, FORMATS[suffix])
 
 
 FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
-"""What Pillow calls them."""
+"""Pillow's names of the formats, by file suffix."""
 
 
 def _animated(form: str, frames: Sequence[Picture.Image]) -> bytes:

@@ -1,8 +1,7 @@
-"""A window on a run, by PyBullet, in a process of its own that is told what is where.
+"""Show a run in a PyBullet window, which is a process of its own and gets the poses of all shapes.
 
-The run's world is not the window's.  So the mouse moves nothing in it, and whoever closes the window, or a
-display that goes away, ends no run.  Pictures are shown as fast as the window draws them; the run waits for
-none.
+The run's world and the window's are separate: the mouse moves nothing in the run, and closing the window or
+losing the display does not end the run. The window draws as fast as it can; the run never waits for it.
 """
 
 from __future__ import annotations
@@ -25,49 +24,56 @@ _FRAME_TICKS: Final = 8  # ticks: 30 pictures for each simulated second at most
 
 
 class WindowError(Exception):
-    """No window can be opened; the message says why."""
+    """The window cannot be opened; the message says why."""
 
 
 class WindowUpdate(NamedTuple):
-    """What the window is told: from where to look, what is new, and where everything is."""
+    """A message to the window: camera (if it changes), new shapes, and the poses of all shapes in W."""
 
     camera: Camera | None
     new: list[Shape]
     poses: list[Pose]
 
 
-# In the window's own process.
+# Runs in the window's process.
 
 
 def run_window(connection: Connection, opened: Callable[[], int]) -> None:
-    """Draw what comes through `connection` until its other end is closed, or the window.
+    """Draw updates until the window or the other end of `connection` is closed; runs in the window's process.
 
-    An object goes back when the window is open, and one whenever the next picture can be drawn.
+    It sends one object when the window is open, and one whenever it can draw the next update.
+
+    Args:
+        connection: brings `WindowUpdate`s.
+        opened: opens the window and returns its PyBullet client.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then closes the window
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the run handles Ctrl-C and closes the window
     client = opened()
     mirror = SceneMirror(client)
     connection.send(None)
     while bullet.isConnected(client):
         try:
             connection.send(None)
-            picture: WindowUpdate = connection.recv()
+            update: WindowUpdate = connection.recv()
         except (EOFError, OSError):
             return
-        if picture.camera is not None:
-            bullet.resetDebugVisualizerCamera(*orbit_view(picture.camera), physicsClientId=client)
-        if picture.new:  # drawn once, not after each of them
+        if update.camera is not None:
+            bullet.resetDebugVisualizerCamera(*orbit_view(update.camera), physicsClientId=client)
+        if update.new:  # redraw once, not after each shape
             bullet.configureDebugVisualizer(bullet.COV_ENABLE_RENDERING, 0, physicsClientId=client)
-        mirror.add(picture.new)
-        mirror.place(picture.poses)
-        if picture.new:
+        mirror.add(update.new)
+        mirror.place(update.poses)
+        if update.new:
             bullet.configureDebugVisualizer(bullet.COV_ENABLE_RENDERING, 1, physicsClientId=client)
 
 
 def open_window() -> int:
-    """A client with a window, in which the mouse moves the camera and nothing else.
+    """Open a PyBullet window in which the mouse moves only the camera.
 
-    PyBullet ends the process where it finds no X server, and talks to the terminal meanwhile.
+    PyBullet ends the process if it finds no X server, and prints to the terminal, so output is discarded.
+
+    Returns:
+        The number of the client.
     """
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
@@ -83,19 +89,30 @@ def open_window() -> int:
 
 
 def orbit_view(camera: Camera) -> tuple[float, float, float, Vector3]:
-    """A camera as PyBullet's window has it: distance (m), yaw, pitch (degrees), and what is looked at."""
+    """Convert a camera to the form of PyBullet's window.
+
+    Args:
+        camera: in W.
+
+    Returns:
+        Distance, m; yaw, degrees; pitch, degrees; and the point looked at in W, m.
+    """
     x, y, z = subtract(camera.eye, camera.target)
     distance = math.hypot(x, y, z)
     return distance, math.degrees(math.atan2(x, -y)), math.degrees(-math.asin(z / distance)), camera.target
 
 
-# In the process of the run.
+# Runs in the run's process.
 
 
 class ViewerWindow:
-    """Shows a world in a window.  Raises `WindowError` where none opens.
+    """Viewer that shows a world in a window.
 
-    opened: opens it, in its own process.
+    Args:
+        opened: opens the window, in the window's process.
+
+    Raises:
+        WindowError: there is no display, or no window opens on it within 30 s.
     """
 
     def __init__(self, opened: Callable[[], int] = open_window) -> None:
@@ -115,7 +132,12 @@ class ViewerWindow:
             raise WindowError(f"no window opens on display `{display}`, which needs an X server with OpenGL")
 
     def tick(self, world: PhysicsWorld, view: Camera) -> None:
-        """Show `world`, seen at first from `view`, if the window has drawn what it was given before."""
+        """Send an update if one is due and the window has drawn the previous one.
+
+        Args:
+            world: the simulated world.
+            view: camera to begin with.
+        """
         if world.ticks % _FRAME_TICKS or not self._is_open or not self._is_ready(0.0):
             return
         fresh = [body for body in bodies_of(world) if body not in self._known]
@@ -138,7 +160,7 @@ class ViewerWindow:
             self._process.join()
 
     def _is_ready(self, patience: float) -> bool:
-        """Whether the window is open, or has drawn the last picture, within `patience`, s."""
+        """Return True if the window has opened, or drawn the last update, within `patience` s."""
         try:
             if not self._connection.poll(patience):
                 return False

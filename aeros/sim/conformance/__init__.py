@@ -1,1 +1,1 @@
-"""The conformance suite: what `aeros.runtime.ports.Plant` promises, as checks of anybody's plant."""
+"""The conformance suite: the promises of `aeros.runtime.ports.Plant`, as checks of any plant."""

@@ -1,4 +1,4 @@
-"""Checks of motions that are not alone: in contact, under feedback, and of arm and base at the same time."""
+"""Checks of motions in contact, and of arm and base moving together."""
 
 from __future__ import annotations
 
@@ -22,14 +22,21 @@ from aeros.sim.conformance.plant_under_test import (
 )
 
 _SAMPLES: Final = 16
-"""Of each piece of a stated path."""
+"""Samples of each piece of a planned path."""
 
 _START_DELAY_S: Final = 0.2
-"""How long after the base the arm begins, s."""
+"""Delay of the arm's motion after the base's, s."""
 
 
 def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
-    """A move in contact says which paths it stays near and how fast it may be, and keeps to both."""
+    """Check that a move in contact keeps to the paths and speeds that its plan states.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.contact_actions:
         return
     with subject.plant() as plant:
@@ -38,9 +45,9 @@ def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
         over = wait_for_end(plant, motion, watch)
         require(over.completed, f"the last of `contact_actions` was not completed: {over.reason}")
     seen = watch.history(subject.joint_variable)
-    stated = _path_points(plan)
+    points = _path_points(plan)
     for joints in seen:
-        away = min(_max_excess(joints, one, servo.joint_tolerance) for one in stated)
+        away = min(_max_excess(joints, point, servo.joint_tolerance) for point in points)
         require(away <= subject.tracking_tolerance, f"in contact a joint is {away:.4f} rad beyond its slack")
     if subject.period is None:
         return
@@ -53,7 +60,14 @@ def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
 
 
 def a_broken_rule_stops_contact_within_one_tick(subject: PlantUnderTest) -> None:
-    """A rule that is named while the robot presses on something: it comes to rest as from anywhere."""
+    """Check that a rule broken while the robot presses on something stops it as from anywhere else.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.contact_actions:
         return
     with subject.plant() as plant:
@@ -70,7 +84,14 @@ def a_broken_rule_stops_contact_within_one_tick(subject: PlantUnderTest) -> None
 
 
 def motions_of_arm_and_base_together_are_each_as_decided(subject: PlantUnderTest) -> None:
-    """An arm that begins while the base drives makes its own profile, and the base goes on with its own."""
+    """Check that an arm and a base that move together each follow their own plan.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.parallel_actions:
         return
     with subject.plant() as plant:
@@ -106,7 +127,14 @@ def motions_of_arm_and_base_together_are_each_as_decided(subject: PlantUnderTest
 
 
 def a_broken_rule_stops_arm_and_base(subject: PlantUnderTest) -> None:
-    """A rule that is named while both move: both end, within one tick, and both come to rest."""
+    """Check that a rule broken while arm and base move ends both within one tick and brings both to rest.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     if not subject.parallel_actions:
         return
     with subject.plant() as plant:
@@ -120,11 +148,11 @@ def a_broken_rule_stops_arm_and_base(subject: PlantUnderTest) -> None:
 
 
 def _begin_contact(subject: PlantUnderTest, plant: Plant) -> tuple[Trajectory, MotionHandle, ServoBounds]:
-    """The last of `contact_actions`, begun after the others; its plan and what that says of feedback."""
+    """Begin the last of `contact_actions` after the others; return its plan, handle and servo bounds."""
     *before, action = subject.contact_actions
-    for one in before:
-        over = wait_for_end(plant, begin_motion(plant, one), RecordingMonitor())
-        require(over.completed, f"`{one.kind}`, on the way to contact, was not completed: {over.reason}")
+    for earlier in before:
+        over = wait_for_end(plant, begin_motion(plant, earlier), RecordingMonitor())
+        require(over.completed, f"`{earlier.kind}`, on the way to contact, was not completed: {over.reason}")
     plan = plant.plan(action)
     servo = plan.servo if isinstance(plan, Trajectory) else None
     require(
@@ -158,11 +186,11 @@ def _advance_until_all_end(
 def _stop_midway(
     subject: PlantUnderTest, plant: Plant, motions: Sequence[MotionHandle], after: float
 ) -> None:
-    watch = RecordingMonitor(names=plant.now() + after)
+    watch = RecordingMonitor(rule_time=plant.now() + after)
     over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
     expected = dict.fromkeys(motions, MotionCompletion(False, f"monitor:{MONITOR_RULE}"))
     require(over == expected, f"a rule was named while {motions} were under way, and ended were {over}")
-    named = [time for time, _ in watch.seen if time >= watch.names]
+    named = [time for time, _ in watch.seen if time >= watch.rule_time]
     require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
     took = plant.now() - named[0]
     require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
@@ -178,7 +206,7 @@ def _path_share(plan: Trajectory, since: float) -> float:
 
 
 def _path_points(plan: Trajectory) -> list[Sequence[float]]:
-    """Points of every path."""
+    """Sample every path of a plan."""
     return [
         path_point(path, number / (_SAMPLES * len(path)))
         for path in plan.joint_paths
@@ -187,5 +215,5 @@ def _path_points(plan: Trajectory) -> list[Sequence[float]]:
 
 
 def _max_excess(joints: JointVector, stated: Sequence[float], slack: JointVector) -> float:
-    """By how much the joint farthest from a point is beyond its slack, rad."""
+    """Return by how much the farthest joint is beyond its tolerance around a point, rad."""
     return max(abs(a - b) - s for a, b, s in zip(joints, stated, slack, strict=True))

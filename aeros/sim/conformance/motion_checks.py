@@ -1,4 +1,4 @@
-"""Checks of motions under way: they are what was decided, several go on at once, and none passes `until`."""
+"""Checks of motions under way: they follow the plan, several run at once, and none goes on after `until`."""
 
 from __future__ import annotations
 
@@ -21,11 +21,20 @@ from aeros.sim.conformance.plant_under_test import (
 
 
 def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
-    """At each tick the joints are on the profile, and the base on its way; what moves nothing, moves none."""
+    """Check that joints and base are on the planned profile at each tick.
+
+    If the plan moves nothing, no joint moves.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     plan, seen, start = _run_motion(subject)
     if not isinstance(plan, Trajectory):
         joints = [values[subject.joint_variable] for _, values in seen]
-        away = max(dist(one, joints[0]) for one in joints)
+        away = max(dist(position, joints[0]) for position in joints)
         require(away <= subject.noise, f"it was said to move no joint, and moved one by {away} rad")
         return
     require(plan.servo is None, "`motion_action` is to be an action whose path is decided beforehand")
@@ -41,14 +50,21 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
 
 
 def no_speed_is_higher_than_decided(subject: PlantUnderTest) -> None:
-    """No joint, nor the base, is faster in any tick than the profile's own peak."""
+    """Check that no joint and no base exceeds the peak speed of its planned profile in any tick.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     plan, seen, _ = _run_motion(subject)
     if not isinstance(plan, Trajectory) or subject.period is None:
         return
     ticks = max(1, round(plan.duration / subject.period))
     profile = [expected_position(plan, tick / ticks) for tick in range(ticks + 1)]
     for what, name, place in (("a joint", subject.joint_variable, 0), ("the base", subject.base_variable, 1)):
-        decided = _speeds([one[place] for one in profile], subject.period)
+        decided = _speeds([sample[place] for sample in profile], subject.period)
         measured = _speeds([values[name] for _, values in seen if name in values], subject.period)
         for peak, limit in zip(measured, decided, strict=False):
             require(
@@ -58,7 +74,7 @@ def no_speed_is_higher_than_decided(subject: PlantUnderTest) -> None:
 
 
 def _run_motion(subject: PlantUnderTest) -> tuple[object, list[tuple[float, Any]], float]:
-    """The plan of `motion_action`, what was seen while it was made, and when it began."""
+    """Run `motion_action`; return its plan, what the monitor saw, and when it began."""
     with subject.plant() as plant:
         plan = plant.plan(subject.motion_action)
         motion = plant.begin(subject.motion_action, plan)
@@ -74,7 +90,15 @@ def _run_motion(subject: PlantUnderTest) -> tuple[object, list[tuple[float, Any]
 
 
 def expected_position(plan: Trajectory, u: float) -> tuple[Sequence[float], Sequence[float]]:
-    """Joints and base at the share `u` of the duration: q(s(u)), with s(u) = 10u³ − 15u⁴ + 6u⁵."""
+    """Compute where a plan has joints and base: q(s(u)), with s(u) = 10u³ − 15u⁴ + 6u⁵.
+
+    Args:
+        plan: the plan; of its paths the first counts.
+        u: share of its duration, in [0, 1].
+
+    Returns:
+        Joint positions, rad, and base position in W, m.
+    """
     s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
     return path_point(plan.joint_paths[0], s), [
         a + s * way for a, way in zip(plan.base, plan.base_path, strict=True)
@@ -82,7 +106,15 @@ def expected_position(plan: Trajectory, u: float) -> tuple[Sequence[float], Sequ
 
 
 def path_point(path: JointPath, s: float) -> list[float]:
-    """The point of the path at the share `s` of it."""
+    """Compute a point of a joint path.
+
+    Args:
+        path: Bézier pieces of equal length in s.
+        s: share of the path, in [0, 1].
+
+    Returns:
+        Joint positions, rad.
+    """
     number = min(int(s * len(path)), len(path) - 1)
     u = s * len(path) - number
     v = 1.0 - u
@@ -94,13 +126,20 @@ def path_point(path: JointPath, s: float) -> list[float]:
 
 
 def _speeds(places: Sequence[Sequence[float]], period: float) -> list[float]:
-    """The greatest speed of each coordinate from one place to the next."""
+    """Return the greatest speed of each coordinate between consecutive samples."""
     steps = [[abs(b - a) / period for a, b in zip(p, q, strict=True)] for p, q in pairwise(places)]
     return [max(of) for of in zip(*steps, strict=True)]
 
 
 def advance_stops_at_until(subject: PlantUnderTest) -> None:
-    """`advance` comes back with nothing by `until`, not long before, and goes on when called again."""
+    """Check that `advance` returns nothing by `until`, not long before it, and goes on when called again.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         motion, watch = begin_motion(plant, subject.motion_action), RecordingMonitor()
         for _ in range(3):
@@ -119,8 +158,15 @@ def advance_stops_at_until(subject: PlantUnderTest) -> None:
 
 
 def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> None:
-    """Motions under way together differ; each is told of once, completed without and else with a reason."""
-    told = []
+    """Check that motions under way have different numbers and each ends once, incomplete ones with a reason.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
+    ended = []
     with subject.plant() as plant:
         for _ in range(2):
             motions = [
@@ -128,7 +174,7 @@ def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> Non
                 begin_motion(plant, subject.parallel_action),
             ]
             for motion in motions:
-                require(motion not in told and motions.count(motion) == 1, f"two motions are {motion}")
+                require(motion not in ended and motions.count(motion) == 1, f"two motions are {motion}")
             while motions:
                 over = plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
                 require(bool(over), f"motions {motions} have not ended after {MOTION_TIMEOUT_S:g} s")
@@ -136,13 +182,20 @@ def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> Non
                     require(motion in motions, f"motion {motion} ends, which was not under way")
                     require(how.completed is (how.reason is None), f"it ended with {how}: which is it?")
                     motions.remove(motion)
-                    told.append(motion)
+                    ended.append(motion)
             before = values_of(plant.observe())
             require_unchanged(subject, before, values_of(plant.observe()), "after everything has ended")
 
 
 def skill_notifications_move_nothing(subject: PlantUnderTest) -> None:
-    """That a skill began, and that it was halted, is for the plant to note."""
+    """Check that the beginning and the halt of a skill move nothing by themselves.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         before = values_of(plant.observe())
         plant.skill_began(subject.skill)

@@ -1,4 +1,4 @@
-"""Checks of clock and readings."""
+"""Checks of the clock, the readings and the monitor."""
 
 from __future__ import annotations
 
@@ -21,7 +21,14 @@ _IDLE_S: Final = 1.0  # s
 
 
 def the_clock_never_goes_back(subject: PlantUnderTest) -> None:
-    """`now` is never less than before, whatever is called in between, nor is a time that the monitor sees."""
+    """Check that neither `now` nor the times that the monitor sees ever decrease, whatever is called.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         times = [plant.now()]
 
@@ -46,7 +53,16 @@ def the_clock_never_goes_back(subject: PlantUnderTest) -> None:
 
 
 def readings_are_fresh_and_never_in_the_future(subject: PlantUnderTest) -> None:
-    """Each reading has its own time, at most `now`; it is taken again in motion, and while nothing moves."""
+    """Check that each reading has its own time, at most `now`.
+
+    Readings are taken again while something moves and while nothing moves.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         before = _require_timely(plant)
         wait_for_end(plant, begin_motion(plant, subject.motion_action), RecordingMonitor())
@@ -74,7 +90,16 @@ def _require_timely(plant: Plant) -> dict[str, float]:
 
 
 def readings_are_of_the_types_that_the_port_has(subject: PlantUnderTest) -> None:
-    """bool, finite float, str, or a tuple of floats or of bools: exactly, as the gate compares types so."""
+    """Check that readings are bool, finite float, str, or tuples of floats or bools.
+
+    Types are exact, as the gate compares types exactly.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         readings = [plant.observe()]
         wait_for_end(plant, begin_motion(plant, subject.motion_action), RecordingMonitor())
@@ -90,9 +115,16 @@ def _is_scalar(value: Any) -> bool:
 
 
 def the_monitor_runs_before_the_first_tick_and_after_each(subject: PlantUnderTest) -> None:
-    """Its times are one period apart, the first that of the beginning, the last that of the end.
+    """Check that the monitor runs once before the first tick and once after each.
 
-    It sees the joints, and last what is then measured of them.
+    Its times are one period apart, from the beginning to the end. It sees the joints, and at the end those
+    that are then measured.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
     """
     with subject.plant() as plant:
         motion, watch = begin_motion(plant, subject.motion_action), RecordingMonitor()
@@ -119,7 +151,16 @@ def the_monitor_runs_before_the_first_tick_and_after_each(subject: PlantUnderTes
 
 
 def the_monitor_may_observe_and_changes_nothing_by_it(subject: PlantUnderTest) -> None:
-    """What it observes at a tick is of that time, and the motion ends as it does unobserved."""
+    """Check that the monitor may call `observe`.
+
+    The readings are those of its tick, and the motion ends as it does unobserved.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     ends = []
     for observes in (False, True):
         with subject.plant() as plant:
@@ -130,16 +171,16 @@ def the_monitor_may_observe_and_changes_nothing_by_it(subject: PlantUnderTest) -
 
 
 class _ObservingMonitor(RecordingMonitor):
-    """Observes at every look."""
+    """A monitor that calls `observe` at every tick."""
 
     def __init__(self, plant: Plant) -> None:
         super().__init__()
         self._plant = plant
 
     def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
-        """Compare what is observed with what it is given."""
+        """Compare the readings with the values that the monitor is given."""
         readings = self._plant.observe()
-        late = [name for name, one in readings.items() if one.time > now]
+        late = [name for name, reading in readings.items() if reading.time > now]
         require(not late, f"`{late[:1]}` is observed at {now} s, and of later")
         for name in values.keys() & readings.keys():
             given, seen = values[name], readings[name]

@@ -1,4 +1,4 @@
-"""The plant that is held to its port, what its author says of it, and how the checks look at it."""
+"""The plant under test, its author's statements about it, and helpers that the checks share."""
 
 from __future__ import annotations
 
@@ -13,36 +13,39 @@ from aeros.sim.clock import TICK
 from aeros.skill import Action
 
 MONITOR_RULE: Final = "conformance"
-"""The rule that the suite's monitor names."""
+"""Name of the rule that the suite's monitor reports as broken."""
 
 MOTION_TIMEOUT_S: Final = 120.0
-"""Plant seconds after which a motion that has not ended never will."""
+"""Plant time after which a motion counts as never ending, s."""
 
 
 class ConformanceError(AssertionError):
-    """A plant breaks a promise; the message says which and how."""
+    """A plant breaks a promise of its port; the message says which and how."""
 
 
 @dataclass(frozen=True)
 class PlantUnderTest:
-    """A kind of plant and what its author states of it; checks hold it to both.
+    """A kind of plant and its author's statements about it; the checks hold the plant to both.
 
-    make: a new plant at rest, with nothing under way.  Each check makes its own and closes it.
-    moving: an action that moves the robot for half a second or more from where a new plant is.
-    beside: an action that shares no actuator with it, and ends at least half a second later.
-    period: of control ticks, s; None for a plant that has none, whose motions take effect at once.
-    follows_within: farthest of a measured joint from its profile, rad (or of the base, m).
-    overshoots: by how much a measured speed may exceed the profile's peak, rad/s (or m/s).
-    deceleration: greatest that a joint comes to rest with, rad/s²; () where joints are not moved.
-    base_deceleration: greatest that the base comes to rest with, m/s²; 0 where it is not moved.
-    stops_within: longest time that coming to rest takes from the speeds of `motion_action`, s.
-    noise: how much a measured joint (rad) or place (m) may change while nothing moves.
-    skill: one that the plant has heard of, as `MODULE.SKILL`.
-    pressing: actions of which the last moves in contact, under feedback, and the others bring the robot
-        there from where a new plant is; () for a plant that has no such action.
-    together: an action that drives the base for a second or more, and one that moves the arm meanwhile;
-        () for a plant that has no such two.
-    joints, base: the vocabulary's names for positions of joints and of the base.
+    Attributes:
+        make_plant: makes a new plant at rest, with no motion under way. Each check makes its own and closes
+            it.
+        motion_action: an action that moves the robot for half a second or more from a new plant's state.
+        parallel_action: an action that shares no actuator with it and ends at least half a second later.
+        period: of control ticks, s; None for a plant without ticks, whose motions take effect at once.
+        tracking_tolerance: greatest distance of a measured joint from its profile, rad (or of the base, m).
+        max_overshoot: by how much a measured speed may exceed the profile's peak, rad/s (or m/s).
+        deceleration: greatest with which each joint comes to rest, rad/s²; () if joints are not moved.
+        base_deceleration: greatest with which the base comes to rest, m/s²; 0 if it is not moved.
+        max_stop_time: longest time that coming to rest takes from the speeds of `motion_action`, s.
+        noise: greatest change of a measured joint (rad) or position (m) while nothing moves.
+        skill: one that the plant knows, as `MODULE.SKILL`.
+        contact_actions: the last moves in contact, under feedback; the others bring a new plant's robot
+            there; () for a plant without such an action.
+        parallel_actions: an action that drives the base for a second or more, and one that moves the arm
+            meanwhile; () for a plant without such actions.
+        joint_variable: vocabulary name of the joint positions.
+        base_variable: vocabulary name of the base position.
     """
 
     make_plant: Callable[[], Plant]
@@ -63,7 +66,7 @@ class PlantUnderTest:
 
     @contextmanager
     def plant(self) -> Iterator[Plant]:
-        """A new plant, closed again."""
+        """Make a new plant, and close it at the end."""
         plant = self.make_plant()
         try:
             yield plant
@@ -72,45 +75,83 @@ class PlantUnderTest:
 
     @property
     def tick(self) -> float:
-        """The longest time between two looks of the monitor, s; 0 where motions take effect at once."""
+        """Longest time between two calls of the monitor, s; 0 if motions take effect at once."""
         return self.period or 0.0
 
 
 class RecordingMonitor:
-    """A monitor that notes what it sees: (time, values) of each look.
+    """A monitor that records its calls as (time, values).
 
-    names: it names `MONITOR_RULE` from this time on, plant seconds, though not in its first `forward_to`
-        looks.
+    Args:
+        rule_time: plant time from which it names `MONITOR_RULE`, s; by default never.
+        ignored_calls: number of first calls in which it does not name it.
+
+    Attributes:
+        seen: time, s, and values by vocabulary name of each call.
+        rule_time: as given.
     """
 
-    def __init__(self, names: float = inf, forward_to: int = 0) -> None:
+    def __init__(self, rule_time: float = inf, ignored_calls: int = 0) -> None:
         self.seen: list[tuple[float, Mapping[str, Any]]] = []
-        self.names = names
-        self._passing = forward_to
+        self.rule_time: float = rule_time
+        self._ignored_calls = ignored_calls
 
     def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
-        """Note it."""
+        """Record the call."""
         self.seen.append((now, dict(values)))
-        return MONITOR_RULE if now >= self.names and len(self.seen) > self._passing else None
+        return MONITOR_RULE if now >= self.rule_time and len(self.seen) > self._ignored_calls else None
 
     def history(self, name: str) -> list[Any]:
-        """All values of `name`, in order."""
+        """Return all values of a variable.
+
+        Args:
+            name: of the variable.
+
+        Returns:
+            Its values, in the order of the calls that have it.
+        """
         return [values[name] for _, values in self.seen if name in values]
 
 
 def require(holds: bool, promise: str) -> None:
-    """Raise `ConformanceError` unless `holds`."""
+    """Check a promise.
+
+    Args:
+        holds: True if the plant keeps it.
+        promise: the message if it does not.
+
+    Raises:
+        ConformanceError: it does not hold.
+    """
     if not holds:
         raise ConformanceError(promise)
 
 
 def values_of(readings: Readings) -> dict[str, Any]:
-    """The values alone."""
+    """Drop the times of readings.
+
+    Args:
+        readings: by vocabulary name.
+
+    Returns:
+        The values by vocabulary name.
+    """
     return {name: reading.value for name, reading in readings.items()}
 
 
 def begin_motion(plant: Plant, action: Action) -> MotionHandle:
-    """The motion of `action`, planned and begun as the runtime does it."""
+    """Plan and begin an action as the runtime does.
+
+    Args:
+        plant: the plant.
+        action: an action that it can do.
+
+    Returns:
+        The motion.
+
+    Raises:
+        ConformanceError: the plant refuses it.
+    """
     plan = plant.plan(action)
     require(
         not isinstance(plan, MotionCompletion),
@@ -125,7 +166,19 @@ def begin_motion(plant: Plant, action: Action) -> MotionHandle:
 
 
 def wait_for_end(plant: Plant, motion: MotionHandle, watch: RecordingMonitor) -> MotionCompletion:
-    """How `motion` ends, whatever else does before."""
+    """Advance until a motion ends, whatever other motions end before.
+
+    Args:
+        plant: the plant.
+        motion: the motion.
+        watch: the monitor.
+
+    Returns:
+        The completion of the motion.
+
+    Raises:
+        ConformanceError: it has not ended after `MOTION_TIMEOUT_S`.
+    """
     latest = plant.now() + MOTION_TIMEOUT_S
     while plant.now() < latest:
         over = plant.advance(watch, latest)
@@ -137,7 +190,17 @@ def wait_for_end(plant: Plant, motion: MotionHandle, watch: RecordingMonitor) ->
 def require_unchanged(
     subject: PlantUnderTest, before: Mapping[str, Any], after: Mapping[str, Any], meanwhile: str
 ) -> None:
-    """Require that nothing moved: joints and places within noise, and no true became false or was lost."""
+    """Check that nothing moved: joints and positions within noise, booleans and words exactly equal.
+
+    Args:
+        subject: the plant under test.
+        before: values by vocabulary name.
+        after: values by vocabulary name, later.
+        meanwhile: what happened in between, for the message.
+
+    Raises:
+        ConformanceError: a value changed, appeared or disappeared.
+    """
     require(before.keys() == after.keys(), f"{meanwhile}: other values are measured than before")
     for name, was in before.items():
         now = after[name]

@@ -1,4 +1,4 @@
-"""Checks of what is done before anything moves: plans, beginnings and refusals."""
+"""Checks of what happens before a motion: plans, beginnings and refusals."""
 
 from __future__ import annotations
 
@@ -22,7 +22,14 @@ from aeros.skill import Action
 
 
 def planning_moves_nothing(subject: PlantUnderTest) -> None:
-    """`plan` says what would be done; nothing that is measured is different after it, or after some time."""
+    """Check that `plan` changes no measured value, neither at once nor after some time.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         before = values_of(plant.observe())
         for _ in range(2):
@@ -39,7 +46,14 @@ def planning_moves_nothing(subject: PlantUnderTest) -> None:
 
 
 def a_planned_motion_begins_where_the_robot_is(subject: PlantUnderTest) -> None:
-    """A `Trajectory` takes time, its pieces join, and its first point is where the joints are measured."""
+    """Check that a `Trajectory` takes time, joins its pieces, and starts at the measured joint positions.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         measured = values_of(plant.observe())
         plan = plant.plan(subject.motion_action)
@@ -62,7 +76,14 @@ def a_planned_motion_begins_where_the_robot_is(subject: PlantUnderTest) -> None:
 
 
 def nothing_moves_before_time_goes_on(subject: PlantUnderTest) -> None:
-    """`begin` begins; nothing that is measured is different before `advance`."""
+    """Check that `begin` changes no measured value before `advance`.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         before = values_of(plant.observe())
         begin_motion(plant, subject.motion_action)
@@ -70,9 +91,15 @@ def nothing_moves_before_time_goes_on(subject: PlantUnderTest) -> None:
 
 
 def a_stale_plan_is_refused(subject: PlantUnderTest) -> None:
-    """What was planned elsewhere is not what can be done here: begun with it, an action is refused.
+    """Check that an action is refused with a plan that was made in another state.
 
-    What moves nothing is the same everywhere.
+    A plan that moves nothing is valid everywhere.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
     """
     with subject.plant() as plant:
         stale = plant.plan(subject.motion_action)
@@ -87,9 +114,16 @@ def a_stale_plan_is_refused(subject: PlantUnderTest) -> None:
 
 
 def invalid_input_is_rejected_with_a_reason_before_any_motion(subject: PlantUnderTest) -> None:
-    """NaN, no number, nothing, too much, too few, what nobody heard of: `plan` and `begin` do not raise.
+    """Check that `plan` and `begin` refuse invalid actions with a reason and do not raise.
 
-    Each answers with a `MotionCompletion` that is not one, and says why; the plant still does what it can do.
+    Invalid are unknown kinds, missing and unknown parameters, and values of the wrong type, form or size.
+    The plant still does valid actions afterwards.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
     """
     with subject.plant() as plant:
         before = values_of(plant.observe())
@@ -108,34 +142,41 @@ def invalid_input_is_rejected_with_a_reason_before_any_motion(subject: PlantUnde
 def _require_reason(answer: object, what: str) -> None:
     require(isinstance(answer, MotionCompletion), f"{what} is not refused: {answer!r}")
     assert isinstance(answer, MotionCompletion)  # noqa: S101  for the type checker
-    said = isinstance(answer.reason, str) and bool(answer.reason.strip())
-    require(not answer.completed and said, f"{what} is refused without a reason: {answer}")
+    has_reason = isinstance(answer.reason, str) and bool(answer.reason.strip())
+    require(not answer.completed and has_reason, f"{what} is refused without a reason: {answer}")
     require(
         not str(answer.reason).startswith("monitor:"), f"{what} is refused in the monitor's name: {answer}"
     )
 
 
 def invalid_actions(subject: PlantUnderTest) -> Iterator[tuple[str, Action]]:
-    """Actions that nobody can do, each with what is wrong with it: mutants of those that the plant can."""
+    """Yield actions that no plant can do, as mutants of valid ones.
+
+    Args:
+        subject: the plant under test, whose actions are mutated.
+
+    Yields:
+        What is wrong, and the action.
+    """
     yield "an unknown kind", Action("no such kind", {})
     for kind, parameters in (subject.motion_action, subject.parallel_action):
         yield "an unknown parameter", Action(kind, {**parameters, "no_such_parameter": 1.0})
         for name, value in parameters.items():
-            less = {other: one for other, one in parameters.items() if other != name}
+            less = {other: kept for other, kept in parameters.items() if other != name}
             yield f"`{kind}` without `{name}`", Action(kind, less)
             for bad in _invalid_values(value):
                 yield f"`{kind}` with `{name}` = {bad!r:.40}", Action(kind, {**parameters, name: bad})
 
 
 _INVALID_NUMBERS: Final[tuple[Any, ...]] = (nan, inf, -inf, 10**400, True, None, "1", (), (1.0,), {})
-"""What is no finite number."""
+"""Values that are not finite numbers."""
 
 _NON_NUMBERS: Final[tuple[Any, ...]] = (None, nan, 1.0, (), "no such word")
-"""What is neither a known word nor a vector."""
+"""Values that are neither a known word nor a vector."""
 
 
 def _invalid_values(value: Any) -> Iterator[Any]:
-    """What is not of the type or form of `value`."""
+    """Yield values that are not of the type or form of `value`."""
     if isinstance(value, tuple):
         yield from (*_NON_NUMBERS, value[:-1], (*value, 0.0))
         for index in range(len(value)):

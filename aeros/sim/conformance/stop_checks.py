@@ -1,4 +1,4 @@
-"""Checks of how motions end before their time: a rule is named, one is halted, everything is stopped."""
+"""Checks of motions that end early: by a broken rule, by `halt`, by `stop` and by `close`."""
 
 from __future__ import annotations
 
@@ -22,16 +22,23 @@ from aeros.sim.conformance.plant_under_test import (
 )
 
 _INTERRUPT_AFTER_S = 0.3
-"""When what moves is interrupted, s after its beginning: by then it moves."""
+"""Time of the interruption after the beginning of a motion, s: by then it moves."""
 
 
 def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
-    """A rule that is named before the first tick: everything has ended, and nothing has moved."""
+    """Check that a rule broken before the first tick ends all motions, and nothing has moved.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         before = values_of(plant.observe())
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
         _require_all_ended(
-            plant.advance(RecordingMonitor(names=plant.now()), plant.now() + MOTION_TIMEOUT_S), motions
+            plant.advance(RecordingMonitor(rule_time=plant.now()), plant.now() + MOTION_TIMEOUT_S), motions
         )
         require_unchanged(
             subject, before, values_of(plant.observe()), "a rule was named before anything moved, and"
@@ -40,19 +47,25 @@ def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
 
 
 def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> None:
-    """A rule that is named on the way: the monitor is not asked again, and everything comes to rest at once.
+    """Check that a rule broken on the way brings everything to rest.
 
-    Not sooner than the joints' limits allow, either.
+    The monitor is not called again. Coming to rest is not faster than the joints' limits allow.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
     """
     with subject.plant() as plant:
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
-        # Without ticks time passes at the end of a motion alone: its second look is on the way.
+        # Without ticks, time passes only at the end of a motion: the second call comes on the way.
         watch = RecordingMonitor(
-            names=plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), forward_to=1
+            rule_time=plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), ignored_calls=1
         )
         over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
         _require_all_ended(over, motions)
-        named = [time for time, _ in watch.seen[1:] if time >= watch.names]
+        named = [time for time, _ in watch.seen[1:] if time >= watch.rule_time]
         require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
         took = plant.now() - named[0]
         require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
@@ -61,9 +74,16 @@ def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> N
 
 
 def a_halted_motion_comes_to_rest_while_others_go_on(subject: PlantUnderTest) -> None:
-    """`halt` between two calls of `advance` brings that motion to rest, and the other to its own end."""
+    """Check that `halt` between calls of `advance` brings one motion to rest and lets the other finish.
 
-    def halting(
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
+
+    def halt(
         plant: Plant, motion: MotionHandle, watch: RecordingMonitor
     ) -> Mapping[MotionHandle, MotionCompletion]:
         require(
@@ -73,13 +93,20 @@ def a_halted_motion_comes_to_rest_while_others_go_on(subject: PlantUnderTest) ->
         plant.halt(motion)
         return {}
 
-    _check_halt(subject, halting)
+    _check_halt(subject, halt)
 
 
 def the_monitor_may_halt_a_motion(subject: PlantUnderTest) -> None:
-    """`halt` from inside `advance`, by the monitor, does just the same."""
+    """Check that the monitor may call `halt` inside `advance`, with the same effect.
 
-    def halting(
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
+
+    def halt(
         plant: Plant, motion: MotionHandle, watch: RecordingMonitor
     ) -> Mapping[MotionHandle, MotionCompletion]:
         halts_at, is_halted = plant.now() + (_INTERRUPT_AFTER_S if subject.period else 0.0), False
@@ -96,24 +123,22 @@ def the_monitor_may_halt_a_motion(subject: PlantUnderTest) -> None:
         except Exception as error:
             raise ConformanceError(f"it raises {error!r} where the monitor halts a motion") from error
 
-    _check_halt(subject, halting)
+    _check_halt(subject, halt)
 
 
 def _check_halt(
     subject: PlantUnderTest,
-    halting: Callable[[Plant, MotionHandle, RecordingMonitor], Mapping[MotionHandle, MotionCompletion]],
+    halt: Callable[[Plant, MotionHandle, RecordingMonitor], Mapping[MotionHandle, MotionCompletion]],
 ) -> None:
     with subject.plant() as plant:
-        moving, beside = (
+        halted, other = (
             begin_motion(plant, subject.motion_action),
             begin_motion(plant, subject.parallel_action),
         )
         watch, since = RecordingMonitor(), plant.now()
-        over = halting(plant, moving, watch) or plant.advance(
-            RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S
-        )
-        require(set(over) == {moving}, f"one motion was halted, and ended were {sorted(over)}")
-        how, took = over[moving], plant.now() - since
+        over = halt(plant, halted, watch) or plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
+        require(set(over) == {halted}, f"one motion was halted, and ended were {sorted(over)}")
+        how, took = over[halted], plant.now() - since
         require(not how.completed and bool(how.reason), f"a halted motion ended with {how}")
         require(not str(how.reason).startswith("monitor:"), f"halted, but in the monitor's name: {how}")
         require(
@@ -122,13 +147,20 @@ def _check_halt(
         )
         _require_braking_distance(subject, watch, values_of(plant.observe()))
         require(
-            wait_for_end(plant, beside, RecordingMonitor()).completed,
-            "what went on beside it is not completed",
+            wait_for_end(plant, other, RecordingMonitor()).completed,
+            "the other motion is not completed",
         )
 
 
 def stop_ends_everything(subject: PlantUnderTest) -> None:
-    """After `stop` everything is at rest, what was under way is not told of again, and new motions begin."""
+    """Check that after `stop` everything is at rest, no motion ends again, and new motions can begin.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     with subject.plant() as plant:
         motions = [begin_motion(plant, subject.motion_action), begin_motion(plant, subject.parallel_action)]
         watch = RecordingMonitor()
@@ -144,7 +176,14 @@ def stop_ends_everything(subject: PlantUnderTest) -> None:
 
 
 def close_is_idempotent(subject: PlantUnderTest) -> None:
-    """`close` may be called again, also with something under way."""
+    """Check that `close` may be called twice, and with a motion under way.
+
+    Args:
+        subject: the plant under test.
+
+    Raises:
+        ConformanceError: the plant breaks this promise.
+    """
     plant = subject.make_plant()
     try:
         begin_motion(plant, subject.motion_action)
@@ -166,7 +205,7 @@ def _require_all_ended(over: Mapping[MotionHandle, MotionCompletion], motions: l
 
 
 def _require_ended_for_good(subject: PlantUnderTest, plant: Plant) -> None:
-    """Nothing goes on by itself; what is begun now goes its own way."""
+    """Check that nothing goes on by itself, and that a new motion runs to its own end."""
     before = values_of(plant.observe())
     new = begin_motion(plant, subject.parallel_action)
     over = plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
@@ -177,9 +216,9 @@ def _require_ended_for_good(subject: PlantUnderTest, plant: Plant) -> None:
 def _require_braking_distance(
     subject: PlantUnderTest, watch: RecordingMonitor, after: Mapping[str, Any]
 ) -> None:
-    """From the speeds last seen joints and base went as far as coming to rest within limits takes, or so.
+    """Check that joints and base braked within their limits from the speeds last seen.
 
-    Braking evenly within `max_stop_time`, v·T/2, and two ticks until it begins; at least v²/2a.
+    At most: braking evenly within `max_stop_time`, v·T/2, and two ticks until it begins. At least: v²/2a.
     """
     if subject.period is None:
         return

@@ -1,6 +1,6 @@
-"""All checks; `docs/plants.md` shows how a robot's adapter is held to them.
+"""The list of all checks; `docs/plants.md` shows how to hold a robot's adapter to them.
 
-Each raises `ConformanceError`, an AssertionError, where the plant breaks the promise of its name.
+Each raises `ConformanceError`, an AssertionError, if the plant breaks the promise of its name.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Faults: what goes wrong on the physics plant, declared in data, seeded, and physical or in a sensor."""
+"""Faults on the physics plant: declared in data, seeded, and acting on bodies, motors or sensors."""

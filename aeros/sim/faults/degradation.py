@@ -1,4 +1,4 @@
-"""What is the matter with the robot's parts in one tick, put together so that order does not matter."""
+"""Degradation of the robot's parts within one tick; several faults combine independently of their order."""
 
 from __future__ import annotations
 
@@ -18,11 +18,14 @@ from aeros.sim.sensors import SensorModel
 
 @dataclass(frozen=True, slots=True)
 class Degradation:
-    """How badly the robot's parts work; by default as they are built.
+    """Degraded limits of the robot's parts; by default none.
 
-    friction: of the finger pads, at most; force: of the grip, N, at most.
-    strength: share of the arm's torque; lag: ticks by which the arm follows late.
-    sensors: how badly quantities are measured, by name.
+    Attributes:
+        friction: greatest Coulomb coefficient of the finger pads.
+        force: greatest grip force, N.
+        torque_share: share of the arm's torque, in [0, 1].
+        lag_ticks: ticks by which the arm follows its commands late.
+        sensors: sensor models of degraded quantities, by vocabulary name.
     """
 
     friction: float = inf
@@ -32,7 +35,14 @@ class Degradation:
     sensors: Mapping[str, SensorModel] = field(default_factory=dict)
 
     def combine_worst(self, other: Degradation) -> Degradation:
-        """Of each part what is the worse of the two."""
+        """Combine with another degradation.
+
+        Args:
+            other: in the same tick.
+
+        Returns:
+            The worse of the two for each part.
+        """
         return Degradation(
             min(self.friction, other.friction),
             min(self.force, other.force),
@@ -43,32 +53,39 @@ class Degradation:
 
 
 NO_DEGRADATION: Final = Degradation()
-"""Every part as it is built."""
+"""No part is degraded."""
 
 
 class DegradationApplier:
-    """Brings a hindrance to the robot's motors, pads and sensors, and takes it back.
+    """Applies a degradation to the robot's motors, finger pads and sensors, and undoes it.
 
-    The arm follows a queue of what was commanded.  After a delay it catches up at twice the pace, so that
-    set points do not leap.
+    The arm follows a queue of commands. After a delay it catches up at twice the pace, so that set points
+    do not jump.
+
+    Args:
+        parts: the parts of the plant.
     """
 
-    def __init__(self, stage: PlantParts) -> None:
-        self._robot = stage.robot
-        self._sensors = stage.sensors
-        self._models = dict(stage.sensors.models)
+    def __init__(self, parts: PlantParts) -> None:
+        self._robot = parts.robot
+        self._sensors = parts.sensors
+        self._models = dict(parts.sensors.models)
         self._before = NO_DEGRADATION
-        self._late: deque[tuple[Vector, Vector]] = deque()
+        self._queue: deque[tuple[Vector, Vector]] = deque()
 
     def apply(self, now: Degradation) -> None:
-        """Set motors, pads and sensors for the tick to come."""
+        """Set motors, pads and sensors for the coming tick.
+
+        Args:
+            now: the degradation in that tick.
+        """
         robot, before = self._robot, self._before
         if now.friction != before.friction:
             robot.set_finger_friction(min(now.friction, robot.finger_friction))
         if now.force != inf or before.force != inf:
             width, force = robot.grip_command
             robot.set_finger_motors(width, min(force, now.force))
-        if now.lag_ticks or self._late or now.torque_share != 1.0 or before.torque_share != 1.0:
+        if now.lag_ticks or self._queue or now.torque_share != 1.0 or before.torque_share != 1.0:
             q, qd = self._delayed_set_points(now.lag_ticks)
             robot.set_arm_motors(q, qd, now.torque_share)
         if now.sensors != before.sensors:
@@ -78,32 +95,32 @@ class DegradationApplier:
         self._before = now
 
     def _delayed_set_points(self, lag: int) -> tuple[Vector, Vector]:
-        """The set points that the arm follows in this tick, `lag` ticks late or on the way there."""
+        """Return the set points that the arm follows in this tick, `lag` ticks late or catching up."""
         commanded = (self._robot.q_command, self._robot.qd_command)
-        if lag and not self._late:
-            # What it was told before now is done; it waits there for what comes late.
-            self._late.append((commanded[0] - commanded[1] * TICK, np.zeros(len(commanded[0]))))
-        self._late.append(commanded)
-        if len(self._late) <= lag:
-            return self._late[0]
-        if len(self._late) > lag + 1:
-            self._late.popleft()
-        return self._late.popleft()
+        if lag and not self._queue:
+            # The last command before the delay is complete; the arm waits there for the delayed ones.
+            self._queue.append((commanded[0] - commanded[1] * TICK, np.zeros(len(commanded[0]))))
+        self._queue.append(commanded)
+        if len(self._queue) <= lag:
+            return self._queue[0]
+        if len(self._queue) > lag + 1:
+            self._queue.popleft()
+        return self._queue.popleft()
 
 
 def _worst_models(
-    one: Mapping[str, SensorModel], other: Mapping[str, SensorModel]
+    first: Mapping[str, SensorModel], second: Mapping[str, SensorModel]
 ) -> Mapping[str, SensorModel]:
     as_built = SensorModel()
-    names = {**one, **other}
-    return {name: _worst_model(one.get(name, as_built), other.get(name, as_built)) for name in names}
+    names = {**first, **second}
+    return {name: _worst_model(first.get(name, as_built), second.get(name, as_built)) for name in names}
 
 
-def _worst_model(one: SensorModel, other: SensorModel) -> SensorModel:
-    """As noisy, as coarse, as late and as often interrupted as the worse of the two."""
+def _worst_model(first: SensorModel, second: SensorModel) -> SensorModel:
+    """Return the larger noise, resolution, latency and dropout of the two."""
     return SensorModel(
-        max(one.noise, other.noise),
-        max(one.resolution, other.resolution),
-        max(one.latency, other.latency),
-        max(one.dropout, other.dropout),
+        max(first.noise, second.noise),
+        max(first.resolution, second.resolution),
+        max(first.latency, second.latency),
+        max(first.dropout, second.dropout),
     )

@@ -1,6 +1,6 @@
-"""What each kind of fault does: tick by tick, or to what is made of a picture.
+"""Effects of each kind of fault: physical effects tick by tick, and filters of camera detections.
 
-A fault that acts is an iterator, like a motion: each tick it pushes a body or says what it does to the
+A physical effect is an iterator, like a motion: each tick it pushes a body or yields a degradation of the
 robot's parts.
 """
 
@@ -33,12 +33,22 @@ from aeros.spec.declared.faults import (
 
 
 def physical_effect(
-    kind: PhysicalFault, source: Generator, name: str, stage: PlantParts
+    kind: PhysicalFault, source: Generator, name: str, parts: PlantParts
 ) -> Iterator[Degradation]:
-    """The fault, one item a tick.  `name`: of the fault, this time."""
+    """Make the effect of a physical fault.
+
+    Args:
+        kind: the fault.
+        source: random numbers of this occurrence.
+        name: of this occurrence; a person who enters gets it.
+        parts: the parts of the plant.
+
+    Returns:
+        The degradation in each tick of the fault.
+    """
     match kind:
         case ImpulseFault():
-            return _bump(kind, source, stage)
+            return _bump(kind, source, parts)
         case PadFrictionFault(friction, lasts):
             return repeat(Degradation(friction=friction), lasts)
         case GripForceFault(force, lasts):
@@ -51,21 +61,29 @@ def physical_effect(
             model = SensorModel(noise=noise, latency=latency, dropout=dropout)
             return repeat(Degradation(sensors={of: model}), lasts)
         case PersonEntersFault(person):
-            stage.people.add_person(replace(person, name=name))
+            parts.people.add_person(replace(person, name=name))
             return iter(())
 
 
-def _bump(bump: ImpulseFault, source: Generator, stage: PlantParts) -> Iterator[Degradation]:
-    way = _random_horizontal(source) if bump.direction is None else bump.direction
+def _bump(bump: ImpulseFault, source: Generator, parts: PlantParts) -> Iterator[Degradation]:
+    direction = _random_horizontal(source) if bump.direction is None else bump.direction
     force = bump.impulse / (bump.over * TICK)
-    body = stage.scene.body(bump.thing)
+    body = parts.scene.body(bump.thing)
     for _ in range(bump.over):
-        stage.world.push(body, (force * way[0], force * way[1], force * way[2]))
+        parts.world.push(body, (force * direction[0], force * direction[1], force * direction[2]))
         yield NO_DEGRADATION
 
 
 def detection_effect(kind: DetectionFault, source: Generator) -> DetectionFilter:
-    """What comes of everything in one picture: nothing is shown, or all of it seems elsewhere alike."""
+    """Make the effect of a fault on all detections in one picture.
+
+    Args:
+        kind: the fault.
+        source: random numbers of this occurrence.
+
+    Returns:
+        A filter that drops every detection, or moves all by the same displacement.
+    """
     match kind:
         case DisplacedDetectionFault(by, direction):
             x, y, z = _random_horizontal(source) if direction is None else direction
@@ -77,6 +95,6 @@ def detection_effect(kind: DetectionFault, source: Generator) -> DetectionFilter
 
 
 def _random_horizontal(source: Generator) -> Vector3:
-    """A level direction, any."""
+    """Draw a horizontal unit vector."""
     angle = float(source.uniform(-pi, pi))
     return (cos(angle), sin(angle), 0.0)

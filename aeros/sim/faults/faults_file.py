@@ -1,4 +1,4 @@
-"""A faults file → faults; every problem in it is reported with its place, and none is passed over."""
+"""Read a faults file: check it, report every problem with its place, and resolve names and units."""
 
 from __future__ import annotations
 
@@ -57,10 +57,13 @@ _OPPORTUNITY_KEYS: Final = ("skill", "look", "every")
 
 @dataclass(frozen=True, slots=True)
 class FaultContext:
-    """What a faults file may name.
+    """Names that a faults file may use.
 
-    quantities: what the site says is measured; skills: as `MODULE.SKILL`.
-    things, cameras: of the scene.
+    Attributes:
+        quantities: state variables of the site that are measured, by name.
+        skills: as `MODULE.SKILL`.
+        things: objects of the scene that can be pushed.
+        cameras: of the scene.
     """
 
     quantities: Mapping[str, Declared]
@@ -70,125 +73,159 @@ class FaultContext:
 
 
 def shipped_faults() -> dict[str, Path]:
-    """Return the faults files that come with AEROS, by name."""
+    """List the faults files that come with AEROS.
+
+    Returns:
+        Their paths by name.
+    """
     return shipped_files("faults")
 
 
 def read_faults(name_or_path: str, context: FaultContext) -> tuple[Fault, ...]:
-    """Those of a file, or of a shipped one by its name; raises `UserError` with every problem there is."""
-    path = find_file(name_or_path, shipped_faults(), "faults file", "no faults of that name come")
+    """Read a faults file.
+
+    Args:
+        name_or_path: a path, or the name of a shipped file.
+        context: names that the file may use.
+
+    Returns:
+        The faults, in the order of the file.
+
+    Raises:
+        UserError: there is no such file, or it has problems; it lists all of them.
+    """
+    path = find_file(name_or_path, shipped_faults(), "faults file")
     return parse_faults(read_source(path), context)
 
 
-def parse_faults(source: Source, around: FaultContext) -> tuple[Fault, ...]:
-    """The faults that `source` declares; raises `UserError` with every problem there is."""
-    sink = Diagnostics()
-    node = read_yaml(source, sink)
-    file = None if node is None else decode(node, declared.Faults, sink)
-    found = [] if file is None else [_fault(str(name), one, around, sink) for name, one in file.faults]
-    sink.raise_if_errors()
-    return tuple(one for one in found if one is not None)
+def parse_faults(source: Source, context: FaultContext) -> tuple[Fault, ...]:
+    """Parse the text of a faults file.
+
+    Args:
+        source: the text and its path.
+        context: names that it may use.
+
+    Returns:
+        The faults, in the order of the file.
+
+    Raises:
+        UserError: the text has problems; it lists all of them.
+    """
+    diagnostics = Diagnostics()
+    node = read_yaml(source, diagnostics)
+    file = None if node is None else decode(node, declared.Faults, diagnostics)
+    faults = (
+        []
+        if file is None
+        else [_fault(str(name), fault, context, diagnostics) for name, fault in file.faults]
+    )
+    diagnostics.raise_if_errors()
+    return tuple(fault for fault in faults if fault is not None)
 
 
-def _fault(name: str, one: declared.Fault, around: FaultContext, sink: Diagnostics) -> Fault | None:
-    at = _opportunity(one.at, around, sink)
-    process = _process(one, sink)
-    word = _exactly_one(one, tuple(KINDS), one.key_span, f"`{name}`", sink)
-    kind = None if word is None else _kind(name, word, getattr(one, word), around, sink)
+def _fault(
+    name: str, declaration: declared.Fault, context: FaultContext, diagnostics: Diagnostics
+) -> Fault | None:
+    at = _opportunity(declaration.at, context, diagnostics)
+    process = _process(declaration, diagnostics)
+    word = _exactly_one(declaration, tuple(KINDS), declaration.key_span, f"`{name}`", diagnostics)
+    kind = None if word is None else _kind(name, word, getattr(declaration, word), context, diagnostics)
     if at is None or process is None or word is None or kind is None:
         return None
     if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) is not isinstance(
         at, CameraOpportunity
     ):
-        wanted = (
+        allowed = (
             "`look`"
             if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault)
             else "`skill` or `every`"
         )
-        sink.error(
+        diagnostics.error(
             "AE208",
-            f"`{word}` goes with {wanted} alone",
-            one.at.span,
-            help=("what a camera sees goes wrong by looks, what bodies and motors do by skills or by time",),
+            f"`{word}` is only valid with {allowed}",
+            declaration.at.span,
+            help=("detection faults use `look`; physical faults use `skill` or `every`",),
         )
         return None
-    return Fault(name, at, process, kind, None if one.at_most is None else one.at_most.value)
+    return Fault(name, at, process, kind, None if declaration.at_most is None else declaration.at_most.value)
 
 
 def _exactly_one(
-    one: Any, names: tuple[str, ...], span: SourceSpan, what: str, sink: Diagnostics
+    declaration: Any, names: tuple[str, ...], span: SourceSpan, what: str, diagnostics: Diagnostics
 ) -> str | None:
-    """Which of the fields is there; reports where none is or several are."""
-    there = [name for name in names if getattr(one, name) is not None]
-    if len(there) == 1:
-        return there[0]
-    said = " and ".join(f"`{name}`" for name in there) or "none"
+    """Return the name of the only field that is set; report if none is or several are."""
+    present = [name for name in names if getattr(declaration, name) is not None]
+    if len(present) == 1:
+        return present[0]
+    fields = " and ".join(f"`{name}`" for name in present) or "none"
     listed = ", ".join(f"`{name}`" for name in names)
-    sink.error("AE208", f"{what} needs exactly one of {listed}; it has {said}", span)
+    diagnostics.error("AE208", f"{what} needs exactly one of {listed}; it has {fields}", span)
     return None
 
 
-# When.
+# Opportunities.
 
 
-def _opportunity(at: declared.FaultTrigger, around: FaultContext, sink: Diagnostics) -> Opportunity | None:
-    word = _exactly_one(at, _OPPORTUNITY_KEYS, at.span, "`at`", sink)
+def _opportunity(
+    at: declared.FaultTrigger, context: FaultContext, diagnostics: Diagnostics
+) -> Opportunity | None:
+    word = _exactly_one(at, _OPPORTUNITY_KEYS, at.span, "`at`", diagnostics)
     if word is None:
         return None
-    after = 0 if at.after is None else _ticks(at.after, sink, least=0)
+    after = 0 if at.after is None else _ticks(at.after, diagnostics, least=0)
     waits = at.once or at.after
     if waits is not None and word != "skill":
-        sink.error("AE208", "`once` and `after` go with `skill` alone", waits.span)
+        diagnostics.error("AE208", "`once` and `after` are only valid with `skill`", waits.span)
         return None
     if at.during is not None and word != "look":
-        sink.error("AE208", "`during` goes with `look` alone", at.during.span)
+        diagnostics.error("AE208", "`during` is only valid with `look`", at.during.span)
         return None
     if at.skill is not None:
-        if not _is_known(at.skill, around.skills, "skill of a loaded module", sink) or after is None:
+        if not _is_known(at.skill, context.skills, "skill of a loaded module", diagnostics) or after is None:
             return None
         return SkillOpportunity(at.skill.value, after, at.once is not None)
     if at.look is not None:
-        known = _is_known(at.look, around.cameras, "camera of the scene", sink)
+        known = _is_known(at.look, context.cameras, "camera of the scene", diagnostics)
         if at.during is None:
             return CameraOpportunity(at.look.value) if known else None
-        known = _is_known(at.during, around.skills, "skill of a loaded module", sink) and known
+        known = _is_known(at.during, context.skills, "skill of a loaded module", diagnostics) and known
         return CameraOpportunity(at.look.value, at.during.value) if known else None
-    period = None if at.every is None else _ticks(at.every, sink)
+    period = None if at.every is None else _ticks(at.every, diagnostics)
     return None if period is None else TimedOpportunity(period)
 
 
-def _is_known(name: TextField, known: Collection[str], what: str, sink: Diagnostics) -> bool:
+def _is_known(name: TextField, known: Collection[str], what: str, diagnostics: Diagnostics) -> bool:
     if name.value in known:
         return True
     near = did_you_mean(name.value, known)
-    listed = ", ".join(f"`{one}`" for one in sorted(known)) or "there is none"
+    listed = ", ".join(f"`{candidate}`" for candidate in sorted(known)) or "there is none"
     help_ = (f"did you mean `{near}`?",) if near else (f"known: {listed}",)
-    sink.error("AE122", f"`{name.value}` is no {what}", name.span, help=help_)
+    diagnostics.error("AE122", f"`{name.value}` is not a {what}", name.span, help=help_)
     return False
 
 
-# How often.
+# Rates.
 
 
-def _process(one: declared.Fault, sink: Diagnostics) -> GilbertElliottProcess | None:
-    rate, bursts = one.rate.value, one.bursts
+def _process(declaration: declared.Fault, diagnostics: Diagnostics) -> GilbertElliottProcess | None:
+    rate, bursts = declaration.rate.value, declaration.bursts
     if bursts is None:
         return GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, float(rate))
     within = Fraction(1) if bursts.within is None else bursts.within.value
     between = Fraction(0) if bursts.between is None else bursts.between.value
     length = bursts.mean_length.value
     if not between < rate < within:
-        sink.error(
+        diagnostics.error(
             "AE208",
-            f"a rate of {float(rate):g} does not come of bursts with {float(within):g} within "
-            f"and {float(between):g} between",
-            one.rate.span,
+            f"rate {float(rate):g} is impossible with in-burst rate {float(within):g} "
+            f"and base rate {float(between):g}",
+            declaration.rate.span,
             help=("choose `between` below `rate` and `within` above it",),
         )
         return None
     least = min_mean_burst((rate - between) / (within - between))
     if length < least:
-        sink.error(
+        diagnostics.error(
             "AE208",
             f"bursts of {float(length):g} are too short for this rate",
             bursts.mean_length.span,
@@ -198,85 +235,91 @@ def _process(one: declared.Fault, sink: Diagnostics) -> GilbertElliottProcess | 
     return GilbertElliottModel(rate, length, within, between).process()
 
 
-# What.
+# Effects.
 
 
 def _kind(
-    name: str, word: str, one: Any, around: FaultContext, sink: Diagnostics
+    name: str, word: str, declaration: Any, context: FaultContext, diagnostics: Diagnostics
 ) -> PhysicalFault | DetectionFault | None:
-    if isinstance(one, Person):
-        return PersonEntersFault(parse_person(name, one, sink))
+    if isinstance(declaration, Person):
+        return PersonEntersFault(parse_person(name, declaration, diagnostics))
     kind, values = KINDS[word], dict[str, object]()
     for field, mark in marks_of(kind).items():
-        written = getattr(one, field)
+        written = getattr(declaration, field)
         if written is not None:
-            values[field] = _value(mark, written, one, around, sink)
+            values[field] = _value(mark, written, declaration, context, diagnostics)
         if field == "of" and values[field] is None:
-            return None  # what the other fields may be depends on it
+            return None  # the other fields cannot be checked without it
     if kind is SensorFault and values.keys() == {"of", "lasts"}:
-        sink.error("AE208", "a misread needs `noise`, `latency` or `dropout`", one.span)
+        diagnostics.error("AE208", "`misread` needs `noise`, `latency` or `dropout`", declaration.span)
         return None
-    found: PhysicalFault | DetectionFault | None = None if None in values.values() else kind(**values)
-    return found
+    fault: PhysicalFault | DetectionFault | None = None if None in values.values() else kind(**values)
+    return fault
 
 
-def _value(mark: Mark, written: Any, one: Any, around: FaultContext, sink: Diagnostics) -> object:
+def _value(
+    mark: Mark, written: Any, declaration: Any, context: FaultContext, diagnostics: Diagnostics
+) -> object:
     """Return the value in SI of a field of `one`, by its mark; None where it is wrong, and reported."""
     match mark:
         case Known(among=among, noun=noun):
-            return written.value if _is_known(written, getattr(around, among), noun, sink) else None
+            return written.value if _is_known(written, getattr(context, among), noun, diagnostics) else None
         case Amount(dimension=dimension, most=most):
-            return _quantity(written, dimension, most, sink)
+            return _quantity(written, dimension, most, diagnostics)
         case Deviation():
-            return _deviation(written, one.of, around, sink)
+            return _deviation(written, declaration.of, context, diagnostics)
         case Duration():
-            return _ticks(written, sink)
+            return _ticks(written, diagnostics)
         case Share():
             return float(written.value)
         case Direction():
-            return _direction(written, sink)
+            return _direction(written, diagnostics)
 
 
-def _deviation(text: TextField, of: TextField, around: FaultContext, sink: Diagnostics) -> float | None:
+def _deviation(
+    text: TextField, of: TextField, context: FaultContext, diagnostics: Diagnostics
+) -> float | None:
     """Return a standard deviation of the known quantity `of`; None where it is wrong and reported."""
-    type_ = around.quantities[of.value].variable.type
+    type_ = context.quantities[of.value].variable.type
     element = type_.element if isinstance(type_, FamilyType) else type_
     if isinstance(element, RealType | VectorType):
-        return _quantity(text, element.dimension, 1000, sink)
-    sink.error("AE208", f"`{of.value}` is no number, and has no noise", text.span)
+        return _quantity(text, element.dimension, 1000, diagnostics)
+    diagnostics.error("AE208", f"`{of.value}` is not numeric, so it cannot have noise", text.span)
     return None
 
 
-def _direction(numbers: tuple[NumberField, ...], sink: Diagnostics) -> Vec3 | None:
+def _direction(numbers: tuple[NumberField, ...], diagnostics: Diagnostics) -> Vec3 | None:
     """Return the direction with length 1; None where it has none, which is reported."""
     x, y, z = (float(number.value) for number in numbers)
     length = hypot(x, y, z)
     if not 1e-6 < length < 1e6:
-        sink.error("AE208", "a direction is not nothing", numbers[0].span.merge(numbers[-1].span))
+        diagnostics.error(
+            "AE208", "the direction vector is zero or out of range", numbers[0].span.merge(numbers[-1].span)
+        )
         return None
     return (x / length, y / length, z / length)
 
 
-def _ticks(text: TextField, sink: Diagnostics, *, least: int = 1) -> int | None:
-    """A time in whole ticks, rounded; at least `least`."""
-    time = _quantity(text, TIME, LONGEST, sink)
+def _ticks(text: TextField, diagnostics: Diagnostics, *, least: int = 1) -> int | None:
+    """Convert a time to whole ticks, rounded; report if there are fewer than `least`."""
+    time = _quantity(text, TIME, LONGEST, diagnostics)
     if time is None:
         return None
     ticks = round(time / TICK)
     if ticks >= least:
         return ticks
-    sink.error(
+    diagnostics.error(
         "AE111", f"`{text.value}` is shorter than a control tick", text.span, help=("a tick is 1/240 s",)
     )
     return None
 
 
-def _quantity(text: TextField, dimension: Dimension, most: int, sink: Diagnostics) -> float | None:
-    value = elaborate_quantity(text, dimension, sink)
+def _quantity(text: TextField, dimension: Dimension, most: int, diagnostics: Diagnostics) -> float | None:
+    value = elaborate_quantity(text, dimension, diagnostics)
     if value is None:
         return None
     if 0 <= value <= most:
         return float(value)
     help_ = (f"write a value from 0 to {most} {dimension}",)
-    sink.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=help_)
+    diagnostics.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=help_)
     return None

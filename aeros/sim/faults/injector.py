@@ -1,7 +1,8 @@
-"""Makes things go wrong on a physics plant, as declared, and says so.
+"""Inject declared faults into a physics plant and report each as an event.
 
-Each fault counts its own opportunities.  One that is taken begins at once, or after its delay; then it
-acts tick by tick, beside all others.  Nothing is ever placed anywhere, and no predicate is touched.
+Each fault counts its own opportunities. When one is taken, the fault begins at once or after its delay;
+then it acts tick by tick, independently of all others. A fault never moves an object to a place and never
+changes a predicate.
 """
 
 from __future__ import annotations
@@ -25,11 +26,15 @@ from aeros.spec.diagnostics.errors import MisuseError
 
 
 class FaultEvent(NamedTuple):
-    """Something a fault did, at a time on the plant's clock.
+    """Something that a fault did, at a time on the plant's clock.
 
-    event: `fault` when it begins, `fault-over` when it has ended, `fault-passed` when its opportunity was
-        taken and over before it could begin.
-    opportunity: which of the fault's opportunities it was, from 1.
+    Attributes:
+        time: s.
+        event: `fault` when it begins; `fault-over` when it ends; `fault-passed` when the skill ended before
+            the fault could begin.
+        fault: its name.
+        text: for people.
+        opportunity: number of the fault's opportunity, from 1.
     """
 
     time: float
@@ -41,7 +46,7 @@ class FaultEvent(NamedTuple):
 
 @dataclass(eq=False)
 class _PendingFault:
-    """A fault whose opportunity is taken; `due` is the tick it begins at, None until something is held."""
+    """A fault that waits to begin at `start_tick`; None until the robot first holds something."""
 
     fault: Fault
     opportunity_kind: SkillOpportunity
@@ -52,7 +57,7 @@ class _PendingFault:
 
 @dataclass(eq=False)
 class _ActiveFault:
-    """A fault that has begun, tick by tick."""
+    """A fault that has begun, and its effect tick by tick."""
 
     fault: Fault
     opportunity: int
@@ -60,124 +65,146 @@ class _ActiveFault:
 
 
 class FaultInjector(NoDisturbance):
-    """Faults on one plant, in one run; `on_event` hears of each as it happens."""
+    """Faults on one plant, in one run.
+
+    Args:
+        faults: the declared faults; their names differ.
+        seed: of occurrence and of random effects.
+        on_event: called with each event as it happens.
+    """
 
     def __init__(self, faults: Sequence[Fault], seed: int, on_event: Callable[[FaultEvent], None]) -> None:
         chance = RandomSource(seed)
         self._faults = tuple(faults)
         self._draws = {fault.name: OpportunitySampler(fault, chance) for fault in faults}
-        self._tell = on_event
+        self._on_event = on_event
         self._waiting: list[_PendingFault] = []
         self._acting: list[_ActiveFault] = []
         self._under_way: Counter[str] = Counter()
 
     @property
     def equivalent_rates(self) -> tuple[float, float]:
-        """Rates of all faults between which everything would be as it is; see `OpportunitySampler.equivalent_rates`."""
+        """Open interval of rates of all faults with which this run would be the same.
+
+        See `OpportunitySampler.equivalent_rates`.
+        """
         each = [draws.equivalent_rates for draws in self._draws.values()]
         return max((low for low, _ in each), default=0.0), min((high for _, high in each), default=1.0)
 
-    def attach(self, stage: PlantParts) -> None:
-        """See `NoDisturbance`."""
-        self._stage = stage
-        self._world = stage.world
-        self._hindered = DegradationApplier(stage)
+    def attach(self, parts: PlantParts) -> None:
+        """Implement `NoDisturbance.attach`."""
+        self._parts = parts
+        self._world = parts.world
+        self._applier = DegradationApplier(parts)
 
     def skill_began(self, skill: str) -> None:
-        """Each fault on this skill has an opportunity."""
+        """Implement `NoDisturbance.skill_began`: each fault on this skill has an opportunity."""
         self._under_way[skill] += 1
         for fault in self._faults:
-            on = fault.opportunity
-            if isinstance(on, SkillOpportunity) and on.skill == skill:
-                source = self._draws[fault.name].next()
-                if source is not None:
-                    due = None if on.from_first_grip else self._world.ticks + on.delay_ticks
-                    self._waiting.append(_PendingFault(fault, on, self._last_opportunity(fault), source, due))
+            trigger = fault.opportunity
+            if isinstance(trigger, SkillOpportunity) and trigger.skill == skill:
+                rng = self._draws[fault.name].next()
+                if rng is not None:
+                    start_tick = None if trigger.from_first_grip else self._world.ticks + trigger.delay_ticks
+                    self._waiting.append(
+                        _PendingFault(fault, trigger, self._last_opportunity(fault), rng, start_tick)
+                    )
 
     def skill_ended(self, skill: str) -> None:
-        """What waited for a time in this invocation passes."""
+        """Implement `NoDisturbance.skill_ended`: faults that still wait in this invocation do not begin."""
         self._under_way[skill] -= 1
-        passed = [one for one in self._waiting if one.opportunity_kind.skill == skill]
-        self._waiting = [one for one in self._waiting if one.opportunity_kind.skill != skill]
-        for one in passed:
-            self._emit("fault-passed", one.fault, one.opportunity, f"passes: `{skill}` ended before")
+        passed = [pending for pending in self._waiting if pending.opportunity_kind.skill == skill]
+        self._waiting = [pending for pending in self._waiting if pending.opportunity_kind.skill != skill]
+        for pending in passed:
+            self._emit(
+                "fault-passed", pending.fault, pending.opportunity, f"not triggered: `{skill}` ended first"
+            )
 
     def before_tick(self) -> None:
-        """Begin what is due, let everything act that has begun, and bring it to motors and pads."""
+        """Begin the faults that are due, and apply the combined effect of all active ones."""
         self._begin_timed()
         self._begin_pending()
         now = NO_DEGRADATION
-        for one in list(self._acting):
-            hindrance = next(one.ticks, None)
-            if hindrance is not None:
-                now = now.combine_worst(hindrance)
+        for active in list(self._acting):
+            degradation = next(active.ticks, None)
+            if degradation is not None:
+                now = now.combine_worst(degradation)
             else:
-                self._acting.remove(one)
-                self._emit("fault-over", one.fault, one.opportunity, "is over")
-        self._hindered.apply(now)
+                self._acting.remove(active)
+                self._emit("fault-over", active.fault, active.opportunity, "is over")
+        self._applier.apply(now)
 
     def detection_filter(self, camera: str) -> DetectionFilter:
-        """Each fault on this camera has an opportunity; a miss hides whatever others made of a thing."""
-        happening = []
+        """Implement `NoDisturbance.detection_filter`: each fault on this camera has an opportunity.
+
+        A missed detection hides an object whatever the other faults made of it.
+        """
+        effects = []
         for fault in self._faults:
             kind = fault.kind
             if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) and self._is_opportunity(
                 fault.opportunity, camera
             ):
-                source = self._draws[fault.name].next()
-                if source is not None:
+                rng = self._draws[fault.name].next()
+                if rng is not None:
                     self._emit("fault", fault, self._last_opportunity(fault), "happens")
-                    happening.append(detection_effect(kind, source))
+                    effects.append(detection_effect(kind, rng))
 
         def through(found: OptionalDetection) -> OptionalDetection:
-            for one in happening:
-                found = one(found)
+            for effect in effects:
+                found = effect(found)
             return found
 
         return through
 
-    # Inside.
+    # Internals.
 
-    def _is_opportunity(self, on: Opportunity, camera: str) -> bool:
-        """Whether a picture that `camera` takes now is an opportunity."""
-        if not isinstance(on, CameraOpportunity) or on.camera != camera:
+    def _is_opportunity(self, opportunity: Opportunity, camera: str) -> bool:
+        """Return True if a picture that `camera` takes now is an opportunity."""
+        if not isinstance(opportunity, CameraOpportunity) or opportunity.camera != camera:
             return False
-        return on.while_skill is None or self._under_way[on.while_skill] > 0
+        return opportunity.while_skill is None or self._under_way[opportunity.while_skill] > 0
 
     def _begin_timed(self) -> None:
         ticks = self._world.ticks
         for fault in self._faults:
-            on = fault.opportunity
-            if isinstance(on, TimedOpportunity) and ticks > 0 and ticks % on.period_ticks == 0:
-                source = self._draws[fault.name].next()
-                if source is not None:
-                    self._begin(fault, self._last_opportunity(fault), source)
+            trigger = fault.opportunity
+            if isinstance(trigger, TimedOpportunity) and ticks > 0 and ticks % trigger.period_ticks == 0:
+                rng = self._draws[fault.name].next()
+                if rng is not None:
+                    self._begin(fault, self._last_opportunity(fault), rng)
 
     def _begin_pending(self) -> None:
         if not self._waiting:
             return
         ticks = self._world.ticks
-        holding = any(one.start_tick is None for one in self._waiting) and self._stage.robot.is_holding()
-        for one in self._waiting:
-            if one.start_tick is None and holding:
-                one.start_tick = ticks + one.opportunity_kind.delay_ticks
-        due = [one for one in self._waiting if one.start_tick is not None and one.start_tick <= ticks]
-        self._waiting = [one for one in self._waiting if one not in due]
-        for one in due:
-            self._begin(one.fault, one.opportunity, one.rng)
+        holding = (
+            any(pending.start_tick is None for pending in self._waiting) and self._parts.robot.is_holding()
+        )
+        for pending in self._waiting:
+            if pending.start_tick is None and holding:
+                pending.start_tick = ticks + pending.opportunity_kind.delay_ticks
+        due = [
+            pending
+            for pending in self._waiting
+            if pending.start_tick is not None and pending.start_tick <= ticks
+        ]
+        self._waiting = [pending for pending in self._waiting if pending not in due]
+        for pending in due:
+            self._begin(pending.fault, pending.opportunity, pending.rng)
 
-    def _begin(self, fault: Fault, opportunity: int, source: Generator) -> None:
+    def _begin(self, fault: Fault, opportunity: int, rng: Generator) -> None:
         if isinstance(fault.kind, MissedDetectionFault | DisplacedDetectionFault):
-            raise MisuseError(f"`{fault.name}` is of what a camera sees, and goes with its looks")
+            raise MisuseError(f"`{fault.name}` is a detection fault and needs `at: look`")
         name = f"{fault.name} {opportunity}"
-        ticks = physical_effect(fault.kind, source, name, self._stage)
+        ticks = physical_effect(fault.kind, rng, name, self._parts)
         self._acting.append(_ActiveFault(fault, opportunity, ticks))
         self._emit("fault", fault, opportunity, "begins")
 
     def _last_opportunity(self, fault: Fault) -> int:
-        """Which opportunity of this fault was drawn last."""
+        """Return the number of the latest opportunity of this fault."""
         return self._draws[fault.name].count
 
     def _emit(self, event: str, fault: Fault, opportunity: int, what: str) -> None:
         text = f"fault `{fault.name}` {what} (opportunity {opportunity})"
-        self._tell(FaultEvent(self._world.time, event, fault.name, text, opportunity))
+        self._on_event(FaultEvent(self._world.time, event, fault.name, text, opportunity))

@@ -20,9 +20,14 @@ from aeros.spec.declared.faults import (
 
 @dataclass(frozen=True, slots=True)
 class SkillOpportunity:
-    """Each invocation of `skill`; begins `delay_ticks` ticks in, counted from the first hold if `from_first_grip`.
+    """An opportunity at each invocation of a skill.
 
-    An invocation that ends before that lets the fault pass.
+    An invocation that ends before the fault begins lets the opportunity pass.
+
+    Attributes:
+        skill: as `MODULE.SKILL`.
+        delay_ticks: ticks from the start of the invocation to the beginning of the fault.
+        from_first_grip: count the delay from when the robot first holds something instead.
     """
 
     skill: str
@@ -32,7 +37,12 @@ class SkillOpportunity:
 
 @dataclass(frozen=True, slots=True)
 class CameraOpportunity:
-    """Each picture that `camera` takes; where `while_skill` names a skill, while that is under way."""
+    """An opportunity at each picture that a camera takes, or at those taken during a skill.
+
+    Attributes:
+        camera: its name.
+        while_skill: only pictures while this skill is under way, as `MODULE.SKILL`; None for all.
+    """
 
     camera: str
     while_skill: str | None = None
@@ -40,18 +50,18 @@ class CameraOpportunity:
 
 @dataclass(frozen=True, slots=True)
 class TimedOpportunity:
-    """The end of each `period_ticks` ticks of the plant's clock."""
+    """An opportunity at the end of every `period_ticks` ticks of the plant's clock."""
 
     period_ticks: int
 
 
 Opportunity = SkillOpportunity | CameraOpportunity | TimedOpportunity
-"""What a fault's rate is per."""
+"""Events at which a fault may happen."""
 
 
 @dataclass(frozen=True, slots=True)
 class PersonEntersFault:
-    """Somebody comes, and goes their way."""
+    """A person who enters the scene and walks their path."""
 
     person: Person
 
@@ -65,17 +75,24 @@ PhysicalFault = (
     | SensorFault
     | PersonEntersFault
 )
-"""What acts on bodies, motors and sensors, tick by tick."""
+"""Faults of bodies, motors and sensors, which act tick by tick."""
 
 DetectionFault = MissedDetectionFault | DisplacedDetectionFault
-"""What acts on a picture's evaluation."""
+"""Faults of camera detections, which act on single pictures."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """When it can happen, how often it does, and what happens; what is seen goes with looks alone.
+    """A fault: its opportunities, how often one is taken, and its effect.
 
-    at_most: after so many times in one run no further opportunity is taken.
+    A detection fault has a `CameraOpportunity`, and only a detection fault has one.
+
+    Attributes:
+        name: unique in its file.
+        opportunity: when it may happen.
+        process: how often an opportunity is taken.
+        kind: the effect.
+        max_count: greatest number of occurrences in one run; None for no limit.
     """
 
     name: str

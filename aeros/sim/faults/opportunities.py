@@ -1,7 +1,7 @@
-"""Which opportunities a fault takes: one stream of randomness for each fault, keyed by its name.
+"""Sample the opportunities at which a fault happens, with one random stream per fault, keyed by its name.
 
-What is drawn depends on the seed, the fault's name, its process and the opportunity's number alone: not on
-other faults, on their order, or on what happens meanwhile.
+The draws depend only on the seed, the fault's name, its process and the number of the opportunity: not on
+other faults, their order, or other events of the run.
 """
 
 from __future__ import annotations
@@ -16,36 +16,48 @@ from aeros.sim.randomness import RandomSource
 
 
 class OpportunitySampler:
-    """The opportunities of one fault, one after the other."""
+    """Sampler of the opportunities of one fault, one after the other.
+
+    Args:
+        fault: the fault.
+        chance: random source of the run.
+
+    Attributes:
+        count: number of opportunities so far.
+    """
 
     def __init__(self, fault: Fault, chance: RandomSource) -> None:
         self._channel = f"fault/{fault.name}"
         self._process = fault.process
-        self._left = inf if fault.max_count is None else fault.max_count
+        self._remaining = inf if fault.max_count is None else fault.max_count
         self._chance = chance
         self._chain = GilbertElliottSampler(fault.process)
         self.count = 0
-        self._highest_taken, self._lowest_left = 0.0, 1.0
+        self._highest_hit, self._lowest_miss = 0.0, 1.0
 
     @property
     def equivalent_rates(self) -> tuple[float, float]:
-        """Between which numbers draws without `max_count` would all have come out as they have.
+        """Open interval of rates with which the draws so far, without `max_count`, come out the same.
 
-        Rates where they are independent; in bursts mean lengths of these, at the same rate.
+        For faults in bursts: of mean burst lengths in opportunities, at the same rate.
         """
         if self._process.bad_state_probability:
             return self._chain.alike
-        return self._highest_taken, self._lowest_left
+        return self._highest_hit, self._lowest_miss
 
     def next(self) -> Generator | None:
-        """None where the next opportunity is not taken, else what the fault itself may draw from."""
-        source = self._chance.generator(self._channel, self.count)
-        state, event = (float(part) for part in source.uniform(size=2))
+        """Draw if the fault happens at its next opportunity.
+
+        Returns:
+            None if it does not happen; else the generator that the fault's effect may draw from.
+        """
+        rng = self._chance.generator(self._channel, self.count)
+        state, event = (float(part) for part in rng.uniform(size=2))
         self.count += 1
         rate = self._process.rate_in_bad if self._chain.is_bad(state) else self._process.rate_in_good
-        if event >= rate or self._left <= 0:
-            self._lowest_left = min(self._lowest_left, event)
+        if event >= rate or self._remaining <= 0:
+            self._lowest_miss = min(self._lowest_miss, event)
             return None
-        self._highest_taken = max(self._highest_taken, event)
-        self._left -= 1
-        return source
+        self._highest_hit = max(self._highest_hit, event)
+        self._remaining -= 1
+        return rng

@@ -1,12 +1,11 @@
-"""Hosts a plant for one agent after another, and stops it whenever none commands it.
+"""Host a plant for one agent after another, and stop it whenever none commands it.
 
-No control tick passes but inside an `advance` that an agent has asked for, and each only after that agent
-has said that the tick before was in order.  An agent that is gone, or does not answer in `AGENT_TIMEOUT_S`,
-has
-not said so: the plant makes a protective stop within that tick, as for a violated rule, and whatever was
-under way is over.  So while nobody decides, nothing moves.
+A control tick passes only inside an `advance` that an agent has asked for, and only after that agent has
+confirmed the previous tick. An agent that is gone, or does not answer within `AGENT_TIMEOUT_S`, has not
+confirmed it: the plant makes a protective stop within that tick, as for a violated rule, and every motion
+ends. So while no agent decides, nothing moves.
 
-Not modelled: what goes on in the world meanwhile.  The plant's clock stands still while nobody is there.
+Not modelled: changes of the world meanwhile. The plant's clock stands still while no agent is connected.
 """
 
 from __future__ import annotations
@@ -26,16 +25,21 @@ AGENT_TIMEOUT_S: Final = 5.0
 """Real seconds that an agent has to judge a tick; it takes about a tenth of a millisecond."""
 
 IDLE_TIMEOUT_S: Final = 600.0
-"""Real seconds without any agent after which a hosted plant ends by itself."""
+"""Real time without any agent after which a hosted plant ends by itself, s."""
 
 DEAD_MAN_RULE: Final = "dead-man"
-"""The rule that an agent breaks which is gone."""
+"""Name of the rule that counts as broken when the agent is gone."""
 
 
 class PlantHost:
-    """One plant, offered at a socket.
+    """Serves one plant at a local socket, to one agent at a time.
 
-    tell: hears of what matters to whoever judges a crash: who came and went, what began, what was at rest.
+    Args:
+        plant: the plant.
+        log: called with each event that helps to judge a crash: agents that come and go, skills that begin
+            and end, with what was measured then.
+        patience: real seconds that an agent has to judge a tick.
+        linger: real seconds without any agent after which `serve` returns.
     """
 
     def __init__(
@@ -46,25 +50,29 @@ class PlantHost:
         linger: float = IDLE_TIMEOUT_S,
     ) -> None:
         self._plant = plant
-        self._tell_it = log
-        self._patience = patience
-        self._linger = linger
-        self._line: MessageChannel | None = None
+        self._write_event = log
+        self._agent_timeout_s = patience
+        self._idle_timeout_s = linger
+        self._channel: MessageChannel | None = None
         self._plans: tuple[int, PlannedMotion | None] = (0, None)
         self._body: RobotBody | None = None
         self._skills: list[str] = []
-        self._dead = False
-        self._ended = False
+        self._is_agent_lost = False
+        self._is_shut_down = False
 
     def serve(self, path: Path) -> None:
-        """Serve agents, one at a time, until one says that it was the last or none has come for long."""
+        """Serve agents, one at a time, until one shuts the host down or none has connected for `linger` s.
+
+        Args:
+            path: of the socket; an existing file there is removed.
+        """
         path.unlink(missing_ok=True)
         with socket.socket(socket.AF_UNIX) as listening:
             listening.bind(str(path))
             listening.listen()
-            listening.settimeout(self._linger)
+            listening.settimeout(self._idle_timeout_s)
             try:
-                while not self._ended:
+                while not self._is_shut_down:
                     with suppress(TimeoutError):
                         connection, _ = listening.accept()
                         self._serve_connection(connection)
@@ -73,69 +81,67 @@ class PlantHost:
             finally:
                 path.unlink(missing_ok=True)
 
-    # One agent.
+    # Connection to one agent.
 
     def _serve_connection(self, connection: socket.socket) -> None:
         # An agent may think for as long as it likes: nothing moves meanwhile.
-        self._line, self._dead = MessageChannel(connection, None), False
-        self._body, self._patient = None, connection
+        self._channel, self._is_agent_lost = MessageChannel(connection, None), False
+        self._body, self._connection = None, connection
         self._log("connected")
         try:
-            while not self._ended:
-                self._answer(self._line.receive())
+            while not self._is_shut_down:
+                self._answer(self._channel.receive())
         except ConnectionLostError as lost:
             self._on_disconnect(str(lost))
         finally:
-            self._line.close()
+            self._channel.close()
 
     def _on_disconnect(self, why: str) -> None:
-        """The agent is gone: everything comes to rest, if it has not already."""
+        """Bring everything to rest after the agent is gone, if it has not come to rest already."""
         self._plant.stop()
         for skill in self._skills:
             self._plant.skill_ended(skill, finished=False)
         self._skills.clear()
-        self._log("let-go", why=why, amid_motion=self._dead)
+        self._log("let-go", why=why, amid_motion=self._is_agent_lost)
 
     def _answer(self, message: Mapping[str, Any]) -> None:
-        doing = _HANDLERS.get(message.get("do", ""))
-        if doing is None:
-            raise ConnectionLostError(f"nobody can do {message.get('do')!r}")
+        handler = _HANDLERS.get(message.get("do", ""))
+        if handler is None:
+            raise ConnectionLostError(f"unknown request {message.get('do')!r}")
         try:
-            reply = doing(self, message)
+            reply = handler(self, message)
         except (KeyError, TypeError, ValueError, AttributeError) as fault:
-            raise ConnectionLostError(f"what was asked for makes no sense: {fault}") from fault
-        if self._dead:
-            raise ConnectionLostError("the agent did not say that a tick was in order")
-        assert self._line is not None  # noqa: S101  answered only while there is somebody
-        self._line.send({"is": reply})
+            raise ConnectionLostError(f"malformed request: {fault}") from fault
+        if self._is_agent_lost:
+            raise ConnectionLostError("the agent did not confirm a tick in time")
+        assert self._channel is not None  # noqa: S101  answers only while an agent is connected
+        self._channel.send({"is": reply})
 
-    # What an agent may ask for.
+    # Requests of an agent.
 
     def _now(self, message: Mapping[str, Any]) -> Any:
         return self._plant.now()
 
     def _observe(self, message: Mapping[str, Any]) -> Any:
-        return {name: [one.value, one.time] for name, one in self._plant.observe().items()}
+        return {name: [reading.value, reading.time] for name, reading in self._plant.observe().items()}
 
     def _plan(self, message: Mapping[str, Any]) -> Any:
         plan = self._plant.plan(_decode_action(message))
         number = self._plans[0] + 1
         self._plans = (number, plan)
-        told = {"number": number, "plan": encode_plan(plan)}
+        reply = {"number": number, "plan": encode_plan(plan)}
         if isinstance(plan, Trajectory) and plan.body is not self._body:
             self._body = plan.body
-            told["body"] = encode_body(plan.body)
-        return told
+            reply["body"] = encode_body(plan.body)
+        return reply
 
     def _begin(self, message: Mapping[str, Any]) -> Any:
         number, plan = self._plans
         decided = plan if message["plan"] is not None and message["plan"] == number else None
         if message["plan"] is not None and decided is None:
-            return encode_plan(
-                MotionCompletion(False, "stale: what was decided is not what was planned last")
-            )
-        begun = self._plant.begin(_decode_action(message), decided)
-        return encode_plan(begun) if isinstance(begun, MotionCompletion) else begun
+            return encode_plan(MotionCompletion(False, "stale: the decided plan is not the latest one"))
+        motion = self._plant.begin(_decode_action(message), decided)
+        return encode_plan(motion) if isinstance(motion, MotionCompletion) else motion
 
     def _advance(self, message: Mapping[str, Any]) -> Any:
         until = float("inf") if message["until"] is None else message["until"]
@@ -143,21 +149,21 @@ class PlantHost:
         return [[motion, encode_plan(how)] for motion, how in ended.items()]
 
     def _ask_monitor(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """What the agent says of a tick; of an agent that says nothing, that it is gone."""
-        if self._dead:
+        """Ask the agent to judge a tick; the dead-man rule if it does not answer."""
+        if self._is_agent_lost:
             return DEAD_MAN_RULE
-        assert self._line is not None  # noqa: S101
+        assert self._channel is not None  # noqa: S101
         try:
-            self._patient.settimeout(self._patience)
-            self._line.send({"tick": now, "measured": measured})
-            while "rule" not in (message := self._line.receive()):
+            self._connection.settimeout(self._agent_timeout_s)
+            self._channel.send({"tick": now, "measured": measured})
+            while "rule" not in (message := self._channel.receive()):
                 self._answer(message)
         except ConnectionLostError:
-            self._dead = True
+            self._is_agent_lost = True
             return DEAD_MAN_RULE
         finally:
             with suppress(OSError):
-                self._patient.settimeout(None)
+                self._connection.settimeout(None)
         rule: str | None = message["rule"]
         return rule
 
@@ -181,11 +187,11 @@ class PlantHost:
     def _shut_down(self, message: Mapping[str, Any]) -> Any:
         self._plant.stop()
         self._log("ended")
-        self._ended = True
+        self._is_shut_down = True
 
     def _log(self, event: str, **more: Any) -> None:
-        values = {name: one.value for name, one in self._plant.observe().items()}
-        self._tell_it({"event": event, "time": self._plant.now(), **more, "measured": values})
+        values = {name: reading.value for name, reading in self._plant.observe().items()}
+        self._write_event({"event": event, "time": self._plant.now(), **more, "measured": values})
 
 
 def _decode_action(message: Mapping[str, Any]) -> Action:
@@ -209,12 +215,20 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
 
 
 class HostLog:
-    """Writes what a host tells as lines of JSON."""
+    """A log that appends a host's events to a file, one line of JSON each.
+
+    Args:
+        path: of the file.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def __call__(self, event: Mapping[str, Any]) -> None:
-        """Write one line."""
+        """Append one event.
+
+        Args:
+            event: its values; those that JSON cannot hold must convert to float.
+        """
         with self._path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(event, default=float) + "\n")

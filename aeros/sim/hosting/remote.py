@@ -1,4 +1,4 @@
-"""A hosted plant as the agent's process has it: a `ports.Plant` whose other end is in another process."""
+"""The agent's end of a hosted plant: a `ports.Plant` that forwards every call to another process."""
 
 from __future__ import annotations
 
@@ -26,9 +26,15 @@ HOST_TIMEOUT_S: Final = 600.0
 
 
 class RemotePlant:
-    """Implements `aeros.runtime.ports.Plant` by the plant hosted at `path`.
+    """Implementation of `aeros.runtime.ports.Plant` by a plant that `PlantHost` serves.
 
-    Raises `ConnectionLostError`, which is a `ConnectionError`, where that is gone.
+    Every method raises `ConnectionLostError`, which is a `ConnectionError`, if the host is gone.
+
+    Args:
+        path: of the host's socket.
+
+    Raises:
+        OSError: nothing listens there.
     """
 
     def __init__(self, path: Path) -> None:
@@ -38,59 +44,59 @@ class RemotePlant:
         except OSError:
             connection.close()
             raise
-        self._line = MessageChannel(connection, HOST_TIMEOUT_S)
+        self._channel = MessageChannel(connection, HOST_TIMEOUT_S)
         self._body: RobotBody | None = None
         self._planned: tuple[int, PlannedMotion] | None = None
         self._is_open = True
 
     def now(self) -> float:
-        """See `Plant`."""
+        """Implement `Plant.now`."""
         return float(self._call("now"))
 
     def observe(self) -> Readings:
-        """See `Plant`."""
-        told = self._call("observe")
-        return {name: Reading(decode_value(value), time) for name, (value, time) in told.items()}
+        """Implement `Plant.observe`."""
+        reply = self._call("observe")
+        return {name: Reading(decode_value(value), time) for name, (value, time) in reply.items()}
 
     def plan(self, action: Action) -> PlannedMotion:
-        """See `Plant`."""
-        untold = _encoding_problem(action)
-        if untold is not None:
-            return untold
-        told = self._call("plan", **_encode_action(action))
-        if "body" in told:
-            self._body = decode_body(told["body"])
-        plan = decode_plan(told["plan"], self._body)
-        self._planned = (told["number"], plan)
+        """Implement `Plant.plan`."""
+        refusal = _encoding_problem(action)
+        if refusal is not None:
+            return refusal
+        reply = self._call("plan", **_encode_action(action))
+        if "body" in reply:
+            self._body = decode_body(reply["body"])
+        plan = decode_plan(reply["plan"], self._body)
+        self._planned = (reply["number"], plan)
         return plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """See `Plant`."""
-        untold = _encoding_problem(action)
-        if untold is not None:
-            return untold
+        """Implement `Plant.begin`."""
+        refusal = _encoding_problem(action)
+        if refusal is not None:
+            return refusal
         number = None
         if decided is not None:
-            # What is none of this plant's own plans is none of the host's either.
+            # A plan that this plant did not make is not one of the host's either.
             number = self._planned[0] if self._planned and self._planned[1] is decided else -1
-        told = self._call("begin", plan=number, **_encode_action(action))
+        reply = self._call("begin", plan=number, **_encode_action(action))
         return (
-            MotionCompletion(told["completed"], told["reason"])
-            if isinstance(told, dict)
-            else MotionHandle(told)
+            MotionCompletion(reply["completed"], reply["reason"])
+            if isinstance(reply, dict)
+            else MotionHandle(reply)
         )
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """See `Plant`; the host waits at every tick for what `monitor` says of it."""
-        self._line.send({"do": "advance", "until": None if until == inf else until})
+        """Implement `Plant.advance`; the host waits at every tick for the verdict of `monitor`."""
+        self._channel.send({"do": "advance", "until": None if until == inf else until})
         failure: BaseException | None = None
-        while "is" not in (message := self._line.receive()):
+        while "is" not in (message := self._channel.receive()):
             measured = {name: decode_value(value) for name, value in message["measured"].items()}
             try:
                 rule = monitor(message["tick"], measured)
             except BaseException as raised:
                 failure, rule = raised, "the monitor failed"
-            self._line.send({"rule": rule})
+            self._channel.send({"rule": rule})
         if failure is not None:
             raise failure
         return {
@@ -99,43 +105,43 @@ class RemotePlant:
         }
 
     def halt(self, motion: MotionHandle) -> None:
-        """See `Plant`."""
+        """Implement `Plant.halt`."""
         self._call("halt", motion=motion)
 
     def stop(self) -> None:
-        """See `Plant`."""
+        """Implement `Plant.stop`."""
         self._call("stop")
 
     def skill_began(self, skill: str) -> None:
-        """See `Plant`."""
+        """Implement `Plant.skill_began`."""
         self._call("skill-began", skill=skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """See `Plant`."""
+        """Implement `Plant.skill_ended`."""
         self._call("skill-ended", skill=skill, finished=finished)
 
     def shut_down_host(self) -> None:
-        """Let the host end with its plant, and leave."""
+        """Shut down the host with its plant, and disconnect."""
         self._call("end")
         self.close()
 
     def close(self) -> None:
-        """Leave: the host stops the plant and waits for another agent.  Safe to call twice."""
+        """Disconnect: the host stops the plant and waits for another agent. Safe to call twice."""
         if self._is_open:
             self._is_open = False
             with suppress(OSError):
-                self._line.close()
+                self._channel.close()
 
     def _call(self, what: str, **about: Any) -> Any:
-        self._line.send({"do": what, **about})
-        return self._line.receive()["is"]
+        self._channel.send({"do": what, **about})
+        return self._channel.receive()["is"]
 
 
 def _encoding_problem(action: Action) -> MotionCompletion | None:
-    """Why an action cannot be put into words, if so; no plant knows what to do with such a value."""
+    """Return a refusal if a parameter of the action cannot be encoded; no plant accepts such values."""
     for name, value in action.parameters.items():
         if not _is_json_value(value):
-            return MotionCompletion(False, f"bad parameter: `{name}` is of a type that no plant knows")
+            return MotionCompletion(False, f"bad parameter: `{name}` has an unsupported type")
     return None
 
 

@@ -1,7 +1,7 @@
-"""What agent and hosted plant say to each other: length-prefixed JSON over a local socket.
+"""Messages between an agent and a hosted plant: length-prefixed JSON over a local socket.
 
-Values come as they were: doubles to the last bit, tuples as tuples.  What is not of this form ends the
-conversation, and so stops the plant.
+Values arrive unchanged: doubles to the last bit, tuples as tuples. A malformed message ends the connection,
+and so stops the plant.
 """
 
 from __future__ import annotations
@@ -28,13 +28,15 @@ _MAX_MESSAGE_BYTES: Final = 64 * 1024 * 1024
 
 
 class ConnectionLostError(ConnectionError):
-    """The other end is gone, or silent for too long, or makes no sense."""
+    """The other end is gone, does not answer in time, or sends malformed messages."""
 
 
 class MessageChannel:
-    """One end of the conversation.
+    """One end of the connection.
 
-    patience: real seconds for each message of the other end; None to wait for ever.
+    Args:
+        connection: a connected socket; the channel owns it.
+        timeout_s: real seconds to wait for each read or write; None to wait for ever.
     """
 
     def __init__(self, connection: socket.socket, timeout_s: float | None) -> None:
@@ -42,28 +44,42 @@ class MessageChannel:
         connection.settimeout(timeout_s)
 
     def send(self, message: Mapping[str, Any]) -> None:
-        """Send one message; raises `ConnectionLostError`."""
+        """Send one message.
+
+        Args:
+            message: values that JSON can hold, `Reading`s, and numbers that convert to float.
+
+        Raises:
+            ConnectionLostError: it cannot be sent.
+        """
         body = json.dumps(message, default=_json_default).encode()
         try:
             self._connection.sendall(_LENGTH_PREFIX.pack(len(body)) + body)
         except OSError as failure:
-            raise ConnectionLostError(f"nothing can be said any more: {failure}") from failure
+            raise ConnectionLostError(f"cannot send: {failure}") from failure
 
     def receive(self) -> dict[str, Any]:
-        """The next message; raises `ConnectionLostError`."""
+        """Receive the next message.
+
+        Returns:
+            The JSON object; see `decode_value` for its values.
+
+        Raises:
+            ConnectionLostError: none arrives in time, or it is malformed.
+        """
         (length,) = _LENGTH_PREFIX.unpack(self._receive_bytes(_LENGTH_PREFIX.size))
         if length > _MAX_MESSAGE_BYTES:
-            raise ConnectionLostError(f"a message of {length} bytes is none")
+            raise ConnectionLostError(f"message of {length} bytes exceeds the limit of {_MAX_MESSAGE_BYTES}")
         try:
             message = json.loads(self._receive_bytes(length))
         except ValueError as failure:
-            raise ConnectionLostError(f"what was said is no message: {failure}") from failure
+            raise ConnectionLostError(f"received data is not a message: {failure}") from failure
         if not isinstance(message, dict):
-            raise ConnectionLostError("what was said is no message")
+            raise ConnectionLostError("received data is not a message")
         return message
 
     def close(self) -> None:
-        """Hang up; safe to call twice."""
+        """Close the connection; safe to call twice."""
         self._connection.close()
 
     def _receive_bytes(self, count: int) -> bytes:
@@ -72,23 +88,30 @@ class MessageChannel:
             try:
                 part = self._connection.recv(min(count, 1 << 20))
             except OSError as failure:
-                raise ConnectionLostError(f"nothing is heard any more: {failure}") from failure
+                raise ConnectionLostError(f"cannot receive: {failure}") from failure
             if not part:
-                raise ConnectionLostError("the other end hung up")
+                raise ConnectionLostError("connection closed by peer")
             parts.append(part)
             count -= len(part)
         return b"".join(parts)
 
 
 def _json_default(value: object) -> object:
-    """What JSON does not know: readings, and the numbers of NumPy."""
+    """Encode values that JSON cannot hold: readings, and the numbers of NumPy."""
     if isinstance(value, Reading):
         return {"reading": [value.value, value.time]}
-    return float(value)  # type: ignore[arg-type]  # raises TypeError for what is no number
+    return float(value)  # type: ignore[arg-type]  # raises TypeError for anything but a number
 
 
 def decode_value(value: Any) -> Any:
-    """A value as it was before it was said."""
+    """Restore a value from JSON: lists become tuples, encoded readings become `Reading`s.
+
+    Args:
+        value: as `json.loads` returns it.
+
+    Returns:
+        The value as it was sent.
+    """
     if type(value) is list:
         return tuple(decode_value(part) for part in value)
     if type(value) is dict:
@@ -98,7 +121,14 @@ def decode_value(value: Any) -> Any:
 
 
 def encode_plan(plan: PlannedMotion) -> dict[str, Any]:
-    """A plan as a message, its body left out."""
+    """Encode a plan as a message, without its body.
+
+    Args:
+        plan: the plan.
+
+    Returns:
+        Values that JSON can hold.
+    """
     match plan:
         case MotionCompletion(completed=completed, reason=reason):
             return {"completed": completed, "reason": reason}
@@ -116,7 +146,7 @@ def encode_plan(plan: PlannedMotion) -> dict[str, Any]:
 
 
 _SERVO_FIELDS: Final = (
-    "slack",
+    "joint_tolerance",
     "speed",
     "acceleration",
     "jerk",
@@ -126,27 +156,56 @@ _SERVO_FIELDS: Final = (
 )
 
 
-def decode_plan(told: Mapping[str, Any], body: RobotBody | None) -> PlannedMotion:
-    """The plan that was told of; `body`: of a trajectory."""
-    if "completed" in told:
-        return MotionCompletion(told["completed"], told["reason"])
-    if "motionless" in told:
-        return NoMotion(told["motionless"])
+def decode_plan(message: Mapping[str, Any], body: RobotBody | None) -> PlannedMotion:
+    """Decode a plan.
+
+    Args:
+        message: of `encode_plan`.
+        body: the robot's body, for a trajectory; None if none was received.
+
+    Returns:
+        The plan.
+
+    Raises:
+        ConnectionLostError: the plan is a trajectory, and there is no body.
+    """
+    if "completed" in message:
+        return MotionCompletion(message["completed"], message["reason"])
+    if "motionless" in message:
+        return NoMotion(message["motionless"])
     if body is None:
-        raise ConnectionLostError("it tells of a motion, and never told of the body that moves")
-    servo = None if told["servo"] is None else ServoBounds(*decode_value(told["servo"]))
-    paths, base, way = decode_value(told["paths"]), decode_value(told["base"]), decode_value(told["way"])
-    return Trajectory(body, paths, base, way, told["duration"], servo)
+        raise ConnectionLostError("plan refers to a body that was never sent")
+    servo = None if message["servo"] is None else ServoBounds(*decode_value(message["servo"]))
+    paths, base, way = (
+        decode_value(message["paths"]),
+        decode_value(message["base"]),
+        decode_value(message["way"]),
+    )
+    return Trajectory(body, paths, base, way, message["duration"], servo)
 
 
 def encode_body(body: RobotBody) -> dict[str, Any]:
-    """A body as a message."""
+    """Encode a robot's body as a message.
+
+    Args:
+        body: the body.
+
+    Returns:
+        Values that JSON can hold.
+    """
     return {"rows": body.dh_rows, "tool": body.tool_offset, "balls": body.balls}
 
 
-def decode_body(told: Mapping[str, Any]) -> RobotBody:
-    """The body that was told of."""
+def decode_body(message: Mapping[str, Any]) -> RobotBody:
+    """Decode a robot's body.
+
+    Args:
+        message: of `encode_body`.
+
+    Returns:
+        The body.
+    """
     balls = tuple(
-        Ball(link, joint, decode_value(centre), radius) for link, joint, centre, radius in told["balls"]
+        Ball(link, joint, decode_value(centre), radius) for link, joint, centre, radius in message["balls"]
     )
-    return RobotBody(decode_value(told["rows"]), decode_value(told["tool"]), balls)
+    return RobotBody(decode_value(message["rows"]), decode_value(message["tool"]), balls)

@@ -1,1 +1,1 @@
-"""The kinematic plant: profiles followed exactly, things moved by geometry alone; no PyBullet."""
+"""The kinematic plant: profiles are followed exactly, objects move by geometry alone; no PyBullet."""

@@ -1,9 +1,9 @@
-"""Things that are gripped, carried and let go, by geometry alone.
+"""Objects that are gripped, carried and released, by geometry alone.
 
-What is gripped moves with the tool, and so does what lies on it; what is let go falls at once on what is
-under it, and stays.  Everything is upright.
-Not modelled: friction, so nothing slips; that closing fingers shift or turn what they grip; things and
-links that meet, but for what is held and pressed on a surface.
+A gripped object moves with the tool, and so does what lies on it. A released object falls at once onto what
+is under it and stays there. Everything is upright.
+Not modelled: friction, so nothing slips; shift or turn of an object by closing fingers; collisions of
+objects and links, except that a held object presses on a surface.
 """
 
 from __future__ import annotations
@@ -16,42 +16,66 @@ from typing import Final, NamedTuple
 from aeros.sim.geometry import Pose, Vector3, to_frame, to_world, yaw_of, yaw_orientation
 
 STIFFNESS: Final = 10_000.0
-"""Force per depth by which what is pressed on a surface would be below it, N/m.  Chosen, not measured: the
-4 N that skills press with are 0.4 mm, and force control closes its loop at 5 rad/s, far below its filter."""
+"""Contact stiffness: force per depth of a pressed object below the surface, N/m. Chosen, not measured: the
+4 N that skills press with are 0.4 mm, and force control closes its loop at 5 rad/s, far below its
+filter."""
 
 PAD_HALF_LENGTH: Final = 0.009
 """Finger pads reach this far above and below the tool centre point, m."""
 
 
 class Surface(NamedTuple):
-    """A level surface: the pose of its middle, and its half edges, m."""
+    """A horizontal rectangle.
+
+    Attributes:
+        centre: pose of its middle, in W or in an object's frame.
+        half: half of its length and width, m.
+    """
 
     centre: Pose
     half: tuple[float, float]
 
     def is_under(self, place: Vector3) -> bool:
-        """Whether `place` is over it."""
+        """Return True if a position is over the rectangle, up to 5 mm below its height.
+
+        Args:
+            place: in the frame that `centre` is in, m.
+        """
         x, y, z = to_frame(self.centre, place)
         return abs(x) <= self.half[0] and abs(y) <= self.half[1] and z >= -_CONTACT_TOLERANCE
 
 
 _CONTACT_TOLERANCE: Final = 0.005
-"""How far below a surface a place still counts as over it, m: what is pressed on it is on it."""
+"""Depth below a surface up to which a position counts as over it, m: a pressed object is still on it."""
 
 
 def slab(x: float, y: float, top: float, length: float, width: float, yaw: float = 0.0) -> Surface:
-    """The surface around (x, y) at height `top`, all in m."""
+    """Make a horizontal rectangle around (x, y).
+
+    Args:
+        x: of its middle, m.
+        y: of its middle, m.
+        top: its height, m.
+        length: along x at yaw 0, m.
+        width: along y at yaw 0, m.
+        yaw: rad.
+
+    Returns:
+        The surface, in the frame of the coordinates.
+    """
     return Surface(Pose((x, y, top), yaw_orientation(yaw)), (length / 2, width / 2))
 
 
 @dataclass
 class GraspableObject:
-    """Something that fingers can close on.
+    """An object that fingers can close on.
 
-    pose: of its own frame, in W.
-    low, high: corners of the part to grip, in that frame, m.
-    foot: from its frame's origin down to its underside, m.
-    carries: its top as something others lie on, in its frame; None if nothing can.
+    Attributes:
+        pose: of its own frame, in W.
+        low: lowest corner of the part to grip, in that frame, m.
+        high: highest corner of that part, m.
+        underside_depth: from its frame's origin down to its underside, m.
+        top_surface: its top as a support for others, in its frame; None if nothing can lie on it.
     """
 
     pose: Pose
@@ -61,9 +85,15 @@ class GraspableObject:
     top_surface: Surface | None = None
 
     def width_between(self, tool: Pose) -> float | None:
-        """How wide it is along the fingers' way, y of the tool; None where it is not between the pads.
+        """Measure the object between the fingers, along y of the tool.
 
-        The box turned in the fingers is as wide as its corners are apart.
+        An object turned in the fingers is as wide as the extent of its corners.
+
+        Args:
+            tool: pose of the tool in W.
+
+        Returns:
+            The width, m; None if it is not between the pads.
         """
         x, y, z = to_frame(self.pose, tool.position)
         within = self.low[0] <= x <= self.high[0] and self.low[1] <= y <= self.high[1]
@@ -77,78 +107,121 @@ class GraspableObject:
         return length * abs(aside) + width * abs(ahead)
 
     def move_with_gripper(self, target: Pose, support: float) -> float:
-        """Go where the fingers take it, as far as it can; the force with which it is pressed down, N."""
+        """Move with the fingers, but not below the supporting surface.
+
+        Args:
+            target: pose in W that the fingers ask for.
+            support: height of the surface under it in W, m.
+
+        Returns:
+            The force with which it is pressed down, N.
+        """
         x, y, z = target.position
         lowest = support + self.underside_depth
         self.pose = Pose((x, y, max(z, lowest)), target.orientation)
         return STIFFNESS * max(0.0, lowest - z)
 
     def drop_onto_support(self, support: float) -> None:
-        """Lie on what is under it."""
+        """Fall onto the surface below.
+
+        Args:
+            support: height of that surface in W, m.
+        """
         x, y, _ = self.pose.position
         self.pose = Pose((x, y, support + self.underside_depth), self.pose.orientation)
 
 
 @dataclass
 class CylindricalObject(GraspableObject):
-    """A thing that is round about its own z axis."""
+    """An object that is round about its own z axis."""
 
     def _span(self, turn: float) -> float:
         return self.high[1] - self.low[1]
 
 
 class ObjectSet:
-    """All that can be gripped, and the fixed surfaces under it.  At the start everything falls."""
+    """All graspable objects and the fixed surfaces under them.
+
+    At the start every object falls onto the surface under it.
+
+    Args:
+        things: the objects.
+        slabs: the fixed surfaces, in W.
+
+    Attributes:
+        load: force with which hand and held objects press down, N.
+    """
 
     def __init__(self, things: Sequence[GraspableObject], slabs: Sequence[Surface]) -> None:
         self._things = tuple(things)
         self._slabs = tuple(slabs)
-        # What moves with the tool: where it is in the tool's frame, and its turn against it.
+        # Held objects by index: position in the tool's frame, m, and yaw relative to the tool, rad.
         self._held: dict[int, tuple[Vector3, float]] = {}
         self.load = 0.0
         for thing in self._things:
             thing.drop_onto_support(self._support(thing.pose.position, thing))
 
     def holds(self, thing: GraspableObject) -> bool:
-        """Whether the fingers hold it, or what it lies on."""
+        """Return True if the fingers hold an object, or one that it lies on.
+
+        Args:
+            thing: one of the objects.
+        """
         return any(self._things[number] is thing for number in self._held)
 
     def is_lifted(self, thing: GraspableObject) -> bool:
-        """Whether `thing` touches nothing under it."""
+        """Return True if an object touches nothing under it.
+
+        Args:
+            thing: one of the objects.
+        """
         place = thing.pose.position
         return place[2] - thing.underside_depth > self._support(place, thing) + 1e-6
 
     @property
     def is_holding(self) -> bool:
-        """Whether the fingers hold anything."""
+        """True if the fingers hold anything."""
         return bool(self._held)
 
     def width_between(self, tool: Pose) -> float | None:
-        """The width of what is between the fingers, m."""
+        """Measure the widest object between the fingers.
+
+        Args:
+            tool: pose of the tool in W.
+
+        Returns:
+            Its width along y of the tool, m; None if there is none.
+        """
         widths = (thing.width_between(tool) for thing in self._things)
         return max((width for width in widths if width is not None), default=None)
 
     def grip(self, tool: Pose) -> None:
-        """Hold what is between the fingers, with all that lies on it."""
+        """Attach the objects between the fingers, and all that lies on them, to the tool.
+
+        Args:
+            tool: pose of the tool in W.
+        """
         for number, thing in enumerate(self._things):
             if thing.width_between(tool) is None:
                 continue
-            for one in (number, *self._stacked_on(thing)):
-                pose = self._things[one].pose
+            for attached in (number, *self._stacked_on(thing)):
+                pose = self._things[attached].pose
                 turn = yaw_of(pose.orientation) - yaw_of(tool.orientation)
-                self._held[one] = (to_frame(tool, pose.position), turn)
+                self._held[attached] = (to_frame(tool, pose.position), turn)
 
     def release(self) -> None:
-        """Let everything fall that was held: what was gripped first, then what lies on it."""
+        """Drop all held objects: the gripped ones first, then those that lie on them."""
         for number in list(self._held):
             del self._held[number]
             thing = self._things[number]
             thing.drop_onto_support(self._support(thing.pose.position, thing))
 
     def tick(self, tool: Pose, gap: float) -> None:
-        """Move what is held with the tool, and measure how hard the hand presses down.
+        """Move held objects with the tool, and update `load`.
 
-        gap: between the fingers, m.
+        Args:
+            tool: pose of the tool in W.
+            gap: between the fingers, m.
         """
         tips = [to_world(tool, (0.0, side * gap / 2.0, 0.0)) for side in (-1.0, 1.0)]
         below = max(self._highest(self._slabs, tip) - tip[2] + PAD_HALF_LENGTH for tip in tips)
@@ -156,8 +229,8 @@ class ObjectSet:
         yaw = yaw_of(tool.orientation)
         for number, (place, turn) in self._held.items():
             thing = self._things[number]
-            wanted = Pose(to_world(tool, place), yaw_orientation(yaw + turn))
-            self.load += thing.move_with_gripper(wanted, self._support(wanted.position, thing))
+            target = Pose(to_world(tool, place), yaw_orientation(yaw + turn))
+            self.load += thing.move_with_gripper(target, self._support(target.position, thing))
 
     def _stacked_on(self, thing: GraspableObject) -> list[int]:
         top = _top_surface(thing)
@@ -168,17 +241,19 @@ class ObjectSet:
         ]
 
     def _support(self, place: Vector3, thing: GraspableObject) -> float:
-        """The height of the highest surface under `thing`, which is at `place`, m."""
+        """Return the height of the highest surface under `thing` at `place`, m."""
         tops = [_top_surface(other) for other in self._things if other is not thing and not self.holds(other)]
         return self._highest([*self._slabs, *(top for top in tops if top is not None)], place)
 
     @staticmethod
     def _highest(surfaces: Sequence[Surface], place: Vector3) -> float:
-        return max((one.centre.position[2] for one in surfaces if one.is_under(place)), default=-inf)
+        return max(
+            (surface.centre.position[2] for surface in surfaces if surface.is_under(place)), default=-inf
+        )
 
 
 def _top_surface(thing: GraspableObject) -> Surface | None:
-    """Where others lie on it, in W."""
+    """Return the top surface of an object in W."""
     if thing.top_surface is None:
         return None
     middle = to_world(thing.pose, thing.top_surface.centre.position)

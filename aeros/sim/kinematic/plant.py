@@ -1,7 +1,7 @@
-"""The kinematic plant: decided profiles followed exactly, 240 ticks a second, things moved by geometry.
+"""The kinematic plant: decided profiles are followed exactly at 240 ticks a second; objects move by geometry.
 
-Implements `aeros.runtime.ports.Plant`, the middle rung of the fidelity ladder: motions are the physics
-plant's own, but no motor, friction or inertia is between a set point and where the robot is.
+It implements `aeros.runtime.ports.Plant` with medium fidelity: motions are those of the physics plant, but
+without motors, friction or inertia between a set point and the robot's position.
 """
 
 from __future__ import annotations
@@ -11,15 +11,20 @@ from typing import Any
 
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
+from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.motions import BlockedError
-from aeros.sim.ticked_plant import TickingPlant
 
 
-class KinematicPlant(TickingPlant):
-    """A scene in motion.  Its clock starts at 0."""
+class KinematicPlant(FixedStepPlant):
+    """A scene simulated without physics; its clock starts at 0.
+
+    Args:
+        scene: objects, cameras and how the robot is built.
+        seed: of the layout.
+    """
 
     def __init__(self, scene: KinematicScene, seed: int) -> None:
         self._scene = scene
@@ -33,23 +38,23 @@ class KinematicPlant(TickingPlant):
             )
 
     def now(self) -> float:
-        """Simulated seconds since the scene was laid out."""
+        """Implement `Plant.now`: simulated seconds since the scene was laid out."""
         return self._ticks * TICK
 
     def observe(self) -> Readings:
-        """Robot and scene now; what cameras saw, with the time they saw it."""
+        """Implement `Plant.observe`: robot and scene now, and the latest detection of each camera."""
         time = self.now()
         values = {
             **self._fast_values(),
             "holding": self._robot.is_holding(),
             **self._scene.measure(self._state, time),
         }
-        return {**self._seen, **{name: Reading(value, time) for name, value in values.items()}}
+        return {**self._detections, **{name: Reading(value, time) for name, value in values.items()}}
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Implement `Plant.close`: nothing to release."""
 
-    # Inside.
+    # Internals.
 
     def _detect(self, camera: str) -> Mapping[str, Any]:
         return self._scene.detect(camera, self._state, self._robot.tool_command()[1], self.now())
@@ -66,8 +71,18 @@ class KinematicPlant(TickingPlant):
 
 
 def make_plant(scene_name: str, seed: int) -> KinematicPlant:
-    """A plant with scene `scene_name`, laid out by `seed` as the physics plant lays it out.
+    """Make a kinematic plant with a scene that comes with AEROS.
 
-    The same scene, seed and actions repeat bit for bit.  Raises KeyError for an unknown scene.
+    The same scene, seed and actions repeat bit for bit.
+
+    Args:
+        scene_name: a key of `aeros.sim.kinematic.scenes.SCENES`.
+        seed: of the layout, which is that of the physics plant with this seed.
+
+    Returns:
+        The plant, its clock at 0.
+
+    Raises:
+        KeyError: no scene has that name.
     """
     return KinematicPlant(SCENES[scene_name](), seed)

@@ -1,4 +1,4 @@
-"""A Panda that is exactly where its set points say, on the chain of its Denavit–Hartenberg parameters."""
+"""A Panda whose joints are exactly at their set points."""
 
 from __future__ import annotations
 
@@ -15,16 +15,20 @@ from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, Vector
 from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
 
 BLOCKING_FORCE: Final = 100.0
-"""Force on what is under hand or load beyond which an arm no longer follows its set points, N."""
+"""Force on what is under hand or load above which the arm no longer follows its set points, N."""
 
 _MAX_GAP_STEP: Final = 2.0 * FINGER_SPEED * TICK
-"""How far the gap between the fingers changes in a tick at most, m."""
+"""Greatest change of the gap between the fingers per tick, m."""
 
 
 class KinematicRobot(Robot):
-    """Set points are reached in the tick after they are set; fingers stop at what is between them.
+    """A robot that reaches its set points in the next tick; its fingers stop at what is between them.
 
     Torques are those that hold the load at the tool, Jᵀ·f; weight and inertia are not modelled.
+
+    Args:
+        options: how it is built.
+        objects: the objects that it can grip.
     """
 
     def __init__(self, options: RobotOptions, objects: ObjectSet) -> None:
@@ -37,27 +41,30 @@ class KinematicRobot(Robot):
         self._state = self._sense()
 
     def command(self, q: Vector, qd: Vector) -> None:
-        """Set the arm's set points, rad and rad/s, for the next tick."""
+        """Implement `Robot.command`."""
         self.q_command, self.qd_command = q, qd
 
     def command_base(self, xy: Vector, speed: Vector) -> None:
-        """Set the carriage's set points relative to its start, m and m/s, for the next tick."""
+        """Implement `Robot.command_base`."""
         self.base_command, self.base_speed_command = xy, speed
 
     def grip(self, width: float, force: float) -> None:
-        """Move the fingers to a gap of `width` (m), or until something is between them."""
+        """Implement `Robot.grip`: the fingers stop at what is between them."""
         self._width, self._force = width, force
 
     def followed_set_points(self) -> tuple[Vector, Vector]:
-        """The set points, but at rest where the hand is blocked: what it presses on does not give way."""
+        """Implement `Robot.followed_set_points`: at rest where the hand is blocked.
+
+        What the hand presses on does not yield.
+        """
         return self.q_command, np.zeros(7) if self._things.load > BLOCKING_FORCE else self.qd_command
 
     def followed_base_set_points(self) -> tuple[Vector, Vector]:
-        """The set points: nothing hinders the carriage."""
+        """Implement `Robot.followed_base_set_points`: nothing hinders the carriage."""
         return self.base_command, self.base_speed_command
 
     def tick(self) -> None:
-        """Be where the set points are, fingers one tick nearer to their width, and what is held with them."""
+        """Move arm and base to their set points, the fingers by one tick, and held objects along."""
         self._posture = tool_kinematics(self.q_command.tolist())
         tool = self._tool_pose()
         self._move_fingers(tool)
@@ -65,20 +72,20 @@ class KinematicRobot(Robot):
         self._state = self._sense()
 
     def read_sensors(self) -> RobotState:
-        """Where the robot is, and how fast it moves."""
+        """Implement `Robot.read_sensors`."""
         return self._state
 
     def finger_forces(self) -> tuple[float, float]:
-        """The force asked for, on both fingers, where something is between them, N."""
+        """Implement `Robot.finger_forces`: the commanded force if something is held, else 0."""
         force = self._force if self._things.is_holding else 0.0
         return force, force
 
     def contact_force(self) -> float:
-        """The force with which hand and load press on what is under them, N; no weight."""
+        """Implement `Robot.contact_force`: of hand and load on what is under them, without weight."""
         return abs(self._things.load)
 
     def wrist_vertical_force(self) -> float:
-        """The force with which hand and load press on what is under them, N; no weight."""
+        """Implement `Robot.wrist_vertical_force`: the force of hand and load, without weight."""
         return self._things.load
 
     def _move_fingers(self, tool: Pose) -> None:

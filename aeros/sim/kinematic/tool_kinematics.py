@@ -1,6 +1,6 @@
-"""The Panda's tool for one posture, in plain numbers: what `sim.kinematics.forward` computes for many.
+"""Tool kinematics of the Panda for one posture in plain numbers; `robot.kinematics` does it for many.
 
-For a single posture NumPy's calls cost ten times what they compute.
+For a single posture, NumPy's call overhead is ten times the computation.
 """
 
 from __future__ import annotations
@@ -17,7 +17,13 @@ _MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)
 
 
 class ToolKinematics(NamedTuple):
-    """The tool's place p_BT, m, its yaw, rad, and how it moves with each joint: ∂p_BT/∂q, m."""
+    """Pose and Jacobian of the tool.
+
+    Attributes:
+        position: p_BT, m.
+        yaw: in B, rad.
+        jacobian: ∂p_BT/∂q, for each joint a vector in B, m/rad.
+    """
 
     position: Triple
     yaw: float
@@ -25,7 +31,14 @@ class ToolKinematics(NamedTuple):
 
 
 def tool_kinematics(q: Sequence[float]) -> ToolKinematics:
-    """Compute the tool's place, its yaw, and its derivatives by the joints, at joint positions `q`, rad."""
+    """Compute the tool's position, its yaw, and the derivatives of the position by the joints.
+
+    Args:
+        q: joint positions (7), rad.
+
+    Returns:
+        Pose and Jacobian in B.
+    """
     frames = frames_of(_MOUNTINGS, q)
     _, x, y, _ = frames[-1]
     tool = frames[-1].to_base(PANDA_BODY.tool_offset)

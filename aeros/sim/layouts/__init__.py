@@ -1,1 +1,1 @@
-"""Where the things of a scene are at the start, and what follows from where they are: no simulator."""
+"""Initial positions in each scene and the measurements that follow from positions, without a simulator."""

@@ -1,4 +1,4 @@
-"""A bench for making one dumpling: wrapper on a tray, filling on a stand, folding press, pot.
+"""Layout of a bench for making one dumpling: wrapper on a tray, filling on a stand, folding press, pot.
 
 Not modelled anywhere: soft dough, water, heat; cooking is dwell time in the pot.
 """
@@ -24,7 +24,7 @@ STAND: Final = (0.36, 0.24, 0.05)
 """Nominal middle of the filling stand's top, m."""
 
 STAND_RADIUS: Final = 0.009
-"""m."""
+"""Radius of the filling stand, m."""
 
 POT: Final = (0.55, 0.33, 0.005)
 """Middle of the pot's floor, m."""
@@ -36,25 +36,25 @@ FILLING: Final = (0.022, 0.017)
 """Side and height of the filling, m: 1 mm higher than the closed wrapper's gap, so that it is pressed."""
 
 POSITION_SPREAD: Final = 0.03
-"""Tray and stand are up to this far from their nominal place in x and in y, m."""
+"""Greatest random offset of tray and stand, in x and in y, m."""
 
 HINGE_TO_PLATE: Final = 0.022
-"""From the wrapper's hinge to the middle of plate A, m (models/wrapper.urdf)."""
+"""Distance of the middle of plate A from the wrapper's hinge, m (models/wrapper.urdf)."""
 
 PLATE_HALF: Final = (0.021, 0.028, 0.003)
 """Half edges of a plate, m (models/wrapper.urdf)."""
 
 CLOSED_FOLD_ANGLE: Final = 160.0 * pi / 180.0
-"""Fold from which a wrapper counts as closed, rad."""
+"""Least fold of a closed wrapper, rad."""
 
 SEALING_FORCE: Final = 1.0
-"""Force of the folded plate on the filling that seals, N."""
+"""Force of the folded plate on the filling above which the wrapper seals, N."""
 
 COOKING_TIME: Final = 5.0
-"""Dwell in the pot that cooks, s."""
+"""Time in the pot after which a dumpling is cooked, s."""
 
 ALIGNED_POSITION: Final[Vector3] = (PRESS[0], PRESS[1], PRESS[2] - 0.011)
-"""Where wrapper_position belongs: the hinges meet (8 mm half gap + 3 mm half plate)."""
+"""Target of `wrapper_position`: the hinges meet (8 mm half gap + 3 mm half plate)."""
 
 
 CAMERAS: Final[tuple[str, ...]] = ("overhead", "side")
@@ -70,15 +70,16 @@ SIDE_CAMERA: Final = Camera(
 """The camera at the press: it sees between the plates of a dumpling in it, 1 mm a pixel."""
 
 CLOSED_HEIGHT: Final = 0.025
-"""From the middle of plate A up to the outside of plate B on it, m (models/wrapper.urdf)."""
+"""Height of the outside of plate B above the middle of plate A when closed, m (models/wrapper.urdf)."""
 
 
 class WrapperDetection(NamedTuple):
-    """A wrapper as a picture shows it, in W.
+    """A wrapper detected in a picture, in W.
 
-    hinge: the middle of its hinge line at the mid thickness of plate A, m.
-    yaw: heading of plate A from the hinge, rad.
-    fold: rad; None where it is not seen, as of one that stands on its edge.
+    Attributes:
+        hinge: the middle of its hinge line at the mid thickness of plate A, m.
+        yaw: heading of plate A from the hinge, rad.
+        fold: angle between its plates, 0 open, rad; None if it is not visible, as of a wrapper on its edge.
     """
 
     hinge: Vector3
@@ -87,21 +88,25 @@ class WrapperDetection(NamedTuple):
 
     @property
     def is_closed(self) -> bool:
-        """Whether it is not seen to be open."""
+        """True unless it is seen to be open."""
         return self.fold is None or self.fold > CLOSED_FOLD_ANGLE
 
     @property
     def middle(self) -> Vector3:
-        """The middle of plate A."""
+        """The middle of plate A in W, m."""
         return to_world(Pose(self.hinge, yaw_orientation(self.yaw)), (HINGE_TO_PLATE, 0.0, 0.0))
 
     def carries(self, filling: Vector3) -> bool:
-        """Whether the middle of a filling is over plate A and at rest height, within 6 mm."""
+        """Return True if a filling lies on plate A: its middle over the plate, within 6 mm of rest height.
+
+        Args:
+            filling: the filling's middle in W, m.
+        """
         return _is_filling_on_plate(Pose(self.middle, yaw_orientation(self.yaw)), filling)
 
 
 class BenchLayout(NamedTuple):
-    """Where things are at the start: tray and stand by their middles, wrapper (its plate A), filling."""
+    """Initial poses in W: middles of tray and stand, of the wrapper's plate A, and of the filling."""
 
     tray: Pose
     stand: Vector3
@@ -110,7 +115,14 @@ class BenchLayout(NamedTuple):
 
 
 def sample_bench_layout(random: RandomSource) -> BenchLayout:
-    """Channels of chance: tray, wrapper, stand.  Wrapper and filling begin 1 mm above what they lie on."""
+    """Draw the initial layout of the bench; wrapper and filling begin 1 mm above their support.
+
+    Args:
+        random: random source; channels `tray`, `wrapper` and `stand`.
+
+    Returns:
+        The layout, in W.
+    """
     draw = [float(part) for part in random.generator("tray").uniform(-1.0, 1.0, 3)]
     x, y = TRAY[0] + POSITION_SPREAD * draw[0], TRAY[1] + POSITION_SPREAD * draw[1]
     yaw = 0.4 * draw[2]
@@ -128,7 +140,7 @@ def sample_bench_layout(random: RandomSource) -> BenchLayout:
 
 
 class Dumpling(NamedTuple):
-    """A dumpling as it is: plate A, its fold in rad, the filling's middle."""
+    """True state of a dumpling: pose of plate A, fold angle (rad), and the filling's middle, in W."""
 
     plate: Pose
     fold: float
@@ -136,17 +148,17 @@ class Dumpling(NamedTuple):
 
     @property
     def hinge(self) -> Vector3:
-        """The middle of the wrapper's hinge line at mid thickness."""
+        """The middle of the wrapper's hinge line at mid thickness, in W, m."""
         return to_world(self.plate, (-HINGE_TO_PLATE, 0.0, 0.0))
 
     @property
     def is_filled(self) -> bool:
-        """The filling's middle is over plate A and at rest height, within 6 mm."""
+        """True if the filling's middle is over plate A, within 6 mm of rest height."""
         return _is_filling_on_plate(self.plate, self.filling)
 
     @property
     def is_closed(self) -> bool:
-        """Folded over its filling."""
+        """True if it is folded over its filling."""
         return self.fold > CLOSED_FOLD_ANGLE and self.is_filled
 
 
@@ -157,10 +169,14 @@ def _is_filling_on_plate(plate: Pose, filling: Vector3) -> bool:
 
 
 def bench_measurements(handle: Vector3, pressed: float) -> dict[str, Any]:
-    """Where press and pot are, which is surveyed, and what the press's encoder and load cell tell.
+    """Return the measurements of the bench: surveyed positions, the press's encoder and its load cell.
 
-    press_position: where wrapper_position belongs.
-    handle: of the press.  pressed: force of the lid's plate on the filling, N.
+    Args:
+        handle: position of the press's handle in W, m.
+        pressed: force of the lid's plate on the filling, N.
+
+    Returns:
+        Values by vocabulary name, SI, positions in W. `press_position` is where `wrapper_position` belongs.
     """
     return {
         "press_position": ALIGNED_POSITION,
@@ -171,9 +187,10 @@ def bench_measurements(handle: Vector3, pressed: float) -> dict[str, Any]:
 
 
 class DumplingTracker:
-    """What pictures have shown of the dumpling, and the press's load cell has felt, so far.
+    """State of the dumpling so far, from camera pictures and the press's load cell.
 
-    wrapper: as the last picture from above shows it.
+    Attributes:
+        wrapper: as the last picture from above showed it; None if it did not.
     """
 
     def __init__(self) -> None:
@@ -184,16 +201,28 @@ class DumplingTracker:
         self._cooked = False
 
     def add_press_force(self, force: float) -> None:
-        """Note the force on the filling, N: what was pressed stays so until it is seen open."""
+        """Note the force on the filling; a pressed wrapper counts as pressed until it is seen open.
+
+        Args:
+            force: of the lid's plate on the filling, N.
+        """
         self._pressed = self._pressed or force > SEALING_FORCE
 
     def add_overhead_view(
         self, wrapper: WrapperDetection | None, filling: Vector3 | None, time: float
     ) -> dict[str, Any]:
-        """What a picture from above, taken at `time`, tells; None for what it does not show.
+        """Update from a picture from above.
 
-        Supplied dough and filling stay "on the workspace" as parts of the dumpling, and so does filling
+        Supplied dough and filling stay "on the workspace" as parts of the dumpling, and so does a filling
         that a closed wrapper hides.
+
+        Args:
+            wrapper: the detected wrapper, if any.
+            filling: middle of the detected filling in W, m, if any.
+            time: of the picture, s.
+
+        Returns:
+            Values by vocabulary name, SI, positions in W; None for what the picture does not show.
         """
         self.wrapper = wrapper
         seen: dict[str, Any] = {"filling_position": filling}
@@ -204,8 +233,10 @@ class DumplingTracker:
             self._pressed = self._wrapped = False
         self._update_cooking(wrapper, filling, time)
         dx, dy, dz = subtract(wrapper.hinge, ALIGNED_POSITION)
-        # One that stands on its edge may be open: unless it was wrapped, no filling is known to be in it.
-        hidden = filling is None and wrapper.is_closed and (wrapper.fold is not None or self._wrapped)
+        # A wrapper on its edge may be open: it counts as filled only if it was seen wrapped before.
+        is_filling_hidden = (
+            filling is None and wrapper.is_closed and (wrapper.fold is not None or self._wrapped)
+        )
         on_press = dist((dx, dy), (0.0, 0.0)) < 0.04 and abs(dz) < 0.015
         return {
             **seen,
@@ -213,7 +244,7 @@ class DumplingTracker:
             "wrapper_yaw": wrapper.yaw,
             "wrapper_fold": wrapper.fold,
             "dough_on_workspace": self._wrapped or on_press,
-            "filling_on_workspace": hidden or (filling is not None and wrapper.carries(filling)),
+            "filling_on_workspace": is_filling_hidden or (filling is not None and wrapper.carries(filling)),
             "wrapper_aligned": abs(dx) < 0.008
             and abs(dy) < 0.010
             and abs(dz) < 0.006
@@ -223,9 +254,13 @@ class DumplingTracker:
         }
 
     def add_side_view(self, filled: bool) -> dict[str, Any]:
-        """What a picture from the side tells of what was seen from above before: whether it is a dumpling.
+        """Update from a picture from the side: it decides if the wrapper seen from above is a dumpling.
 
-        filled: whether it shows filling between the plates, and none beside.
+        Args:
+            filled: True if the picture shows filling between the plates and none outside.
+
+        Returns:
+            `dumpling_wrapped`, by vocabulary name.
         """
         closed = self.wrapper is not None and self.wrapper.is_closed
         self._wrapped = closed and filled and self._pressed

@@ -1,8 +1,8 @@
-"""A room to fetch something in: a red can on a stand, a decoy beside it, a second stand to bring it to.
+"""Layout of a room for fetching: a red can on a stand, a decoy next to it, and a second stand to deliver to.
 
-The robot drives on its carriage, with a camera on a mast and one on the hand.  Where the can is, and so
-whether it is delivered, skills learn from pictures alone; whether it is held the fingers feel.
-Frame W: origin on the floor under the arm's base at the start.  Not modelled: obstacles on the way.
+The robot drives on its carriage, with a camera on a mast and one on the hand. Skills learn from pictures
+alone where the can is, and so if it is delivered; the fingers feel if it is held.
+Frame W: origin on the floor under the arm's base at the start. Not modelled: obstacles on the way.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ STATION: Final = (1.25, 0.20)
 """Nominal place of the arm's base for picking, m."""
 
 STATION_TO_STAND: Final = 0.58
-"""From the arm's base at the station to the middle of the stand, m."""
+"""Distance of the stand's middle from the arm's base at the station, m."""
 
 STAND_SIZE: Final = (0.26, 0.50, 0.40)
 """Edges of both stands, m."""
 
 DELIVERY: Final = (1.70, -1.10)
-"""Nominal place where the can is to stand, m."""
+"""Nominal position to deliver the can to, m."""
 
 CAN_SIZE: Final = (0.022, 0.08)
 """Radius and height of the can, m."""
@@ -42,46 +42,56 @@ DECOY_SIZE: Final[Vector3] = (0.04, 0.04, 0.05)
 """Edges of the decoy, m."""
 
 STATION_SPREAD: Final = 0.08
-"""The station, with its stand, is up to this far from its nominal place in x and in y, m."""
+"""Greatest random offset of the station with its stand, in x and in y, m."""
 
 CAN_SPREAD: Final = (0.05, 0.12)
-"""How far the can is from the middle of its stand in x and in y at most, m."""
+"""Greatest random offset of the can from the middle of its stand, in x and in y, m."""
 
 DELIVERY_SPREAD: Final = 0.05
-"""The place to deliver to is up to this far from its nominal place in x and in y, m."""
+"""Greatest random offset of the delivery position, in x and in y, m."""
 
 STATION_TOLERANCE: Final = 0.03
-"""Distance from the station within which the base is at it, m."""
+"""Greatest distance of the base from the station at which it has arrived, m."""
 
 MAX_DETECTION_AGE: Final = 30.0
-"""Age up to which a detection counts, s."""
+"""Greatest age of a detection that still counts, s."""
 
 GRASP_REACH: Final = (0.50, 0.70)
-"""From the arm's base, level: where it takes things up, m; nearer ones on the floor are at the carriage."""
+"""Horizontal distance from the arm's base at which it can pick objects, m; nearer ones on the floor are at
+the carriage."""
 
 MAX_LATERAL_OFFSET: Final = 0.15
-"""How far to the side of the arm's base at most: farther, its elbow is where the stand is."""
+"""Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
 FLOOR_BOUNDS: Final = ((-0.5, 1.6), (-1.4, 0.6))
-"""Where the arm's base may be in x and in y, m: the site's `floor`."""
+"""Bounds of the arm's base in x and in y, m: the site's `floor`."""
 
 DELIVERY_TOLERANCE: Final = 0.03
-"""Distance from where it belongs within which the can is delivered, m."""
+"""Greatest distance of a delivered can from its target, m."""
 
 MAST_CAMERA_OFFSET: Final[Vector3] = (0.05, 0.20, 0.85)
-"""The mast camera's eye from the arm's base, m: over the carriage's left edge."""
+"""Position of the mast camera relative to the arm's base, m: over the carriage's left edge."""
 
 MAST_TARGET: Final[Vector3] = (0.58, 0.0, 0.12)
-"""What the mast camera looks at, from the arm's base, m."""
+"""Point that the mast camera looks at, relative to the arm's base, m."""
 
 HAND_CAMERA_OFFSET: Final = (0.07, 0.06)
-"""The hand camera's eye from the tool: along the tool's x axis and up, m.  It looks straight down."""
+"""Position of the hand camera relative to the tool: along the tool's x axis and up, m. It looks straight
+down."""
 
 CAMERAS: Final[tuple[str, ...]] = ("mast", "hand")
 
 
 class RoomLayout(NamedTuple):
-    """Where things are at the start, in W: middles; `stands` of their tops' rectangles at floor level."""
+    """Initial positions in W, m.
+
+    Attributes:
+        station: of the arm's base for picking.
+        can: its middle.
+        decoy: its middle.
+        delivery: where the can's middle is to stand.
+        stands: middles of the stand to pick from and of the stand to deliver to.
+    """
 
     station: Vector3
     can: Vector3
@@ -91,7 +101,14 @@ class RoomLayout(NamedTuple):
 
 
 def sample_room_layout(chance: RandomSource) -> RoomLayout:
-    """Channels of chance: station, can, delivery.  Can and decoy begin 1 mm above their stand."""
+    """Draw the initial layout of the room; can and decoy begin 1 mm above their stand.
+
+    Args:
+        chance: random source; channels `station`, `can` and `delivery`.
+
+    Returns:
+        The layout, in W.
+    """
     dx, dy = (STATION_SPREAD * float(part) for part in chance.generator("station").uniform(-1.0, 1.0, 2))
     station = (STATION[0] + dx, STATION[1] + dy, BASE_HEIGHT)
     x, y = station[0] + STATION_TO_STAND, station[1]
@@ -110,7 +127,20 @@ def sample_room_layout(chance: RandomSource) -> RoomLayout:
 
 
 def camera_at(name: str, base: Vector3, tool: Vector3, yaw: float) -> Camera:
-    """The camera `name` of a robot whose arm's base and tool are there, the tool at `yaw`."""
+    """Return a camera of a robot in a given pose.
+
+    Args:
+        name: `mast` or `hand`.
+        base: position of the arm's base in W, m.
+        tool: position of the tool in W, m.
+        yaw: heading of the tool in W, rad.
+
+    Returns:
+        The camera, in W.
+
+    Raises:
+        KeyError: there is no such camera.
+    """
     if name == "mast":
         return Camera(add(base, MAST_CAMERA_OFFSET), add(base, MAST_TARGET))
     if name == "hand":
@@ -122,14 +152,23 @@ def camera_at(name: str, base: Vector3, tool: Vector3, yaw: float) -> Camera:
 
 
 class LastDetection(NamedTuple):
-    """Where the last picture showed the can, and when, s."""
+    """Position of the can in the last picture, in W, m, and the time of the picture, s."""
 
     place: Vector3
     time: float
 
 
 def station_for(station: Vector3, seen: LastDetection | None) -> Vector3:
-    """Where the arm's base is to be for the can: the station, unless it was seen out of reach from there."""
+    """Return where the arm's base should be to pick the can.
+
+    Args:
+        station: position of the arm's base at the nominal station, in W, m.
+        seen: the last detection of the can, if any.
+
+    Returns:
+        The station, unless the can was seen out of reach from there; then the place on the floor from which
+        it is in reach, in W, m.
+    """
     if seen is None:
         return station
     away, aside = dist(seen.place[:2], station[:2]), abs(seen.place[1] - station[1])
@@ -143,14 +182,21 @@ def station_for(station: Vector3, seen: LastDetection | None) -> Vector3:
 def room_measurements(
     layout: RoomLayout, base: Vector3, held: bool, seen: LastDetection | None, time: float
 ) -> dict[str, Any]:
-    """Station and place to deliver to, and the task's predicates but for `object_delivered`.
+    """Return station, delivery place and the task's predicates, without `object_delivered`.
 
-    object_detected holds for `MAX_DETECTION_AGE` seconds after a picture in which the can was found, and
-    while
-    it is felt in the hand: an interrupted delivery need not look for what it carries.
-    delivery_position is where the can's middle belongs.
-    held: whether the can is, as felt.
-    seen: in the last picture, None where the can was not in it, or has been held since.
+    `object_detected` holds for `MAX_DETECTION_AGE` seconds after a picture that shows the can, and while it
+    is felt in the hand: an interrupted delivery need not look for what it carries. `delivery_position` is
+    where the can's middle belongs.
+
+    Args:
+        layout: initial positions.
+        base: position of the arm's base in W, m.
+        held: True if the can is felt in the hand.
+        seen: the can in the last picture; None if it was not in it, or has been held since.
+        time: now, s.
+
+    Returns:
+        Values by vocabulary name, SI, positions in W.
     """
     fresh = seen if seen is not None and time - seen.time <= MAX_DETECTION_AGE else None
     station = station_for(layout.station, fresh)
@@ -164,10 +210,18 @@ def room_measurements(
 
 
 def camera_measurements(camera: str, found: DetectedObject | None, delivery: Vector3) -> dict[str, Any]:
-    """What a picture by `camera` says of the can, by vocabulary name.
+    """Return what a picture shows of the can.
 
-    The mast alone sees whether there is room for a hand around it, and whether it is where it belongs,
-    upright or lying.
+    Only the mast camera sees if there is room for a hand around it, and if it is where it belongs, upright
+    or lying.
+
+    Args:
+        camera: `mast` or `hand`.
+        found: the can; None if it is not in the picture.
+        delivery: where the can's middle belongs, in W, m.
+
+    Returns:
+        Values by vocabulary name, SI, positions in W; None for what is no longer known.
     """
     if found is None:
         return {"object_delivered": False} if camera == "mast" else {}
@@ -175,7 +229,7 @@ def camera_measurements(camera: str, found: DetectedObject | None, delivery: Vec
     if found.axis is not None:
         seen["object_yaw"] = found.axis
     if camera == "mast":
-        # What a picture does not show is not known any more.
+        # None removes an earlier detection: the picture no longer shows it.
         seen["object_push_start"], seen["object_push_way"] = found.push or (None, None)
         dx, dy, dz = subtract(found.position, delivery)
         lies = CAN_SIZE[0] - CAN_SIZE[1] / 2 if found.axis is not None else 0.0

@@ -1,4 +1,4 @@
-"""A table to clean: a dirty area, a sponge at its rest, two pieces of clutter beside the area, a bin."""
+"""Layout of a table to clean: a dirty area, a sponge at its rest, two pieces of clutter next to it, a bin."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ CAN_SIZE: Final = (0.02, 0.05)
 """Radius and height of the second piece of clutter, m."""
 
 CLUTTER_POSITIONS: Final = ((0.38, -0.255), (0.56, -0.255))
-"""Nominal places of the pieces, m: beside the area, so that wiping may come first, and clear
+"""Nominal places of the pieces, m: next to the area, so that wiping may come first, and clear
 of the bin by the width of the hand."""
 
 POSITION_SPREAD: Final = 0.03
-"""Clutter and the sponge's rest are up to this far from their nominal places in x and in y, m."""
+"""Greatest random offset of clutter and of the sponge's rest, in x and in y, m."""
 
 WIPED_THRESHOLD: Final = 0.95
-"""Share of wiped cells from which the table counts as wiped."""
+"""Least share of wiped cells of a wiped table."""
 
 WIPING_FORCE: Final = 1.0
 """Force of the sponge on the table above which it wipes, N."""
 
 REST_TOLERANCE: Final = 0.03
-"""Distance from its rest within which the sponge is at it, m."""
+"""Greatest distance of the sponge from its rest at which it counts as returned, m."""
 
 CAMERAS: Final[tuple[str, ...]] = ("mast", "overhead")
 
 MAST_CAMERA: Final = Camera(eye=(0.95, -0.05, 1.0), target=(0.45, -0.08, 0.0), field_of_view=55.0)
-"""The camera on a mast across the table from the robot: it sees area, rest, bin and the clutter's places,
-and an arm that is drawn in hides none of them."""
+"""The camera on a mast across the table from the robot: it sees the area, the sponge's rest, the bin and
+the clutter; a retracted arm hides none of them."""
 
 OVERHEAD_CAMERA: Final = Camera(
     eye=(0.47, -0.06, 1.45), target=(0.47, -0.06, 0.0), up=(1.0, 0.0, 0.0), field_of_view=36.0
@@ -60,7 +60,7 @@ OVERHEAD_CAMERA: Final = Camera(
 
 
 class TableLayout(NamedTuple):
-    """Where things are at the start: where the sponge belongs, the sponge, cube and can."""
+    """Initial poses in W: where the sponge belongs, then sponge, cube and can."""
 
     rest: Vector3
     sponge: Pose
@@ -69,7 +69,14 @@ class TableLayout(NamedTuple):
 
 
 def sample_table_layout(chance: RandomSource) -> TableLayout:
-    """Channels of chance: rest, clutter.  Things begin 1 mm above what they lie on."""
+    """Draw the initial layout of the table; objects begin 1 mm above it.
+
+    Args:
+        chance: random source; channels `rest` and `clutter`.
+
+    Returns:
+        The layout, in W.
+    """
     dx, dy, turn = (float(part) for part in chance.generator("rest").uniform(-1.0, 1.0, 3))
     rest = (SPONGE_REST[0] + POSITION_SPREAD * dx, SPONGE_REST[1] + POSITION_SPREAD * dy, SPONGE_SIZE[2] / 2)
     draw = [float(part) for part in chance.generator("clutter").uniform(-1.0, 1.0, 5)]
@@ -85,9 +92,14 @@ def sample_table_layout(chance: RandomSource) -> TableLayout:
 
 
 def table_measurements(rest: Vector3, wiped: float) -> dict[str, Any]:
-    """Where sponge and clutter belong, which is surveyed, and what contact tells of wiping.
+    """Return surveyed positions, and the progress of wiping that contact measures.
 
-    wiped: share of cells.
+    Args:
+        rest: where the sponge belongs, in W, m.
+        wiped: share of wiped cells, in [0, 1].
+
+    Returns:
+        Values by vocabulary name, SI, positions in W.
     """
     return {
         "sponge_rest_position": rest,
@@ -100,10 +112,18 @@ def table_measurements(rest: Vector3, wiped: float) -> dict[str, Any]:
 def table_detections(
     rest: Vector3, sponge: DetectedObject | None, pieces: Sequence[DetectedObject]
 ) -> dict[str, Any]:
-    """What a picture from above tells of sponge and clutter; None for what it does not show.
+    """Return what a picture from above shows of sponge and clutter.
 
-    clutter_position and clutter_yaw are of the first piece outside the bin.  A piece that the picture
-    does not show is not on the table.
+    `clutter_position` and `clutter_yaw` are of the first piece outside the bin. A piece that the picture
+    does not show counts as not on the table.
+
+    Args:
+        rest: where the sponge belongs, in W, m.
+        sponge: the detected sponge, if any.
+        pieces: the detected pieces of clutter.
+
+    Returns:
+        Values by vocabulary name, SI, positions in W; None for what the picture does not show.
     """
     loose = [piece for piece in pieces if not _in_bin(piece.position)]
     at_rest = sponge is not None and dist(sponge.position, rest) < REST_TOLERANCE
@@ -121,11 +141,11 @@ def table_detections(
 
 def _in_bin(place: Vector3) -> bool:
     length, width, depth = BIN_INNER
-    beside = abs(place[0] - BIN[0]) < length / 2 and abs(place[1] - BIN[1]) < width / 2
-    return beside and BIN[2] < place[2] < BIN[2] + depth
+    is_over_bin = abs(place[0] - BIN[0]) < length / 2 and abs(place[1] - BIN[1]) < width / 2
+    return is_over_bin and BIN[2] < place[2] < BIN[2] + depth
 
 
 def _in_area(place: Vector3) -> bool:
-    """Whether a piece's middle is where sponge and fingers pass (60 mm around the area)."""
+    """Return True if a piece's middle is where sponge and fingers pass (60 mm around the area)."""
     low, high = WIPING_AREA
     return all(a - 0.06 < at < b + 0.06 for a, at, b in zip(low, place, high, strict=False))

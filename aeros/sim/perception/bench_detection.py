@@ -1,8 +1,8 @@
-"""What lies on a dumpling bench, by pictures: both plates of the wrapper by colour, the filling, the fold.
+"""Detect wrapper and filling on a dumpling bench in pictures: plates by colour, fold by their planes.
 
-Nothing is asked of the simulator.  From above, a plate is the plane through its points and the rectangle
-around them.  From the side, what shows between the plates is in the dumpling.
-Units: m, rad.  Frame: W.
+The simulator's state is not used. From above, a plate is the plane through its points and the rectangle
+around them. From the side, what shows between the plates is in the dumpling.
+Units: m, rad. Frame: W.
 """
 
 from __future__ import annotations
@@ -26,41 +26,41 @@ from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, point_clo
 from aeros.sim.perception.rectangles import Rectangle, min_area_rectangle, top_face, wrap_heading
 
 MAX_OBJECT_HEIGHT: Final = 0.20
-"""Height over which nothing lies, m: there is the arm."""
+"""Greatest height of an object on the bench, m: above it is the arm."""
 
 PLATE_A_COLOUR: Final = ((0.75, 1.1), 0.5)
-"""Of a pixel of plate A: green to red from to, and blue to red at most."""
+"""Colour of plate A: bounds of green over red, and upper bound of blue over red."""
 
 PLATE_B_COLOUR: Final = ((0.42, 0.72), 0.4)
-"""The same of plate B."""
+"""Colour of plate B, likewise."""
 
 GREEN_DOMINANCE: Final = 1.3
-"""How many times green exceeds red and blue in a pixel of the filling."""
+"""Least ratio of green to red and to blue in a pixel of the filling."""
 
 MIN_VISIBLE_AREA: Final = 0.6
-"""Share of a plate's area from which its rectangle tells where the plate is."""
+"""Least visible share of a plate's area at which its rectangle locates the plate."""
 
 EDGE_ON_WIDTH: Final = 0.015
-"""A plate whose rectangle is less wide than this stands on its edge, m."""
+"""Width of a plate's rectangle below which it stands on its edge, m."""
 
 PLANE_TOLERANCE: Final = 0.003
-"""Points that are this far off a plate's plane are of its sides, m."""
+"""Greatest distance of a plate's points from its plane, m; farther ones are on its sides."""
 
 MIN_FILLING_PIXELS: Final = 6
-"""Fewest pixels of the filling that show between the plates."""
+"""Least number of pixels of the filling between the plates of a filled wrapper."""
 
 Points = NDArray[np.float64]
 
 
 class BenchDetection(NamedTuple):
-    """What a picture from above shows: the wrapper, and the filling's middle; None for what it does not."""
+    """Objects in a picture from above: the wrapper and the filling's middle; None for what is not visible."""
 
     wrapper: WrapperDetection | None
     filling: Vector3 | None
 
 
 class _Plate(NamedTuple):
-    """A plate by its points: the rectangle around them, its middle's height, its normal, what it covers."""
+    """A plate: its points, the rectangle around them, the height of its middle, and its normal."""
 
     points: Points
     rectangle: Rectangle
@@ -80,7 +80,7 @@ class _Plate(NamedTuple):
 
     @property
     def heading(self) -> float:
-        """Along the plate's short side, which is across its hinge; as good as that plus π."""
+        """Heading of the plate's short side, which is across its hinge, rad; ambiguous by π."""
         across = self.rectangle.length > self.rectangle.width
         return self.rectangle.heading + (pi / 2.0 if across else 0.0)
 
@@ -90,14 +90,28 @@ class _Plate(NamedTuple):
 
 
 def detect_bench(image: Image, camera: Camera) -> BenchDetection:
-    """What lies in a picture from above in which the arm hides nothing."""
+    """Detect the objects in a picture from above in which the arm hides nothing.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+
+    Returns:
+        The detections, in W.
+    """
     points, dough, glazed, green = _colour_masks(image, camera)
     a, b = _plate(points[dough]), _plate(points[glazed])
     return BenchDetection(_wrapper(a, b), _filling(points[green]))
 
 
 def is_filling_visible(image: Image, camera: Camera, wrapper: WrapperDetection) -> bool:
-    """Whether a picture from the side shows filling between a closed wrapper's plates, and none beside."""
+    """Return True if a side picture shows filling between a closed wrapper's plates and none outside.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+        wrapper: the wrapper as seen from above.
+    """
     points, _, _, green = _colour_masks(image, camera)
     x, y, z = wrapper.hinge
     away = points[green] - np.array((x, y, z))
@@ -112,7 +126,7 @@ def is_filling_visible(image: Image, camera: Camera, wrapper: WrapperDetection) 
 def _colour_masks(
     image: Image, camera: Camera
 ) -> tuple[Points, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Points of the picture that are no arm; which are of plate A, of plate B, of the filling."""
+    """Return the points of the picture, and masks of those on plate A, on plate B and on the filling."""
     points = point_cloud(image.depth, camera).reshape(-1, 3)
     rgb = image.rgb.reshape(-1, 3).astype(np.float64)
     low = points[:, 2] < MAX_OBJECT_HEIGHT
@@ -126,7 +140,7 @@ def _colour_masks(
 
 
 def _plate(points: Points) -> _Plate | None:
-    """The plate that the points are of, its sides left out."""
+    """Fit a plate to points, without the points on its sides."""
     if len(points) < MIN_PIXELS:
         return None
     for _ in range(2):
@@ -154,13 +168,13 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperDetection | None:
         return _wrapper_on_edge(a, b)
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
     best = a if a.is_mostly_visible else b
-    # Of one that leans the sides look shorter than they are: from plate to plate is across the hinge.
+    # The sides of a tilted plate look too short; the line between the plates is across the hinge.
     across_hinge = atan2(away[1], away[0])
     heading = across_hinge + wrap_heading(best.rectangle.heading - across_hinge, pi / 2.0)
     way, side = np.array((cos(heading), sin(heading))), np.array((-sin(heading), cos(heading)))
     near, far = float((a.points[:, :2] @ way).min()), float((b.points[:, :2] @ way).max())
-    beside = best.points if best.is_mostly_visible else np.concatenate((a.points, b.points))
-    across = beside[:, :2] @ side
+    visible_points = best.points if best.is_mostly_visible else np.concatenate((a.points, b.points))
+    across = visible_points[:, :2] @ side
     u, v = (near + far) / 2.0, float(across.min() + across.max()) / 2.0
     x, y = u * way + v * side
     fold = acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(a.normal, b.normal, strict=True)))))
@@ -170,13 +184,13 @@ def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperDetection | None:
 
 
 def _covers(b: _Plate, a: _Plate) -> bool:
-    """Whether plate B hides plate A, of which edges are seen, as where they are folded together."""
+    """Return True if plate B hides plate A but for its edges, as when they are folded together."""
     apart = dist((a.rectangle.x, a.rectangle.y), (b.rectangle.x, b.rectangle.y))
     return b.is_mostly_visible and b.height - a.height > HINGE_TO_PLATE / 2.0 and apart < PLATE_HALF[1]
 
 
 def _wrapper_from_one_plate(plate: _Plate, above: float, *, closed: bool) -> WrapperDetection:
-    """By the only plate that is seen: the upper one of a closed wrapper, or the lower one of an open."""
+    """Estimate the wrapper from the only visible plate: the upper one if closed, the lower one if open."""
     if plate.is_on_edge:
         return _wrapper_on_edge(plate, plate)
     heading = plate.heading
@@ -190,16 +204,16 @@ def _wrapper_from_one_plate(plate: _Plate, above: float, *, closed: bool) -> Wra
 
 
 def _wrapper_on_edge(a: _Plate, b: _Plate) -> WrapperDetection:
-    """A wrapper on its edge: its middle, half as high as its top; how it is folded is not seen."""
+    """Estimate a wrapper on its edge: its middle is half as high as its top; its fold is not visible."""
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
     heading = atan2(away[1], away[0]) if dist(away, (0.0, 0.0)) > PLATE_HALF[0] / 2.0 else a.heading
-    top = max(float(one.points[:, 2].max()) for one in (a, b))
+    top = max(float(plate.points[:, 2].max()) for plate in (a, b))
     middle = ((a.rectangle.x + b.rectangle.x) / 2.0, (a.rectangle.y + b.rectangle.y) / 2.0, top / 2.0)
     return WrapperDetection(middle, wrap_heading(heading, 2.0 * pi), None)
 
 
 def _filling(points: Points) -> Vector3 | None:
-    """The filling's middle, by its top face."""
+    """Estimate the filling's middle from its top face."""
     if len(points) < MIN_PIXELS:
         return None
     around, top = top_face(points)

@@ -1,7 +1,7 @@
-"""Finding an object in a picture by its colour and depth, and room around it, without asking the simulator.
+"""Detect a coloured object in a picture by colour and depth, and free room around it.
 
-A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x and y are the pixel's place on
-the image plane at distance 1.  Units: m.  Frame: W.
+The simulator's state is not used. A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x
+and y are the pixel's coordinates on the image plane at distance 1. Units: m. Frame: W.
 """
 
 from __future__ import annotations
@@ -17,51 +17,60 @@ from aeros.sim.detected_object import DetectedObject, Push
 from aeros.sim.geometry import Camera, Vector3, add
 
 MIN_PIXELS: Final = 25
-"""Fewest pixels of a detection: less is noise or an object mostly hidden."""
+"""Least number of pixels of a detection: fewer are noise or a mostly hidden object."""
 
 RED_DOMINANCE: Final = 2.0
-"""How many times red exceeds green and blue in a red pixel, whatever the light."""
+"""Least ratio of red to green and to blue in a red pixel, in any light."""
 
 MIN_BRIGHTNESS: Final = 60
 """Least red of a red pixel (of 255)."""
 
 YELLOW_RATIOS: Final = (0.6, 0.5)
-"""Of a yellow pixel's red, green is more than the first share and blue less than the second."""
+"""Colour of a yellow pixel: least green over red, greatest blue over red."""
 
 TOP_FACE_DEPTH: Final = 0.004
 """Depth below the highest point that still belongs to the top face, m."""
 
 HAND_HALF_EXTENT: Final = (0.06, 0.115)
-"""Half of the room that hand and flange take, along and across the hand's x axis, m: and a centimetre."""
+"""Half of the space that hand and flange need, along and across the hand's x axis, with 1 cm margin, m."""
 
 HAND_CLEARANCE: Final = 0.02
-"""How far over what is gripped the hand passes, m; lower things are between or beside its fingers."""
+"""Height of the hand above a gripped object, m; lower objects fit between or next to its fingers."""
 
 _PUSH_HALF_EXTENTS: Final = ((0.035, 0.11), (0.046, 0.046))
-"""The same of a hand that pushes, and of its wrist, which may touch what is beside it, m."""
+"""Half of the space that a pushing hand needs, and of its wrist, which may touch objects next to it, m."""
 
 _PUSH_START_OFFSET: Final = 0.08
-"""How far behind a can's middle fingers come down to push it, m: 40 mm from its end."""
+"""Distance behind a can's middle at which fingers come down to push it, m: 40 mm from its end."""
 
 _PUSH_LATERAL_OFFSETS: Final = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
-"""How far off its axis they may, m: farther, they miss the end of a can of 22 mm radius."""
+"""Lateral offsets from its axis to try, m: beyond them the fingers miss the end of a can of 22 mm
+radius."""
 
 _SEARCH_STEP: Final = 0.02
-"""Distance of the places at which room is looked for, m."""
+"""Spacing of the positions at which free room is searched, m."""
 
 _SEARCH_RADIUS: Final = 0.45
-"""How far from where something lies that is done, m: over half of a stand's length."""
+"""Greatest distance of those positions from the object, m: more than half of a stand's length."""
 
 _GRIP_HEADINGS: Final = (0.0, pi / 2.0)
-"""Headings of a hand for what can be gripped at any."""
+"""Hand headings to try for an object that can be gripped at any heading, rad."""
 
 
 def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float]) -> DetectedObject | None:
-    """The one red cylinder of known `size` (radius and height, m) in `image`; None when not seen.
+    """Detect the one red cylinder of known size in a picture.
 
-    What is highest of it tells how it is: a disc, and it stands; a strip as long as it, and it lies.
-    That also gives the middle: the visible side is the camera's side, so the middle of all points would be
-    biased towards the camera.  Assumes that its upper side is in sight.
+    Its highest points show its pose: a disc if it stands, a strip as long as the cylinder if it lies. They
+    also give the middle: the visible side is the camera's side, so the middle of all points would be biased
+    towards the camera. Assumes that its upper side is visible.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+        size: radius and height of the cylinder, m.
+
+    Returns:
+        The cylinder in W, with the grip heading and the push that a hand needs; None if it is not visible.
     """
     radius, height = size
     rgb = image.rgb.astype(np.float64)
@@ -86,7 +95,7 @@ def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float])
     place = (float(x), float(y), level - (radius if lies else height / 2.0))
     axis = (heading + pi / 2.0) % pi - pi / 2.0 if lies else None
     ways = (axis,) if axis is not None else _GRIP_HEADINGS
-    # What a hand would meet, as far as it is seen.
+    # Visible points that a hand would hit.
     higher = everything[everything[:, :, 2] > top + HAND_CLEARANCE]
     grip = next((way for way in ways if _has_room(higher, place, way)), None)
     is_stuck = axis is not None and grip is None
@@ -94,7 +103,7 @@ def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float])
 
 
 def _principal_direction(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The direction, of length 1, in which `points` (n, 2) spread most."""
+    """Return the unit direction in which `points` (n, 2) spread most."""
     away = points - points.mean(axis=0)
     _, vectors = np.linalg.eigh(away.T @ away)
     longest: NDArray[np.float64] = vectors[:, -1]
@@ -102,7 +111,7 @@ def _principal_direction(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Least and greatest of `points` (n, 2) along and across a direction: (2, 2)."""
+    """Return least and greatest coordinates of `points` (n, 2) along and across a direction: (2, 2)."""
     turned = points @ np.array((along, (-along[1], along[0]))).T
     return np.array((turned.min(axis=0), turned.max(axis=0)))
 
@@ -110,7 +119,7 @@ def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[
 def _has_room(
     points: NDArray[np.float64], place: Vector3, yaw: float, half: tuple[float, float] = HAND_HALF_EXTENT
 ) -> bool:
-    """Whether none of `points` (n, 3) is where a hand at `yaw` over `place` would be."""
+    """Return True if none of `points` (n, 3) is where a hand at `yaw` over `place` would be."""
     ahead = (cos(yaw), sin(yaw))
     away = points[:, :2] - np.array(place[:2])
     inside = (np.abs(away @ np.array(ahead)) < half[0]) & (
@@ -120,9 +129,9 @@ def _has_room(
 
 
 def _shortest_push(points: NDArray[np.float64], place: Vector3, axis: float) -> Push | None:
-    """The shortest push along `axis` to where a hand has room, from where a hand across it has room.
+    """Return the shortest push along `axis` to where a hand has room; a hand at its start has room too.
 
-    The fingers push as near to the axis as that leaves it.
+    The fingers push as near to the axis as possible.
     """
     x, y, z = place
     for away in np.arange(_SEARCH_STEP, _SEARCH_RADIUS, _SEARCH_STEP).tolist():
@@ -138,7 +147,14 @@ def _shortest_push(points: NDArray[np.float64], place: Vector3, axis: float) -> 
 
 
 def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which pixels of a picture (height, width, 3) are as yellow as a sponge."""
+    """Find the pixels that are as yellow as a sponge.
+
+    Args:
+        rgb: picture (height, width, 3), 0 to 255.
+
+    Returns:
+        Mask (height, width).
+    """
     red, green, blue = (rgb[:, :, channel] for channel in range(3))
     yellow: NDArray[np.bool_] = (
         (red > MIN_BRIGHTNESS) & (green > YELLOW_RATIOS[0] * red) & (blue < YELLOW_RATIOS[1] * red)
@@ -147,7 +163,15 @@ def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def point_cloud(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
-    """The point in W of every pixel, (height, width, 3)."""
+    """Compute the point of every pixel.
+
+    Args:
+        depth: along the optical axis (height, width), m.
+        camera: that took the picture.
+
+    Returns:
+        Points (height, width, 3) in W, m.
+    """
     eye = np.array(camera.eye)
     forward = np.array(camera.target) - eye
     forward /= np.linalg.norm(forward)
@@ -156,7 +180,7 @@ def point_cloud(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float6
     up = np.cross(right, forward)
     half = tan(radians(camera.field_of_view) / 2.0)
     aspect = camera.width / camera.height
-    # The TinyRenderer samples a pixel at its lower left corner: with middles all is half a pixel off.
+    # The TinyRenderer samples a pixel at its lower left corner: pixel middles would be half a pixel off.
     x = (2.0 * np.arange(camera.width) / camera.width - 1.0) * half * aspect
     y = (1.0 - 2.0 * (np.arange(camera.height) + 1.0) / camera.height) * half
     rays = forward + x[None, :, None] * right + y[:, None, None] * up

@@ -1,7 +1,7 @@
-"""Inspecting a table by a picture: dirt by its colour, what stands on it by depth, the sponge by both.
+"""Inspect a table in a picture: dirt by colour, standing objects by depth, the sponge by both.
 
-Nothing is asked of the simulator or of how the table was wiped: this is the second opinion.
-Units: m.  Frame: W; the table's top is z = 0.
+Neither the simulator's state nor the wiping is used: this is a second opinion.
+Units: m. Frame: W; the table's top is z = 0.
 """
 
 from __future__ import annotations
@@ -18,29 +18,32 @@ from aeros.sim.layouts.table import BIN, BIN_INNER, SPONGE_SIZE, WIPING_AREA
 from aeros.sim.perception.detection import MIN_PIXELS, TOP_FACE_DEPTH, is_yellow, point_cloud
 
 DIRT_BRIGHTNESS: Final = 0.7
-"""Share of the bare table's brightness, in the same light, below which a pixel of it shows dirt."""
+"""Share of the bare table's brightness below which a pixel shows dirt."""
 
 OBJECT_HEIGHTS: Final = (0.012, 0.30)
-"""Heights between which something stands on the table, m: beneath is its top, above is the arm."""
+"""Height range of objects on the table, m: below is its top, above is the arm."""
 
 INSPECTED_AREA: Final = ((0.22, -0.62), (0.75, 0.50))
-"""Lowest and highest corner (x, y) of what is inspected, m: all of the table that the arm works on."""
+"""Lowest and highest corner (x, y) of the inspected area, m: all of the table that the arm works on."""
 
 BIN_MARGIN: Final = 0.015
-"""What is this near to the inside of the bin is bin, m: its walls are 5 mm, and depth is a pixel off."""
+"""Margin around the inside of the bin that belongs to the bin, m: its walls are 5 mm, and depth is a pixel
+off."""
 
 SPONGE_RADIUS: Final = 0.08
-"""What is this near to the sponge's middle belongs to it, m."""
+"""Radius around the sponge's middle that belongs to the sponge, m."""
 
 Mask = NDArray[np.bool_]
 
 
 class Inspection(NamedTuple):
-    """What a picture of the table shows.
+    """Result of inspecting a picture of the table.
 
-    sponge: where its middle is; None where none is seen lying flat.
-    clean: share of the area's cells that are seen to be clean; what is hidden is not.
-    others: pixels of whatever else stands on the table, outside the bin.
+    Attributes:
+        sponge: its middle in W, m; None if none is visible lying flat.
+        clean_share: share of the area's cells that are visibly clean, in [0, 1]; hidden cells do not count
+            as clean.
+        other_pixels: pixels of any other object on the table, outside the bin.
     """
 
     sponge: Vector3 | None
@@ -49,21 +52,29 @@ class Inspection(NamedTuple):
 
 
 def inspect_table(image: Image, camera: Camera) -> Inspection:
-    """Inspect a picture in which the arm hides nothing."""
+    """Inspect a picture in which the arm hides nothing.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+
+    Returns:
+        The result.
+    """
     points = point_cloud(image.depth, camera)
     x, y, z = (points[:, :, axis] for axis in range(3))
     rgb = image.rgb.astype(np.float64)
     standing = _in_rectangle(x, y, *INSPECTED_AREA) & (z > OBJECT_HEIGHTS[0]) & (z < OBJECT_HEIGHTS[1])
     sponge = _sponge(points[standing & is_yellow(rgb)])
-    others = standing & ~_in_bin(x, y)
+    other_objects = standing & ~_in_bin(x, y)
     if sponge is not None:
-        others &= np.hypot(x - sponge[0], y - sponge[1]) > SPONGE_RADIUS
+        other_objects &= np.hypot(x - sponge[0], y - sponge[1]) > SPONGE_RADIUS
     top = _in_rectangle(x, y, *INSPECTED_AREA) & (np.abs(z) < OBJECT_HEIGHTS[0])
-    return Inspection(sponge, _clean(x, y, rgb[:, :, 0], top), int(others.sum()))
+    return Inspection(sponge, _clean(x, y, rgb[:, :, 0], top), int(other_objects.sum()))
 
 
 def _sponge(foam: NDArray[np.float64]) -> Vector3 | None:
-    """The middle of a sponge that lies flat, by the points of its foam's top."""
+    """Return the middle of a sponge that lies flat, from the points on its foam's top."""
     if len(foam) < MIN_PIXELS:
         return None
     face = foam[foam[:, 2] > foam[:, 2].max() - TOP_FACE_DEPTH]
@@ -72,7 +83,7 @@ def _sponge(foam: NDArray[np.float64]) -> Vector3 | None:
 
 
 def _clean(x: NDArray[np.float64], y: NDArray[np.float64], red: NDArray[np.float64], top: Mask) -> float:
-    """Share of the area's cells most of whose pixels are as bright as the table around it."""
+    """Return the share of the area's cells with most pixels as bright as the table around the area."""
     low, high = WIPING_AREA
     inside = top & _in_rectangle(x, y, low, high)
     outside = top & ~inside

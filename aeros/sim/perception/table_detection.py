@@ -1,8 +1,8 @@
-"""What lies on a table, by a picture from above: sponge and clutter by colour and depth.
+"""Detect sponge and clutter on a table in a picture from above, by colour and depth.
 
-Nothing is asked of the simulator.  What lies, lies on its largest face that is in the picture: the
-rectangle of least area around a top face gives middle and heading (as its sides are straight).
-Units: m.  Frame: W; the table's top is z = 0.
+The simulator's state is not used. An object lies on its largest face: the rectangle of least area around
+its top face gives middle and heading, as its sides are straight.
+Units: m. Frame: W; the table's top is z = 0.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, is_yellow
 from aeros.sim.perception.rectangles import top_face, wrap_heading
 
 OBJECT_TOP_HEIGHTS: Final = (0.012, 0.12)
-"""Heights between which the top of what lies on the table is, m: beneath is the table, above is the arm."""
+"""Height range of the tops of objects on the table, m: below is the table, above is the arm."""
 
 COLOUR_DOMINANCE: Final = 1.5
-"""How many times a piece's colour exceeds the two others, whatever the light."""
+"""Least ratio of a piece's colour to the two others, in any light."""
 
 Mask = NDArray[np.bool_]
 
 
 class TableDetection(NamedTuple):
-    """What a picture from above shows; None and nothing where it does not.
+    """Objects in a picture from above; None, or no pieces, for what is not visible.
 
-    A sight's `grip` is the heading of a hand whose fingers close on two of its sides, rad: the sponge's
-    along its length in [-π/2, π/2), a piece's in [-π/4, π/4).
+    `grip_yaw` of each is the heading of a hand whose fingers close on two of its sides, rad: for the sponge
+    along its length in [-π/2, π/2), for a piece in [-π/4, π/4).
     """
 
     sponge: DetectedObject | None
@@ -40,7 +40,15 @@ class TableDetection(NamedTuple):
 
 
 def detect_table(image: Image, camera: Camera) -> TableDetection:
-    """What lies in a picture in which the arm hides nothing."""
+    """Detect the objects in a picture in which the arm hides nothing.
+
+    Args:
+        image: the picture.
+        camera: that took it.
+
+    Returns:
+        The detections, in W.
+    """
     points = point_cloud(image.depth, camera)
     low = (points[:, :, 2] > OBJECT_TOP_HEIGHTS[0]) & (points[:, :, 2] < OBJECT_TOP_HEIGHTS[1])
     rgb = image.rgb.astype(np.float64)
@@ -49,11 +57,11 @@ def detect_table(image: Image, camera: Camera) -> TableDetection:
     greenish = (green > MIN_BRIGHTNESS) & (green > COLOUR_DOMINANCE * np.maximum(red, blue))
     pieces = (_detect_lying(points[low & mask], pi / 2.0) for mask in (bluish, greenish))
     sponge = _detect_lying(points[low & is_yellow(rgb)], pi)
-    return TableDetection(sponge, tuple(one for one in pieces if one is not None))
+    return TableDetection(sponge, tuple(piece for piece in pieces if piece is not None))
 
 
 def _detect_lying(points: NDArray[np.float64], period: float) -> DetectedObject | None:
-    """Where the middle is, half as high as its top, of what looks alike when turned by `period`."""
+    """Locate an object that looks the same when rotated by `period`; its middle is at half its height."""
     if len(points) < MIN_PIXELS:
         return None
     face, top = top_face(points)

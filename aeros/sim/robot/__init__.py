@@ -1,1 +1,1 @@
-"""The robot whatever simulates it: kinematics, limits, motion profiles and planned motions."""
+"""The robot, independent of the simulator: kinematics, limits, motion profiles and planned motions."""

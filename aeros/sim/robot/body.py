@@ -1,7 +1,8 @@
-"""The Panda's links as capsules, and as the balls that enclose them.
+"""The Panda's links as capsules, and as balls that enclose them.
 
-Each capsule holds every vertex of the link's collision mesh (franka_ros, as PyBullet ships it), and so
-the mesh's convex hull; found by random search, checked by a test.  In the frame of the link's joint.
+Each capsule holds every vertex of the link's collision mesh (franka_ros, as PyBullet ships it), and so the
+mesh's convex hull. The capsules were found by random search and are checked by a test. Coordinates are in
+the frame of the link's joint.
 """
 
 from __future__ import annotations
@@ -14,7 +15,15 @@ from aeros.sim.robot.kinematics import DH_LENGTHS, DH_OFFSETS, DH_TWISTS, FLANGE
 
 
 class Capsule(NamedTuple):
-    """All points within `radius` of the segment from `a` to `b`, m."""
+    """All points within `radius` of the segment from `a` to `b`, m.
+
+    Attributes:
+        link: name of the link.
+        joint: number of joints that move it; 0 for the foot.
+        a: one end of the axis, in the frame of that joint, m.
+        b: the other end.
+        radius: m.
+    """
 
     link: str
     joint: int
@@ -24,7 +33,7 @@ class Capsule(NamedTuple):
 
 
 def _hand_point(x: float, y: float, z: float) -> Vec3:
-    """A point of the hand in the last joint's frame: the hand is mounted turned by −45°."""
+    """Transform a point of the hand to the last joint's frame: the hand is mounted turned by −45°."""
     c = sqrt(0.5)
     return (c * (x + y), c * (y - x), FLANGE + z)
 
@@ -39,15 +48,21 @@ CAPSULES: Final = (
     Capsule("link6", 6, (0.087, 0.008, 0.0), (0.021, 0.012, 0.005), 0.0755),
     Capsule("link7", 7, (-0.005, -0.005, 0.073), (0.033, 0.033, 0.080), 0.050),
     Capsule("hand", 7, _hand_point(0.0, -0.079, 0.021), _hand_point(0.0, 0.062, 0.031), 0.050),
-    # Both fingers, however far apart: 66 mm to each side, from 58 to 113 mm beyond the flange.
+    # Both fingers at any gap: 66 mm to each side, from 58 to 113 mm beyond the flange.
     Capsule("fingers", 7, _hand_point(0.0, -0.042, 0.086), _hand_point(0.0, 0.042, 0.086), 0.039),
 )
 
 
 def enclosing_balls(capsule: Capsule) -> tuple[Ball, ...]:
-    """Balls that enclose the capsule: centres on its segment, both ends among them, ℓ ≤ r/2 apart.
+    """Cover a capsule with balls: centres on its segment, both ends among them, ℓ ≤ r/2 apart.
 
     The stretch of ℓ around a centre lies within √(r² + (ℓ/2)²) of it, and each end in that end's ball.
+
+    Args:
+        capsule: in the frame of its joint, m.
+
+    Returns:
+        Balls of equal radius in the same frame; together they contain the capsule.
     """
     length, r = dist(capsule.a, capsule.b), capsule.radius
     gaps = max(1, ceil(length / (r / 2.0)))

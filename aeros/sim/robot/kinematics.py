@@ -1,8 +1,8 @@
-"""The Panda's chain: joint positions to tool pose and back, for many poses at once.
+"""The Panda's kinematic chain: forward and inverse kinematics for many poses at once.
 
-Frames: B is the arm's base, T the tool centre point between the fingertips.  Every tool pose here
-points down: R_BT = Rz(yaw)·Rx(π), so that at yaw 0 the fingers close along y of B.
-Units: metres and radians.  Shapes: q is (n, 7), p_BT is (n, 3), yaw is (n,).
+Frames: B is the arm's base, T the tool centre point between the fingertips. Every tool pose here points
+down: R_BT = Rz(yaw)·Rx(π), so that at yaw 0 the fingers close along y of B.
+Units: metres and radians. Shapes: q is (n, 7), p_BT is (n, 3), yaw is (n,).
 Source: modified (Craig) Denavit–Hartenberg parameters, frankaemika/docs at 1da6bd3.
 """
 
@@ -18,13 +18,13 @@ import numpy as np
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, Vector
 
 FLANGE: Final = 0.107
-"""From the last joint's frame to the flange, along its axis, m."""
+"""Distance of the flange from the last joint's frame, along its axis, m."""
 
 FLANGE_TO_TOOL: Final = 0.1034
 """Flange to tool centre point along the tool's axis, m (Franka Hand's F_T_NE)."""
 
 READY_POSTURE: Final = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
-"""Franka's ready posture, rad: where arms start, and what the spare degree of freedom leans to."""
+"""Franka's ready posture, rad: where arms start; the spare degree of freedom is drawn to it."""
 
 DH_LENGTHS: Final = (0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088)
 DH_OFFSETS: Final = (0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.0)
@@ -32,27 +32,27 @@ DH_TWISTS: Final = (0.0, -pi / 2, pi / 2, pi / 2, -pi / 2, pi / 2, pi / 2)
 TOOL_OFFSET: Final = FLANGE + FLANGE_TO_TOOL
 
 _NULLSPACE_WEIGHTS: Final = np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
-"""Joints that lean to `READY_POSTURE`; 1 and 7 follow the target's bearing and yaw instead."""
+"""Weights of joints drawn to `READY_POSTURE`; 1 and 7 follow the target's bearing and yaw instead."""
 
 _DAMPING: Final = 1e-2
 """Damping per squared pose error: large far from the target, vanishing at the solution."""
 
 _LIMIT_MARGIN: Final = 0.02
-"""How far inside the official limits solutions stay, rad: room for tracking error (≤ 0.006 rad)."""
+"""Distance of solutions from the official limits, rad: room for tracking error (≤ 0.006 rad)."""
 
 _LOWEST, _HIGHEST = Q_MIN + _LIMIT_MARGIN, Q_MAX - _LIMIT_MARGIN
 
 _TOLERANCE: Final = 2e-5
-"""Pose error of a solution, m and rad."""
+"""Greatest pose error of a solution, m and rad."""
 
 _IDENTITY_6: Final = np.eye(6)
 _SMALL_DAMPING: Final = 1e-6 * _IDENTITY_6
-"""Damping of a step from near by."""
+"""Damping of `ik_step`, which starts near its solution."""
 
 
 _IDENTITY_3: Final = np.eye(3)
 _COS, _SIN = np.cos(DH_TWISTS)[:, None], np.sin(DH_TWISTS)[:, None]
-"""Of each joint's twist."""
+"""Cosine and sine of each joint's twist."""
 
 _ORIGINS: Final = np.stack((DH_LENGTHS, -_SIN[:, 0] * DH_OFFSETS, _COS[:, 0] * DH_OFFSETS), axis=1)[
     :, None, :, None
@@ -70,7 +70,15 @@ _MOUNTING: Final = np.array(
 
 
 def forward_kinematics(q: Vector) -> tuple[Vector, Vector, Vector]:
-    """Tool positions (n, 3), rotations (n, 3, 3) and Jacobians (n, 6, 7) in B, for q of shape (n, 7)."""
+    """Compute tool poses and Jacobians of the Panda.
+
+    Args:
+        q: joint positions (n, 7), rad.
+
+    Returns:
+        (p_BT, R_BT, J): tool positions (n, 3) in B, m; tool rotations (n, 3, 3); geometric Jacobians (n, 6,
+        7) in B, linear rows (m/rad) above angular rows (rad/rad).
+    """
     n = len(q)
     c, s = np.cos(q.T), np.sin(q.T)
     turns = np.zeros((7, n, 3, 3))
@@ -92,7 +100,7 @@ def forward_kinematics(q: Vector) -> tuple[Vector, Vector, Vector]:
 
 
 def _cross(a: Vector, b: Vector) -> Vector:
-    """Cross products along axis 1 (np.cross costs ten times as much at these sizes)."""
+    """Compute cross products along axis 1 (np.cross costs ten times as much at these sizes)."""
     out = np.empty_like(b)
     out[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
     out[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
@@ -101,7 +109,14 @@ def _cross(a: Vector, b: Vector) -> Vector:
 
 
 def downward_rotations(yaw: Vector) -> Vector:
-    """Rotations (n, 3, 3) of a tool that points down, turned by `yaw` about the vertical."""
+    """Compute the rotations of tools that point down.
+
+    Args:
+        yaw: angles about the vertical (n,), rad.
+
+    Returns:
+        R_BT = Rz(yaw)·Rx(π), (n, 3, 3).
+    """
     c, s = np.cos(yaw), np.sin(yaw)
     out = np.zeros((len(yaw), 3, 3))
     out[:, 0, 0], out[:, 0, 1] = c, s
@@ -111,7 +126,17 @@ def downward_rotations(yaw: Vector) -> Vector:
 
 
 def pose_error(p_BT: Vector, R_BT: Vector, p_target: Vector, R_target: Vector) -> Vector:
-    """Twist (n, 6) from a pose to its target, in B: m and rad (first order in the rotation)."""
+    """Compute the twists from poses to their targets, to first order in the rotation.
+
+    Args:
+        p_BT: tool positions (n, 3) in B, m.
+        R_BT: tool rotations (n, 3, 3).
+        p_target: target positions (n, 3) in B, m.
+        R_target: target rotations (n, 3, 3).
+
+    Returns:
+        Twists (n, 6) in B: translation, m, then rotation, rad.
+    """
     error = np.empty((len(p_BT), 6))
     error[:, :3] = p_target - p_BT
     error[:, 3:] = 0.5 * np.sum(_cross(R_BT, R_target), axis=2)
@@ -119,18 +144,26 @@ def pose_error(p_BT: Vector, R_BT: Vector, p_target: Vector, R_target: Vector) -
 
 
 def solve_ik(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
-    """Joint positions (n, 7) whose tools are at `p_BT`, down, at `yaw`; None when not all exist.
+    """Solve inverse kinematics for tools that point down, many poses at once.
 
-    Damped least squares from `start` (n, 7); the spare degree of freedom minimises the distance to
-    `READY_POSTURE`, which makes the solution a function of the pose, so arms do not drift over many moves.
-    Accuracy: 0.02 mm and 0.02 mrad.  Solutions keep 0.02 rad inside the official limits.
+    Damped least squares from `start`. The spare degree of freedom minimises the distance to
+    `READY_POSTURE`, which makes the solution a function of the pose, so the arm does not drift over many
+    moves. Accuracy: 0.02 mm and 0.02 mrad. Solutions keep 0.02 rad inside the official limits.
+
+    Args:
+        p_BT: tool positions (n, 3) in B, m.
+        yaw: tool yaws (n,), rad.
+        start: joint positions (n, 7) to start from, rad.
+
+    Returns:
+        Joint positions (n, 7), rad; None unless every pose has a solution within 60 iterations.
     """
     R_target = downward_rotations(yaw)
     q = _clamp_to_limits(start)
     for _ in range(60):
         p, R, J = forward_kinematics(q)
         error = pose_error(p, R, p_BT, R_target)
-        # An upside-down tool has a vanishing first-order error; the third axis tells them apart.
+        # An upside-down tool has a vanishing first-order error; the third axis tells it from a solution.
         flipped = R[:, 2, 2] > 0.0
         JT = J.transpose(0, 2, 1)
         damping = 1e-9 + _DAMPING * np.sum(error * error, axis=1)
@@ -153,7 +186,17 @@ def solve_ik(p_BT: Vector, yaw: Vector, start: Vector) -> Vector | None:
 
 
 def solve_ik_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
-    """Joint positions (7,) for one pose, tried from `start`, from `READY_POSTURE` and from turned postures."""
+    """Solve inverse kinematics for one pose, from several starting postures in turn.
+
+    Args:
+        p_BT: tool position (3,) in B, m.
+        yaw: tool yaw, rad.
+        start: joint positions (7,) to try first, rad; then postures turned to the pose's bearing, then
+            `READY_POSTURE`.
+
+    Returns:
+        Joint positions (7,), rad; None if no start leads to a solution.
+    """
     bearing = float(np.arctan2(p_BT[1], p_BT[0]))
     turned = READY_POSTURE.copy()
     turned[0] = np.clip(bearing, Q_MIN[0], Q_MAX[0])
@@ -161,17 +204,26 @@ def solve_ik_one(p_BT: Vector, yaw: float, start: Vector) -> Vector | None:
     low = turned + np.array([0.0, 0.6, 0.0, -0.4, 0.0, 0.3, 0.0])
     far = turned + np.array([0.0, 0.8, 0.0, 1.0, 0.0, 0.0, 0.0])
     for guess in (start, turned, low, far, READY_POSTURE):
-        found = solve_ik(p_BT[None, :], np.array([yaw]), guess[None, :])
-        if found is not None:
-            solution: Vector = found[0]
+        solutions = solve_ik(p_BT[None, :], np.array([yaw]), guess[None, :])
+        if solutions is not None:
+            solution: Vector = solutions[0]
             return solution
     return None
 
 
 def ik_step(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
-    """Joint positions (7,) one Newton step from `q` towards a pose nearby, for servoing every tick.
+    """Take one Newton step towards a pose nearby, for servoing at every tick.
 
-    The spare degree of freedom goes half of its way to `posture` (7,).
+    The spare degree of freedom goes half of its way to `posture`.
+
+    Args:
+        p_BT: target tool position (3,) in B, m.
+        yaw: target tool yaw, rad.
+        q: current joint positions (7,), rad.
+        posture: joint positions (7,) that the spare degree of freedom approaches, rad.
+
+    Returns:
+        Joint positions (7,), rad, clamped to 0.02 rad inside the limits.
     """
     p, R, J = forward_kinematics(q[None, :])
     error = pose_error(p, R, p_BT[None, :], downward_rotations(np.array([yaw])))[0]
@@ -182,7 +234,7 @@ def ik_step(p_BT: Vector, yaw: float, q: Vector, posture: Vector) -> Vector:
 
 
 def _clamp_to_limits(q: Vector) -> Vector:
-    """The nearest joint positions that solutions keep to."""
-    # As np.clip, which takes five times as long at these sizes.
+    """Clamp joint positions to 0.02 rad inside the limits."""
+    # np.clip does the same and takes five times as long at these sizes.
     nearest: Vector = np.minimum(np.maximum(q, _LOWEST), _HIGHEST)
     return nearest

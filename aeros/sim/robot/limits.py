@@ -1,7 +1,7 @@
-"""The Panda's limits of record, per joint 1 to 7, SI.
+"""The Panda's official limits, per joint 1 to 7, SI.
 
-Source: frankaemika/docs at 1da6bd3, `control_parameters`.  PyBullet's own panda.urdf is wider on
-every joint; it is never read for limits.
+Source: frankaemika/docs at 1da6bd3, `control_parameters`. PyBullet's own panda.urdf is wider on every
+joint; it is never read for limits.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Speed of the fastest link, from joint positions and rates, and the base's velocity.
+"""Speed of the fastest link, from joint positions and rates and the velocity of the base.
 
-Of each link both ends of the axis of its capsule are followed, and of the hand the tool point; as a link is
-rigid, no point of those axes is faster.  Not counted: a link's turning about its own axis.
+Of each link it follows both ends of its capsule's axis, and of the hand also the tool point. A link is
+rigid, so no point of those axes is faster. Not counted: rotation of a link about its own axis.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _FOLLOWED_POINTS: Final = tuple(
     tuple(
         dict.fromkeys(
             (
-                *(end for one in CAPSULES if one.joint == joint for end in (one.a, one.b)),
+                *(end for capsule in CAPSULES if capsule.joint == joint for end in (capsule.a, capsule.b)),
                 *((PANDA_BODY.tool_offset,) if joint == len(PANDA_BODY.dh_rows) else ()),
             )
         )
@@ -28,14 +28,22 @@ _FOLLOWED_POINTS: Final = tuple(
 _CHAIN: Final = tuple(
     (*mounting_of(row), points) for row, points in zip(PANDA_BODY.dh_rows, _FOLLOWED_POINTS, strict=True)
 )
-"""Of each joint: its `Mounting`, and the points that it carries, in its frame, m."""
+"""For each joint its `Mounting` and the points that it carries, in its frame, m."""
 
 
 def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
-    """Speed in W of the fastest of the followed points, m/s.
+    """Compute the speed in W of the fastest of the followed points.
 
-    base: velocity of the arm's base, which does not turn, m/s.  Velocities go up the chain in each link's own
-    frame, where its points stay: v = v₋₁ + ω₋₁ × p, ω = ω₋₁ + z·q̇, both turned.
+    Velocities go up the chain in each link's own frame, where its points stay: v = v₋₁ + ω₋₁ × p, ω = ω₋₁ +
+    z·q̇, both rotated.
+
+    Args:
+        q: joint positions (7), rad.
+        rates: joint speeds (7), rad/s.
+        base: velocity of the arm's base in W, m/s; the base does not rotate.
+
+    Returns:
+        The speed, m/s.
     """
     vx, vy, vz = base
     wx = wy = wz = 0.0

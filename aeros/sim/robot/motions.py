@@ -1,9 +1,9 @@
-"""What each action kind does, tick by tick.
+"""Motion planners: one for each action kind, which check the parameters and prepare the motion tick by tick.
 
-Planning a motion refuses what cannot be done and moves nothing.  What it returns says what will be done
-and does that: the iterator sets the motors and yields once per tick.  Targets are in W; the tool points
-down.  `drive` is what was stated of a motion of the base that is under way: the tool comes to its target
-as the base comes to rest, and keeps its speed in W.
+Planning a motion refuses what cannot be done and moves nothing. It returns a plan and an iterator that does
+exactly that plan: the iterator sets the motors and yields once per tick. Targets are in W; the tool points
+down. `base_motion` is the plan of a base motion under way: the tool then reaches its target when the base
+comes to rest, and keeps its speed limit in W.
 """
 
 # Frames live in names (p_WT, R_BT, J): house style (b).
@@ -39,10 +39,10 @@ from aeros.sim.robot.profile import (
     JointProfile,
     UnreachableError,
     joint_profile,
+    line_path,
+    line_profile,
     minimum_jerk,
     minimum_jerk_ticks,
-    straight_path,
-    straight_profile,
 )
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, BRAKED_PARTS, Robot
 
@@ -50,7 +50,7 @@ MotionTicks = Iterator[None]
 
 
 class PreparedMotion(NamedTuple):
-    """What will be done, the motion that does just that, and which parts of the robot it moves."""
+    """A plan, the motion that follows it, and the parts of the robot that it moves (`arm`, `base`)."""
 
     plan: PlannedMotion
     motion: MotionTicks
@@ -68,10 +68,10 @@ REST_SPEED: Final = 0.01
 """Joint speed below which the arm rests, rad/s."""
 
 ARRIVAL_TOLERANCE: Final = 0.01
-"""Distance from the target beyond which a move did not arrive, m."""
+"""Greatest distance of the tool from the target of a completed move, m."""
 
 JOINT_ARRIVAL_TOLERANCE: Final = 0.01
-"""Distance of a joint from its target beyond which a move did not arrive, rad."""
+"""Greatest distance of a joint from the target of a completed move, rad."""
 
 _CONTACT_SPEED: Final = 0.006
 """Speed of approach to a surface and greatest speed of force control, m/s."""
@@ -96,34 +96,58 @@ _MIN_SPEED: Final = 1e-3
 """Least speed of a move, m/s."""
 
 _BASE_LIMIT_SHARE: Final = 0.999
-"""Share of the asked speed and of its acceleration limit that the base takes: rounding must pass neither."""
+"""Share of requested speed and acceleration limit that the base uses: rounding must exceed neither."""
 
 _SURFACE_SEARCH_DEPTH: Final = 0.02
-"""How far below its target a slide looks for the surface, m."""
+"""Depth below its target down to which a slide searches for the surface, m."""
 
 
 _SLIDE_PATH_SPACING: Final = 0.005
-"""Distance in height of the paths that a slide is planned as, m."""
+"""Vertical spacing of the planned paths of a slide, m."""
 
 _MAX_PATH_DEVIATION: Final = 0.01
-"""Distance from the nearest of them that a slide may servo a joint to, rad."""
+"""Greatest deviation of a joint from the nearest planned path of a slide, rad."""
 
 
 class BlockedError(Exception):
-    """The motion was under way and something holds the robot back; the message says where."""
+    """Something holds the robot back during a motion; the message says where."""
 
 
 def plan_stop(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
-    """`stop {}`: come to rest and hold."""
+    """Plan `stop {}`: come to rest and hold.
+
+    Args:
+        robot: the robot.
+        parameters: none.
+        base_motion: plan of the base motion under way, which stops too.
+
+    Returns:
+        The motion; it brakes arm and base.
+
+    Raises:
+        ActionRejectedError: there are parameters.
+    """
     parameters.reject_unread()
-    return PreparedMotion(NoMotion("it brings to rest what moves"), robot.brake(), BRAKED_PARTS)
+    return PreparedMotion(NoMotion("stop: the robot comes to rest"), robot.brake(), BRAKED_PARTS)
 
 
-def plan_wait(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`wait {duration: s}`: hold for a while."""
+def plan_wait(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
+    """Plan `wait {duration: s}`: hold for a while.
+
+    Args:
+        robot: the robot.
+        parameters: `duration`, 0 to 600 s.
+        base_motion: plan of the base motion under way, which goes on.
+
+    Returns:
+        The motion, which moves nothing.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range.
+    """
     duration = parameters.number("duration", 0.0, 600.0)
     parameters.reject_unread()
-    return PreparedMotion(NoMotion("it waits"), _wait(ceil(duration / TICK)))
+    return PreparedMotion(NoMotion("wait: nothing moves"), _wait(ceil(duration / TICK)))
 
 
 def _wait(ticks: int) -> MotionTicks:
@@ -131,8 +155,23 @@ def _wait(ticks: int) -> MotionTicks:
         yield
 
 
-def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`move_tool {target: m, yaw: rad, speed: m/s}`: straight, as seen from the base, peaking at `speed`."""
+def plan_move_tool(
+    robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
+) -> PreparedMotion:
+    """Plan `move_tool {target: m, yaw: rad, speed: m/s}`: a straight line in B whose peak speed is `speed`.
+
+    Args:
+        robot: the robot.
+        parameters: `target`, the tool position in W, m; `yaw` in [-π, π], rad; `speed`, 0.001 to 1.7 m/s.
+        base_motion: plan of the base motion under way; its peak speed is subtracted from `speed`.
+
+    Returns:
+        The motion of the arm.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, the base alone is too fast, or
+            the line is unreachable.
+    """
     p_WT = parameters.position("target")
     yaw = parameters.number("yaw", -pi, pi)
     speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
@@ -140,10 +179,10 @@ def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory
     p_BT, yaw_now = robot.tool_command()
     yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
     base = robot.read_sensors().base_position
-    target = np.array(p_WT) - np.array(base if drive is None else _base_destination(drive))
+    target = np.array(p_WT) - np.array(base if base_motion is None else _base_destination(base_motion))
     try:
-        profile = straight_profile(
-            robot.q_command, (p_BT, yaw_now), (target, yaw), _relative_speed(speed, drive)
+        profile = line_profile(
+            robot.q_command, (p_BT, yaw_now), (target, yaw), _relative_speed(speed, base_motion)
         )
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
@@ -154,19 +193,19 @@ def plan_move_tool(robot: Robot, parameters: ActionParameters, drive: Trajectory
 _NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
-def _relative_speed(speed: float, drive: Trajectory | None) -> float:
-    """What is left for the arm's own motion of a speed in W, m/s, while the base drives."""
-    if drive is None:
+def _relative_speed(speed: float, base_motion: Trajectory | None) -> float:
+    """Return the part of a tool speed in W that is left for the arm while the base drives, m/s."""
+    if base_motion is None:
         return speed
-    carried = PEAK_TO_MEAN * hypot(*drive.base_path) / drive.duration
+    carried = PEAK_TO_MEAN * hypot(*base_motion.base_path) / base_motion.duration
     if speed - carried < _MIN_SPEED:
         raise ActionRejectedError(f"out of range: the base alone moves the tool at {carried:.3g} m/s")
     return speed - carried
 
 
-def _base_destination(drive: Trajectory) -> Vector3:
-    """Where in W the base comes to rest."""
-    x, y, z = (b + w for b, w in zip(drive.base, drive.base_path, strict=True))
+def _base_destination(base_motion: Trajectory) -> Vector3:
+    """Return the position in W at which the base comes to rest, m."""
+    x, y, z = (b + w for b, w in zip(base_motion.base, base_motion.base_path, strict=True))
     return (x, y, z)
 
 
@@ -187,15 +226,30 @@ def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
     yield from settle(robot)
 
 
-def plan_move_joints(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool nowhere faster than `speed`."""
+def plan_move_joints(
+    robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
+) -> PreparedMotion:
+    """Plan `move_joints {q1 … q7: rad, speed: m/s}`: all joints in step, the tool never faster than `speed`.
+
+    Args:
+        robot: the robot.
+        parameters: `q1` to `q7`, target positions inside the joint limits, rad; `speed`, 0.001 to 1.7 m/s.
+        base_motion: plan of the base motion under way; its peak speed is subtracted from `speed`.
+
+    Returns:
+        The motion of the arm.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, the base alone is too fast, or
+            no duration keeps the joints inside their limits.
+    """
     limits = zip(Q_MIN.tolist(), Q_MAX.tolist(), strict=True)
     target = np.array([parameters.number(f"q{i}", *limit) for i, limit in enumerate(limits, 1)])
     speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
     parameters.reject_unread()
     base = robot.read_sensors().base_position
     try:
-        profile = joint_profile(robot.q_command, target, _relative_speed(speed, drive))
+        profile = joint_profile(robot.q_command, target, _relative_speed(speed, base_motion))
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
     trajectory = Trajectory(PANDA_BODY, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
@@ -206,11 +260,18 @@ def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> MotionT
     yield from _follow_profile(robot, profile)
     miss = float(np.abs(np.array(robot.read_sensors().q) - target).max())
     if miss > JOINT_ARRIVAL_TOLERANCE:
-        raise BlockedError(f"blocked: a joint rests {miss:.3f} rad from its target")
+        raise BlockedError(f"blocked: a joint stopped {miss:.3f} rad from its target")
 
 
 def settle(robot: Robot) -> MotionTicks:
-    """Wait until the arm rests, at most `SETTLE_TICKS`."""
+    """Wait until the arm rests: all joints below `REST_SPEED`, or `SETTLE_TICKS` have passed.
+
+    Args:
+        robot: the robot.
+
+    Yields:
+        Once per tick.
+    """
     for _ in range(SETTLE_TICKS):
         yield
         if max(map(abs, robot.read_sensors().qd)) < REST_SPEED:
@@ -220,15 +281,27 @@ def settle(robot: Robot) -> MotionTicks:
 def _check_arrival(robot: Robot, p_WT: Vector3) -> None:
     miss = float(np.linalg.norm(np.array(robot.read_sensors().tool_position) - np.array(p_WT)))
     if miss > ARRIVAL_TOLERANCE:
-        raise BlockedError(f"blocked: the tool rests {1000 * miss:.0f} mm from its target")
+        raise BlockedError(f"blocked: the tool stopped {1000 * miss:.0f} mm from its target")
 
 
-def plan_grip(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`grip {width: m, force: N}`: move the fingers to `width`; ends when they rest."""
+def plan_grip(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
+    """Plan `grip {width: m, force: N}`: move the fingers to `width`; ends when they rest.
+
+    Args:
+        robot: the robot.
+        parameters: `width` between the fingers, 0 to 0.08 m; `force` on each, 0.1 to 70 N.
+        base_motion: plan of the base motion under way, which goes on.
+
+    Returns:
+        The motion, which moves only the fingers.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range.
+    """
     width = parameters.number("width", 0.0, FINGER_GAP_MAX)
     force = parameters.number("force", 0.1, GRIP_FORCE_MAX)
     parameters.reject_unread()
-    return PreparedMotion(NoMotion("it moves the fingers alone"), _grip(robot, width, force))
+    return PreparedMotion(NoMotion("grip: only the fingers move"), _grip(robot, width, force))
 
 
 def _grip(robot: Robot, width: float, force: float) -> MotionTicks:
@@ -242,34 +315,45 @@ def _grip(robot: Robot, width: float, force: float) -> MotionTicks:
     raise BlockedError("blocked: the fingers do not come to rest")
 
 
-def plan_slide(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`slide {target: m, force: N, speed: m/s}`: along x and y, pressing down with `force`.
+def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
+    """Plan `slide {target: m, force: N, speed: m/s}`: a line along x and y, pressing down with `force`.
 
-    First descends until the wrist feels half the force, at most 20 mm below the target's z, then
-    moves while integral control on z holds the force, at least half a second.  The descent is slow
-    (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
+    First the tool descends until the wrist measures half the force, at most 20 mm below the target's z.
+    Then it moves for at least half a second, while integral control on z holds the force. The descent is
+    slow (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
+
+    Args:
+        robot: the robot.
+        parameters: `target`, the tool position in W, m, its z near the surface; `force`, 0.5 to 60 N;
+            `speed`, 0.001 to 0.5 m/s.
+        base_motion: plan of the base motion under way; must be None.
+
+    Returns:
+        The motion of the arm, under feedback.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, the base drives, or a path is
+            unreachable.
     """
     p_WT = parameters.position("target")
     force = parameters.number("force", 0.5, 60.0)
     speed = parameters.number("speed", 1e-3, 0.5)
     parameters.reject_unread()
-    if drive is not None:
-        raise ActionRejectedError("the base drives: what is pressed on would be dragged along")
+    if base_motion is not None:
+        raise ActionRejectedError("not allowed while the base drives: the pressed object would be dragged")
     start, yaw = robot.tool_command()
     base = robot.read_sensors().base_position
     target = np.array(p_WT) - np.array(base)
     lowest = float(target[2]) - _SURFACE_SEARCH_DEPTH
     q = robot.q_command
     try:
-        # Along and down together are no faster than asked; slower than twice the descent is not worth it.
+        # The speed of both along and down together must not exceed `speed`; at least half of it goes along.
         along = sqrt(max(speed * speed - _CONTACT_SPEED * _CONTACT_SPEED, speed * speed / 4.0))
-        ticks = straight_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
-        # Wherever the surface is: down over the start, then along at that height.
-        paths = [straight_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
+        ticks = line_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
+        # Paths for every height of the surface: down over the start, then along at that height.
+        paths = [line_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
         heights = np.arange(lowest, max(start[2], lowest) + _SLIDE_PATH_SPACING, _SLIDE_PATH_SPACING)
-        paths += [
-            straight_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights
-        ]
+        paths += [line_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights]
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
     ticks = max(ticks, 120)
@@ -283,7 +367,7 @@ def _at_height(p: Vector, height: float) -> Vector:
 
 
 def _servo_plan(distance: float, duration: float) -> ServoBounds:
-    """What `_servo_tick` holds the joints to, and the set point's own rates: along, and in height."""
+    """Return the bounds that `_servo_tick` keeps: of the joints, and of the set point along and in height."""
     rise = _CONTACT_SPEED_STEP / TICK
     return ServoBounds(
         joint_tolerance=(_MAX_PATH_DEVIATION,) * 7,
@@ -297,7 +381,7 @@ def _servo_plan(distance: float, duration: float) -> ServoBounds:
 
 
 class _SlidePaths:
-    """The paths of a slide, sampled, so that leaving them is noticed."""
+    """The paths of a slide as sampled points, to detect when the arm leaves them."""
 
     def __init__(self, paths: list[JointPath]) -> None:
         corners = np.concatenate([np.array(path) for path in paths])
@@ -307,24 +391,27 @@ class _SlidePaths:
         self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
         self._by_joint = np.ascontiguousarray(self._q.T)
         self._away = np.empty_like(self._by_joint)
-        self._asked: tuple[Vector, Vector] | None = None
+        self._last_query: tuple[Vector, Vector] | None = None
 
     def nearest(self, q: Vector) -> Vector:
-        """The nearest point of them, by its farthest joint; BlockedError where it is beyond the slack."""
-        # Where a tick ends, the next begins: the same set points are asked about twice.
-        if self._asked is not None and self._asked[0] is q:
-            return self._asked[1]
+        """Return the sampled point nearest to `q` (largest joint distance), rad.
+
+        Raises BlockedError if it is farther away than `_MAX_PATH_DEVIATION`.
+        """
+        # Each set point is queried twice: at the end of a tick and at the beginning of the next.
+        if self._last_query is not None and self._last_query[0] is q:
+            return self._last_query[1]
         away = np.abs(np.subtract(self._by_joint, q[:, None], out=self._away), out=self._away).max(axis=0)
         index = int(away.argmin())
         if away[index] > _MAX_PATH_DEVIATION:
             raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
         nearest: Vector = self._q[index]
-        self._asked = (q, nearest)
+        self._last_query = (q, nearest)
         return nearest
 
 
 def _slide(
-    robot: Robot, target: Vector, force: float, ticks: int, lowest: float, lanes: _SlidePaths
+    robot: Robot, target: Vector, force: float, ticks: int, lowest: float, paths: _SlidePaths
 ) -> MotionTicks:
     yield from settle(robot)
     tare = robot.wrist_vertical_force()
@@ -335,39 +422,53 @@ def _slide(
         pace = min(_CONTACT_SPEED, pace + _CONTACT_SPEED_STEP)
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
-            raise BlockedError("no contact: the surface is not where the target says")
-        _servo_tick(robot, p_BT, yaw, lanes)
+            raise BlockedError("no contact: no surface down to 20 mm below the target")
+        _servo_tick(robot, p_BT, yaw, paths)
         yield
         pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
     share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     for part in share:
         pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
-        wanted = min(_CONTACT_SPEED, max(-_CONTACT_SPEED, _FORCE_GAIN * (force - pressed)))
-        pace = min(pace + _CONTACT_SPEED_STEP, max(pace - _CONTACT_SPEED_STEP, wanted))
+        correction = min(_CONTACT_SPEED, max(-_CONTACT_SPEED, _FORCE_GAIN * (force - pressed)))
+        pace = min(pace + _CONTACT_SPEED_STEP, max(pace - _CONTACT_SPEED_STEP, correction))
         p_BT[2] -= pace * TICK
         if p_BT[2] < lowest:
-            raise BlockedError("no contact: the surface fell away")
+            raise BlockedError("contact lost: no surface down to 20 mm below the target")
         p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
-        _servo_tick(robot, p_BT, yaw, lanes)
+        _servo_tick(robot, p_BT, yaw, paths)
         yield
     robot.hold_arm()
     yield from settle(robot)
 
 
-def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, lanes: _SlidePaths) -> None:
-    """One tick of servoing, at most half of any joint's speed and acceleration limit."""
+def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, paths: _SlidePaths) -> None:
+    """Servo for one tick, with at most half of any joint's speed and acceleration limit."""
     here = robot.q_command
-    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, lanes.nearest(here)) - here) / TICK
+    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, paths.nearest(here)) - here) / TICK
     before = robot.qd_command
     rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
     rate = np.minimum(np.maximum(rate, before - _SERVO_RATE_STEP), before + _SERVO_RATE_STEP)
     q = here + rate * TICK
-    lanes.nearest(q)
+    paths.nearest(q)
     robot.command(q, rate)
 
 
-def plan_move_base(robot: Robot, parameters: ActionParameters, drive: Trajectory | None) -> PreparedMotion:
-    """`move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest."""
+def plan_move_base(
+    robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None
+) -> PreparedMotion:
+    """Plan `move_base {x: m, y: m, speed: m/s}`: drive the carriage along a straight line, arm at rest.
+
+    Args:
+        robot: the robot.
+        parameters: `x` and `y` of the arm's base in W, within ±10 m; `speed`, 0.001 to 1 m/s.
+        base_motion: plan of the base motion under way; ignored.
+
+    Returns:
+        The motion of the base.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, or the robot has no carriage.
+    """
     x = parameters.number("x", -10.0, 10.0)
     y = parameters.number("y", -10.0, 10.0)
     speed = parameters.number("speed", 1e-3, 1.0)
@@ -400,7 +501,7 @@ def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> MotionT
     at = np.array(robot.read_sensors().base_position[:2])
     miss = float(np.linalg.norm(at - target))
     if miss > ARRIVAL_TOLERANCE:
-        raise BlockedError(f"blocked: the base rests {1000 * miss:.0f} mm from its target")
+        raise BlockedError(f"blocked: the base stopped {1000 * miss:.0f} mm from its target")
 
 
 PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {
@@ -412,4 +513,4 @@ PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None],
     "slide": plan_slide,
     "move_base": plan_move_base,
 }
-"""Motion planners by action kind; `look` moves nothing and is the plant's own."""
+"""Motion planners by action kind; the plant itself handles `look`, which moves nothing."""

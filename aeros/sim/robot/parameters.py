@@ -1,4 +1,4 @@
-"""Action parameters read strictly: what is missing, unknown, not a number or out of range is refused."""
+"""Strict access to action parameters: missing, unknown, mistyped and out-of-range ones are refused."""
 
 from __future__ import annotations
 
@@ -9,21 +9,44 @@ from aeros.sim.geometry import Vector3
 
 
 class ActionRejectedError(Exception):
-    """The plant cannot do this action; the message says why.  Raised before any motion."""
+    """The plant cannot do this action; the message says why. Raised before any motion."""
 
 
 class ActionParameters:
-    """The parameters of one action; each is read once, and `reject_unread` refuses those never read."""
+    """The parameters of one action; each is read once, and `reject_unread` refuses the rest."""
 
     def __init__(self, values: Mapping[str, Any]) -> None:
         self._values = dict(values)
 
     def number(self, name: str, low: float, high: float) -> float:
-        """A number in [low, high], SI; both ends are finite."""
+        """Read a number.
+
+        Args:
+            name: of the parameter.
+            low: least allowed value, SI.
+            high: greatest allowed value, SI.
+
+        Returns:
+            The number, in [low, high].
+
+        Raises:
+            ActionRejectedError: it is missing, no number or out of range.
+        """
         return self._check(name, self._take(name), low, high)
 
     def position(self, name: str, limit: float = 10.0) -> Vector3:
-        """A position in W, m, each coordinate within ±`limit`."""
+        """Read a position in W.
+
+        Args:
+            name: of the parameter.
+            limit: greatest absolute value of a coordinate, m.
+
+        Returns:
+            The position, m.
+
+        Raises:
+            ActionRejectedError: it is missing, no 3-tuple of numbers or out of range.
+        """
         value = self._take(name)
         if not isinstance(value, tuple) or len(value) != 3:
             raise ActionRejectedError(f"bad parameter: `{name}` is not a 3-tuple")
@@ -31,14 +54,28 @@ class ActionParameters:
         return (x, y, z)
 
     def string(self, name: str) -> str:
-        """A string."""
+        """Read a string.
+
+        Args:
+            name: of the parameter.
+
+        Returns:
+            The string.
+
+        Raises:
+            ActionRejectedError: it is missing or no string.
+        """
         value = self._take(name)
         if not isinstance(value, str):
             raise ActionRejectedError(f"bad parameter: `{name}` is not a string")
         return value
 
     def reject_unread(self) -> None:
-        """Refuse what nobody read."""
+        """Refuse parameters that were not read.
+
+        Raises:
+            ActionRejectedError: there is one.
+        """
         if self._values:
             raise ActionRejectedError(f"unknown parameter: `{min(self._values)}`")
 

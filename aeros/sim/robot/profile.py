@@ -1,9 +1,9 @@
-"""Minimum-jerk joint profiles along straight tool paths, slowed until every limit holds.
+"""Minimum-jerk joint profiles along straight tool paths, slowed down until every limit holds.
 
-s(t) = 10u³ − 15u⁴ + 6u⁵ with u = t/T: rests at both ends, peak speed 1.875 × mean.  The path is
-solved at waypoints and joined by a cubic spline, whose second derivative has no jumps, so jerk is bounded;
-the profile that is decided is the one that is streamed, tick by tick.
-Units: SI.  Frames: as in `kinematics` (B, the arm's base).
+s(t) = 10u³ − 15u⁴ + 6u⁵ with u = t/T: at rest at both ends, peak speed 1.875 × mean. The path is solved at
+waypoints and joined by a cubic spline, whose second derivative has no jumps, so jerk is bounded. The
+profile that is decided is the one that is executed, tick by tick.
+Units: SI. Frames: as in `kinematics` (B, the arm's base).
 """
 
 from __future__ import annotations
@@ -51,45 +51,56 @@ class UnreachableError(Exception):
 
 
 _SPEED_MARGIN: Final = 0.99
-"""Share of the asked speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
-decision's own bound takes as much."""
+"""Share of the requested speed that a profile peaks at: the spline is as fast as the line to 0.1 %, and the
+bound that the decision uses takes as much."""
 
 
 _MAX_TILT: Final = 1e-3
-"""Angle of the tool from pointing down above which a start is off its line, rad."""
+"""Tilt of the tool above which the start of a profile is off its line, rad."""
 
 _OFF_LINE_SPEED_SHARE: Final = 0.9
-"""Share of a speed limit that a tool may use on its way to its line, as sampled."""
+"""Share of a speed limit that a tool may use while it is off its line, as sampled."""
 
 _OFF_LINE_ACCELERATION_SHARE: Final = 0.1
-"""Share of an acceleration limit likewise: of a path that bends, the decision's bound is up to eight times
-what is sampled."""
+"""Share of an acceleration limit likewise: on a bent path the decision's bound is up to eight times the
+sampled value."""
 
 _MIN_OFF_LINE_PIECES: Final = 30
-"""Fewest pieces of such a path: of few long ones the decision's bounds are wide."""
+"""Least number of pieces of such a path: with few long pieces the decision's bounds are wide."""
 
 _MIN_TICKS: Final = 24
-"""Fewest ticks of a profile (0.1 s), however short its way."""
+"""Least number of ticks of a profile (0.1 s), however short its path."""
 
 _SAMPLES_PER_PIECE: Final = 8
-"""Samples of each piece of a path for that."""
+"""Samples of each piece of a path that is off its line."""
 
 
 @dataclass(frozen=True, slots=True)
 class JointProfile:
-    """A path and the ticks it takes."""
+    """A joint path and its duration in ticks."""
 
     path: JointPath
     ticks: int
 
     def sample(self) -> tuple[Vector, Vector]:
-        """Set points per tick, the first one tick after the start: (ticks, 7), rad and rad/s."""
+        """Compute the set points of every tick; the first is one tick after the start.
+
+        Returns:
+            Joint positions, rad, and speeds, rad/s, each of shape (ticks, 7).
+        """
         q, qd, _ = _sample(np.array(self.path), self.ticks)
         return q, qd
 
 
 def minimum_jerk(u: Vector) -> tuple[Vector, Vector, Vector]:
-    """s, ds/du and d²s/du² of the minimum-jerk profile at u in [0, 1]."""
+    """Compute the minimum-jerk profile s(u) = 10u³ − 15u⁴ + 6u⁵ and its derivatives.
+
+    Args:
+        u: shares of the duration, in [0, 1].
+
+    Returns:
+        s, ds/du and d²s/du², in the shape of `u`.
+    """
     s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
     ds = 30.0 * u**2 * (1.0 - u) ** 2
     dds = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
@@ -97,17 +108,36 @@ def minimum_jerk(u: Vector) -> tuple[Vector, Vector, Vector]:
 
 
 def minimum_jerk_ticks(distance: float, peak_speed: float) -> int:
-    """Ticks of a minimum-jerk move over `distance` (m) that peaks at or below `peak_speed` (m/s)."""
+    """Compute the duration of a minimum-jerk move.
+
+    Args:
+        distance: m (or rad).
+        peak_speed: speed that it must not exceed, m/s (or rad/s).
+
+    Returns:
+        Ticks, at least 1.
+    """
     return max(1, ceil(PEAK_TO_MEAN * distance / peak_speed / TICK))
 
 
-def straight_profile(
+def line_profile(
     q_start: Vector, start: tuple[Vector, float], end: tuple[Vector, float], peak_speed: float
 ) -> JointProfile:
-    """The profile from `q_start`, at pose `start`, along the straight line to pose `end`.
+    """Plan a profile along a straight line of the tool.
 
-    Poses are (p_BT in m, yaw in rad), the tool pointing down.  `peak_speed` bounds the tool's speed,
-    m/s; joint limits may make it slower.  Raises `UnreachableError`.
+    Poses are (p_BT in m, yaw in rad), the tool pointing down.
+
+    Args:
+        q_start: joint positions (7,) at the start, rad.
+        start: the tool's pose there, in B.
+        end: its pose at the end, in B.
+        peak_speed: bound on the tool's speed, m/s; joint limits may make it slower.
+
+    Returns:
+        The profile; it begins exactly at `q_start`.
+
+    Raises:
+        UnreachableError: the line leaves the arm's reach, or needs another arm configuration.
     """
     distance, turn, pieces = _line_geometry(start, end)
     is_tilted = _is_tilted(q_start)
@@ -125,10 +155,18 @@ def straight_profile(
 
 
 def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointProfile:
-    """The profile from `q_start` to `q_end`, rad, along the straight line between them.
+    """Plan a profile along a straight line in joint space.
 
-    `peak_speed` bounds the tool's speed, m/s, wherever that takes it; limits may make it slower.
-    Raises `UnreachableError`.
+    Args:
+        q_start: joint positions (7,) at the start, rad.
+        q_end: joint positions (7,) at the end, rad.
+        peak_speed: bound on the tool's speed, m/s; limits may make it slower.
+
+    Returns:
+        The profile.
+
+    Raises:
+        UnreachableError: no duration keeps the joints inside their limits.
     """
     share = np.linspace(0.0, 1.0, _MIN_OFF_LINE_PIECES + 1)
     path = _spline(q_start + share[:, None] * (q_end - q_start))
@@ -137,7 +175,7 @@ def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointPro
 
 
 def _within_limits(path: Vector, ticks: int) -> JointProfile:
-    """The path in so many ticks, or as many more as keep every joint inside its limits."""
+    """Return the path with so many ticks, or as many more as keep every joint inside its limits."""
     for _ in range(12):
         _, qd, qdd = _sample(path, ticks)
         excess = max(
@@ -150,8 +188,20 @@ def _within_limits(path: Vector, ticks: int) -> JointProfile:
     raise UnreachableError("no duration brings the joint speeds inside the limits")
 
 
-def straight_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> JointPath:
-    """The path of a straight line whose solutions are sought from `q_guess`.  Raises `UnreachableError`."""
+def line_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vector, float]) -> JointPath:
+    """Plan the joint path of a straight line of the tool, without timing.
+
+    Args:
+        q_guess: joint positions (7,) near which the solution of the start is sought, rad.
+        start: pose at the start: (p_BT in m, yaw in rad).
+        end: pose at the end, likewise.
+
+    Returns:
+        The path.
+
+    Raises:
+        UnreachableError: the line leaves the arm's reach, or needs another arm configuration.
+    """
     q_start = solve_ik_one(*start, q_guess)
     if q_start is None:
         raise UnreachableError(f"no joint position puts the tool at {_format_point(start[0])}")
@@ -160,7 +210,7 @@ def straight_path(q_guess: Vector, start: tuple[Vector, float], end: tuple[Vecto
 
 
 def _line_geometry(start: tuple[Vector, float], end: tuple[Vector, float]) -> tuple[float, float, int]:
-    """Distance, turn and the number of pieces between two poses."""
+    """Return distance (m), turn (rad) and the number of path pieces between two poses."""
     distance = float(np.linalg.norm(end[0] - start[0]))
     turn = abs(end[1] - start[1])
     return distance, turn, max(2, ceil(max(distance / _WAYPOINT_SPACING, turn / 0.05)))
@@ -169,7 +219,7 @@ def _line_geometry(start: tuple[Vector, float], end: tuple[Vector, float]) -> tu
 def _joint_path(
     q_start: Vector, start: tuple[Vector, float], end: tuple[Vector, float], pieces: int
 ) -> Vector:
-    """Joint waypoints (pieces + 1, 7) on the line, the first exactly `q_start`."""
+    """Solve joint waypoints (pieces + 1, 7) on the line, the first exactly `q_start`."""
     (p_start, yaw_start), (p_end, yaw_end) = start, end
     q_end = solve_ik_one(p_end, yaw_end, q_start)
     if q_end is None:
@@ -182,22 +232,22 @@ def _joint_path(
     path = solve_ik(line, yaw_start + share * (yaw_end - yaw_start), guess)
     if path is None:
         raise UnreachableError(f"the straight line to {_format_point(p_end)} leaves the arm's reach")
-    # The start may be off the solver's posture (after a stop); let the difference fade out.
+    # The start may be off the solver's posture (after a stop); fade out the difference.
     fade = 1.0 - minimum_jerk(share)[0]
     joined: Vector = path + fade[:, None] * (q_start - path[0])
     if float(np.abs(np.diff(joined, axis=0)).max()) > _MAX_JOINT_STEP:
-        raise UnreachableError(f"the straight line to {_format_point(p_end)} needs a change of posture")
+        raise UnreachableError(f"the straight line to {_format_point(p_end)} needs an arm reconfiguration")
     return joined
 
 
 def _is_tilted(q: Vector) -> bool:
-    """Whether the tool does not point down."""
+    """Return True if the tool does not point down."""
     _, turned, _ = forward_kinematics(q[None, :])
     return float(-turned[0, 2, 2]) < cos(_MAX_TILT)
 
 
 def _off_line_ticks(path: Vector, peak_speed: float) -> int:
-    """Ticks that keep the tool inside its limits on the way to its line, wherever on it timing is fastest."""
+    """Return ticks that keep the tool inside its limits wherever on the path timing is fastest."""
     step = 1.0 / _SAMPLES_PER_PIECE
     u = np.arange(0.0, 1.0, step)[:, None]
     v = 1.0 - u
@@ -217,7 +267,10 @@ def _off_line_ticks(path: Vector, peak_speed: float) -> int:
 
 
 def _ticks_for_limits(first: Vector, step: float, speed: float, acceleration: float) -> int:
-    """From derivatives by s, `step` apart: ẋ = x'·ṡ and ẍ = x''·ṡ² + x'·s̈, each factor at its greatest."""
+    """Bound the duration by ẋ = x'·ṡ and ẍ = x''·ṡ² + x'·s̈, each factor at its maximum.
+
+    `first` holds the derivatives by s, `step` apart.
+    """
     most = float(np.linalg.norm(first, axis=1).max())
     second = float(np.linalg.norm(np.diff(first, axis=0) / step, axis=1).max())
     bend = second * PEAK_TO_MEAN**2 + most * ACCELERATION_TO_MEAN
@@ -229,7 +282,7 @@ def _ticks_for_limits(first: Vector, step: float, speed: float, acceleration: fl
 
 
 def _spline(points: Vector) -> Vector:
-    """Bézier control points (pieces, 4, 7) of the cubic spline through `points` (pieces + 1, 7).
+    """Compute Bézier control points (pieces, 4, 7) of the cubic spline through `points` (pieces + 1, 7).
 
     Its end slopes are second-order differences; inside, slopes m solve m₋ + 4m + m₊ = 3(q₊ − q₋).
     """
@@ -246,12 +299,19 @@ def _spline(points: Vector) -> Vector:
 
 
 def to_port_path(pieces: Vector) -> JointPath:
-    """Control points (pieces, 4, 7) as the plant's port has them."""
+    """Convert control points to the form of `aeros.runtime.ports`.
+
+    Args:
+        pieces: Bézier control points (pieces, 4, 7), rad.
+
+    Returns:
+        The same numbers as nested tuples.
+    """
     return tuple((tuple(a), tuple(b), tuple(c), tuple(d)) for a, b, c, d in pieces.tolist())
 
 
 def _sample(pieces: Vector, ticks: int) -> tuple[Vector, Vector, Vector]:
-    """Positions, speeds and accelerations (ticks, 7) of the spline under minimum-jerk timing."""
+    """Sample positions, speeds and accelerations (ticks, 7) of the spline under minimum-jerk timing."""
     duration, n = ticks * TICK, len(pieces)
     s, ds, dds = minimum_jerk(np.arange(1, ticks + 1) / ticks)
     index = np.minimum((s * n).astype(int), n - 1)

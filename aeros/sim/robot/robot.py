@@ -1,4 +1,4 @@
-"""A Panda as motions see it: set points in, measured values out, whatever makes the one the other.
+"""The robot as motions use it: set points in, measured values out; simulators implement it.
 
 Frames: W the world, B the arm's base, T the tool centre point.
 """
@@ -30,14 +30,14 @@ _STOP_SHARE: Final = 0.9
 
 _MAX_JOINT_LAG: Final = 0.006
 _MAX_RATE_LAG: Final = 0.05
-"""Distance from its set point beyond which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
+"""Tracking errors above which a joint is hindered, rad and rad/s (seen at most: 0.005, 0.02)."""
 
 _BASE_LAG: Final = 0.005
 _BASE_RATE_LAG: Final = 0.02
-"""The same of the carriage, m and m/s (seen at most: 0.0018 and 0.0021)."""
+"""Tracking errors above which the carriage is hindered, m and m/s (seen at most: 0.0018 and 0.0021)."""
 
 BRAKED_PARTS: Final = frozenset(("arm", "base"))
-"""What has to be brought to rest; the fingers keep their grip."""
+"""Parts that a stop brings to rest; the fingers keep their grip."""
 
 HOLDING_FORCE: Final = 0.3
 """Force on both fingers above which something is held, N."""
@@ -45,12 +45,13 @@ HOLDING_FORCE: Final = 0.3
 
 @dataclass(frozen=True, slots=True)
 class RobotOptions:
-    """How a robot is built.
+    """Options to build a robot with.
 
-    carriage: stands on a carriage that drives along x and y of W, else fixed.
-    base: where the arm's base frame B starts in W, m; z is its height for good.
-    posture: joint positions at the start, rad.
-    finger_friction: Coulomb coefficient of the finger pads.
+    Attributes:
+        carriage: True if it stands on a carriage that drives along x and y of W, else it is fixed.
+        base: position of the arm's base frame B in W at the start, m; z never changes.
+        posture: joint positions at the start (7), rad.
+        finger_friction: Coulomb coefficient of the finger pads.
     """
 
     carriage: bool = False
@@ -60,7 +61,19 @@ class RobotOptions:
 
 
 class RobotState(NamedTuple):
-    """What the robot's own sensors read after a tick, SI, positions in W."""
+    """Readings of the robot's own sensors after a tick, SI, positions in W.
+
+    Attributes:
+        q: joint positions (7), rad.
+        qd: joint speeds (7), rad/s.
+        torque: joint torques (7), N·m.
+        tool_position: of the tool centre point, m.
+        tool_speed: of the tool centre point, m/s.
+        finger_gap: distance between the finger pads, m.
+        finger_speed: of the faster finger, m/s.
+        base_position: of the arm's base, m.
+        base_velocity: of the arm's base, m/s.
+    """
 
     q: tuple[float, ...]
     qd: tuple[float, ...]
@@ -74,7 +87,15 @@ class RobotState(NamedTuple):
 
 
 class Robot(ABC):
-    """The robot.  `q_command` and `qd_command` are the set points its motors follow now."""
+    """A Panda with a hand, on a carriage or fixed.
+
+    Attributes:
+        has_carriage: True if it can drive.
+        q_command: set points that the arm motors follow now (7,), rad.
+        qd_command: their speeds (7,), rad/s.
+        base_command: set points of the carriage (2,), relative to its start, m.
+        base_speed_command: their speeds (2,), m/s.
+    """
 
     def __init__(self, options: RobotOptions) -> None:
         self.has_carriage = options.carriage
@@ -88,42 +109,64 @@ class Robot(ABC):
 
     @abstractmethod
     def command(self, q: Vector, qd: Vector) -> None:
-        """Set the arm motors' set points, rad and rad/s, for the next tick."""
+        """Set the arm motors' set points for the next tick.
+
+        Args:
+            q: joint positions (7,), rad.
+            qd: joint speeds (7,), rad/s.
+        """
 
     @abstractmethod
     def command_base(self, xy: Vector, speed: Vector) -> None:
-        """Set the carriage's set points relative to its start, m and m/s, for the next tick."""
+        """Set the carriage's set points for the next tick.
+
+        Args:
+            xy: position (2,) relative to its start, along x and y of W, m.
+            speed: velocity (2,), m/s.
+        """
 
     @abstractmethod
     def grip(self, width: float, force: float) -> None:
-        """Drive the fingers to a gap of `width` (m) with at most `force` (N) on each."""
+        """Drive the fingers to a gap.
+
+        Args:
+            width: distance between the finger pads, m.
+            force: greatest force on each finger, N.
+        """
 
     def hold(self) -> None:
-        """Keep the commanded position, at rest."""
+        """Hold the commanded positions of arm and carriage, at rest."""
         self.hold_arm()
         self.hold_base()
 
     def hold_arm(self) -> None:
-        """Keep the arm's commanded position, at rest."""
+        """Hold the arm's commanded position, at rest."""
         self.command(self.q_command, np.zeros(7))
 
     def hold_base(self) -> None:
-        """Keep the carriage's commanded position, at rest."""
+        """Hold the carriage's commanded position, at rest."""
         if self.has_carriage:
             self.command_base(self.base_command, np.zeros(2))
 
     def yield_to_contact(self) -> None:
-        """Take what is measured for set points: stop pushing against what holds arm or carriage."""
+        """Make the measured positions the set points: stop pushing against an obstacle."""
         state = self.read_sensors()
         self.q_command = np.array(state.q)
         self.base_command = np.array(state.base_position[:2]) - self.base_origin
         self.hold()
 
     def brake(self, parts: Collection[str] = BRAKED_PARTS) -> Iterator[None]:
-        """Bring those of arm and carriage to rest, all joints together, one tick per item, then hold.
+        """Bring arm or carriage to rest, all joints together, then hold.
 
-        Braking is even, as hard as keeps every joint inside its limit; see `_braking`.  What does
-        not follow, as something is in its way, is braked from where it is, not torn to where it should be.
+        Braking is even, as hard as keeps every joint inside its limit; see `_braking`. A joint that an
+        obstacle keeps from following is braked from its measured position, not pulled back to its set
+        point.
+
+        Args:
+            parts: of `arm` and `base`, those to brake.
+
+        Yields:
+            Once per tick.
         """
         q, qd = self.followed_set_points()
         xy, speed = self.followed_base_set_points()
@@ -141,9 +184,12 @@ class Robot(ABC):
             self.hold_base()
 
     def followed_set_points(self) -> tuple[Vector, Vector]:
-        """Set points, but of joints that do not follow them those that they would follow.
+        """Return the arm's set points; for joints that do not follow them, those that they would follow.
 
-        A joint that follows is a tick ahead: its motor is given a position and the speed there at once.
+        A joint that follows is a tick ahead: its motor gets a position and the speed there at once.
+
+        Returns:
+            Joint positions (7,), rad, and speeds (7,), rad/s.
         """
         state = self.read_sensors()
         qd = np.array(state.qd)
@@ -154,7 +200,11 @@ class Robot(ABC):
         return np.where(is_off, q, self.q_command), np.where(is_off, qd, self.qd_command)
 
     def followed_base_set_points(self) -> tuple[Vector, Vector]:
-        """The same of the carriage, along x and y."""
+        """Return the carriage's set points; for an axis that does not follow, those that it would follow.
+
+        Returns:
+            Position (2,) relative to the carriage's start, m, and velocity (2,), m/s.
+        """
         state = self.read_sensors()
         speed = np.array(state.base_velocity[:2])
         xy = np.array(state.base_position[:2]) - self.base_origin - speed * TICK
@@ -167,56 +217,88 @@ class Robot(ABC):
 
     @abstractmethod
     def read_sensors(self) -> RobotState:
-        """Joint encoders and torques, and the tool's pose and speed, after the last tick."""
+        """Read joint encoders and torques, and the tool's pose and speed, after the last tick.
+
+        Returns:
+            The readings, without noise.
+        """
 
     @abstractmethod
     def finger_forces(self) -> tuple[float, float]:
-        """Normal contact force on each finger, N: what tactile pads would read."""
+        """Read the normal contact force on each finger, as tactile pads would.
+
+        Returns:
+            Left and right force, N.
+        """
 
     @abstractmethod
     def contact_force(self) -> float:
-        """Amount of the force that everything it touches exerts on the robot in all, N.
+        """Read the magnitude of the net force that everything in contact exerts on the robot.
 
-        As estimated from joint torques: what the fingers grip takes no part in it but by its weight.
+        It is what joint torques would show: a gripped object counts only by its weight.
+
+        Returns:
+            The force, N.
         """
 
     @abstractmethod
     def wrist_vertical_force(self) -> float:
-        """Vertical force in W that the hand and what it touches exert on the wrist, N, up positive.
+        """Read the vertical force in W that the hand and what it touches exert on the wrist.
 
-        Compare with a reading taken before contact: it may include the weight of hand and load.
+        It may include the weight of hand and load: compare with a reading from before contact.
+
+        Returns:
+            The force, N, up positive.
         """
 
     @property
     def base_origin(self) -> Vector:
-        """Where in W the carriage's set points count from: x and y, m."""
+        """Position in W that the carriage's set points count from: x and y (2,), m."""
         return self._base_start[:2]
 
     def tool_command(self) -> tuple[Vector, float]:
-        """The pose the arm is commanded to: tool position in B, m, and yaw, rad in (-π, π]."""
+        """Compute the tool pose that the arm is commanded to.
+
+        Returns:
+            Tool position (3,) in B, m, and yaw, rad in (-π, π].
+        """
         p_BT, R_BT, _ = forward_kinematics(self.q_command[None, :])
         return p_BT[0], float(np.arctan2(R_BT[0, 1, 0], R_BT[0, 0, 0]))
 
     def tracking_error(self, state: RobotState) -> float:
-        """Largest distance of a joint from its set point, rad."""
-        wanted: list[float] = self.q_command.tolist()
-        error: float = max(map(abs, map(sub, wanted, state.q)))
+        """Compute the largest distance of a joint from its set point.
+
+        Args:
+            state: the latest readings.
+
+        Returns:
+            The distance, rad.
+        """
+        set_points: list[float] = self.q_command.tolist()
+        error: float = max(map(abs, map(sub, set_points, state.q)))
         return error
 
     def base_tracking_error(self, state: RobotState) -> float:
-        """Distance of the carriage from its set point, m."""
+        """Compute the distance of the carriage from its set point.
+
+        Args:
+            state: the latest readings.
+
+        Returns:
+            The distance, m.
+        """
         x, y = (self.base_origin + self.base_command).tolist()
         return hypot(state.base_position[0] - x, state.base_position[1] - y)
 
     def is_holding(self) -> bool:
-        """Whether both fingers press on something."""
+        """Return True if both fingers press on something, with more than `HOLDING_FORCE`."""
         return min(self.finger_forces()) > HOLDING_FORCE
 
 
 def _braking(time: float) -> Iterator[tuple[float, float]]:
-    """After each tick of braking for `time` (s): the share of the speed that is left, and the way over it, s.
+    """Yield, after each tick of braking for `time` s, the share of the speed left and the way over speed, s.
 
-    Brakes come on and off over a tick: motors that are told to brake at once do so by 15 % more at first.
+    Brakes come on and off over a tick: motors that must brake at once overshoot by 15 % at first.
     """
     even = int(np.ceil(time / TICK))
     left, way = 1.0, 0.0

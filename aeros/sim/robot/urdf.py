@@ -1,6 +1,7 @@
-"""Whether a URDF file is one that a simulator can be given: it is read before anything is built of it.
+"""Check a URDF file before a simulator loads it.
 
-A simulator takes NaN for a length and says of a missing mesh only that something could not be loaded.
+A simulator takes NaN for a length, and of a missing mesh it reports only that something could not be
+loaded.
 """
 
 from __future__ import annotations
@@ -29,19 +30,27 @@ _NUMERIC_ATTRIBUTES: Final[Mapping[str, Mapping[str, int]]] = {
     "dynamics": {"damping": 1, "friction": 1},
     "color": {"rgba": 4},
 }
-"""How many numbers the attributes of an element hold."""
+"""Number of numbers in each attribute of an element."""
 
 _POSITIVE_ELEMENTS: Final = {"box", "sphere", "cylinder", "capsule"}
-"""Elements whose numbers are lengths of a body."""
+"""Elements whose numbers are lengths of a body, and so positive."""
 
 _MAX_NUMBER: Final = 1e6
-"""Beyond which no number of a thing in a cell has a meaning, SI."""
+"""Greatest absolute value of a number, SI."""
 
 
-def check_urdf(path: Path, sink: Diagnostics) -> None:
-    """Report what is wrong with a model; raises UserError where it cannot be read at all."""
+def check_urdf(path: Path, diagnostics: Diagnostics) -> None:
+    """Report all problems of a URDF file: malformed XML, wrong elements, bad numbers and missing meshes.
+
+    Args:
+        path: the file.
+        diagnostics: receives the diagnostics.
+
+    Raises:
+        UserError: the file cannot be read.
+    """
     source = read_source(path)
-    reader = _Reader(source, path.parent, sink)
+    reader = _Reader(source, path.parent, diagnostics)
     parser = expat.ParserCreate("utf-8")
     parser.StartElementHandler = lambda name, attributes: reader.element(
         name, attributes, parser.CurrentByteIndex
@@ -51,37 +60,39 @@ def check_urdf(path: Path, sink: Diagnostics) -> None:
         parser.Parse(source.text.encode(), True)
     except expat.ExpatError as error:
         at = reader.span(parser.ErrorByteIndex)
-        sink.error("AE141", f"this is no XML: {expat.ErrorString(error.code)}", at)
+        diagnostics.error("AE141", f"not well-formed XML: {expat.ErrorString(error.code)}", at)
         return
-    if not reader.links and not sink.has_errors:
-        sink.error("AE141", "a model has at least one `link`", reader.span(0))
+    if not reader.links and not diagnostics.has_errors:
+        diagnostics.error("AE141", "a model has at least one `link`", reader.span(0))
 
 
 class _Reader:
-    """Looks at one element after the other."""
+    """Checks one XML element after the other."""
 
-    def __init__(self, source: Source, folder: Path, sink: Diagnostics) -> None:
+    def __init__(self, source: Source, folder: Path, diagnostics: Diagnostics) -> None:
         self._source = source
         self._bytes = source.text.encode()
         self._folder = folder
-        self._sink = sink
+        self._diagnostics = diagnostics
         self._is_first = True
         self.links = 0
 
     def span(self, at: int) -> SourceSpan:
-        """The tag that begins at byte `at`."""
+        """Return the tag that begins at byte `at`."""
         start = len(self._bytes[:at].decode(errors="ignore"))
         end = self._source.text.find(">", start)
         return self._source.span(start, len(self._source.text) if end < 0 else end + 1)
 
     def doctype(self, at: int) -> None:
-        """Entities can be made to grow without end; no model needs them."""
-        self._sink.error("AE141", "a model has no document type", self.span(at))
+        """Refuse a document type: entities can be made to grow without end, and no model needs them."""
+        self._diagnostics.error("AE141", "DOCTYPE is not allowed", self.span(at))
 
     def element(self, name: str, attributes: Mapping[str, str], at: int) -> None:
         """Check numbers and files of one element."""
         if self._is_first and name != "robot":
-            self._sink.error("AE141", f"a model is a `robot`, and this is {quoted(name)}", self.span(at))
+            self._diagnostics.error(
+                "AE141", f"the root element must be `robot`, not {quoted(name)}", self.span(at)
+            )
         self._is_first = False
         self.links += name == "link"
         for attribute, count in _NUMERIC_ATTRIBUTES.get(name, {}).items():
@@ -94,20 +105,20 @@ class _Reader:
         least = 1e-6 if name in _POSITIVE_ELEMENTS else -_MAX_NUMBER
         numbers = [_number(part) for part in text.split()]
         if len(numbers) != count or not all(isfinite(number) for number in numbers):
-            wanted = "a finite number" if count == 1 else f"{count} finite numbers"
-            self._sink.error(
-                "AE108", f"`{attribute}` of `{name}` is {wanted}, and not {quoted(text)}", self.span(at)
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
+            self._diagnostics.error(
+                "AE108", f"`{attribute}` of `{name}` is {expected}, and not {quoted(text)}", self.span(at)
             )
         elif not all(least <= number <= _MAX_NUMBER for number in numbers):
             help_ = f"write a value from {least:g} to {_MAX_NUMBER:g}"
-            self._sink.error(
+            self._diagnostics.error(
                 "AE111", f"`{attribute}` of `{name}` is outside its bounds", self.span(at), help=(help_,)
             )
 
     def _mesh(self, written: str, at: int) -> None:
         file = self._folder / written.removeprefix("package://")
         if not written or not file.is_file():
-            self._sink.error(
+            self._diagnostics.error(
                 "AE002",
                 f"there is no file {quoted(str(file))}, the `mesh` of this link",
                 self.span(at),

@@ -1,4 +1,4 @@
-"""The scenes a physics plant can be built with, by name."""
+"""Scenes that a physics plant can be built with, by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A table and nothing on it."""
+"""An empty table, for trying motions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 
 
 class BareScene:
-    """The Panda on its table: for trying motions."""
+    """Scene of the Panda on an empty table."""
 
     robot = RobotOptions()
     view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
@@ -24,20 +24,20 @@ class BareScene:
     initial_cameras: tuple[str, ...] = ()
 
     def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        """Add the table."""
+        """Implement `Scene.build`: the table."""
         add_table(world)
 
     def tick(self) -> None:
-        """Nothing changes."""
+        """Implement `Scene.tick`: nothing changes."""
 
     def measure(self) -> Mapping[str, Any]:
-        """Nothing is measured but the robot."""
+        """Implement `Scene.measure`: nothing but the robot is measured."""
         return {}
 
     def body(self, name: str) -> int:
-        """Nothing lies about."""
+        """Implement `Scene.body`: there are no objects."""
         raise KeyError(name)
 
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """There is no camera."""
+        """Implement `Scene.detect`: there is no camera."""
         raise KeyError(camera)

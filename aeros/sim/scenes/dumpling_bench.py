@@ -1,7 +1,7 @@
-"""A bench for making one dumpling, in physics.
+"""A bench for making one dumpling, with physics.
 
-Everything moves by motors, gravity, friction and contact.  One change is modelled: the wrapper's hinge
-turns stiff ("sealed") in the tick in which measured fold, filling position and press force all pass.
+Everything moves by motors, gravity, friction and contact. One change is modelled: the wrapper's hinge
+becomes stiff ("sealed") in the tick in which measured fold, filling position and press force all pass.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ SEALED_FRICTION: Final = 0.5
 
 
 class DumplingBenchScene:
-    """The bench."""
+    """Scene of the bench: press, pot, wrapper on a tray, filling on a stand."""
 
     robot = RobotOptions()
     view = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
@@ -55,7 +55,7 @@ class DumplingBenchScene:
     initial_cameras: tuple[str, ...] = ("overhead",)
 
     def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        """Place tray and stand by chance, the wrapper on its tray and the filling on its stand."""
+        """Implement `Scene.build`: tray and stand at random, wrapper and filling on them."""
         self._world = world
         add_table(world)
         self._press = world.add_urdf(str(MODELS / "press.urdf"), PRESS, fixed=True, friction=0.8)
@@ -75,7 +75,7 @@ class DumplingBenchScene:
         self._inspector = DumplingTracker()
 
     def tick(self) -> None:
-        """Measure the press force, and seal when all three conditions pass."""
+        """Implement `Scene.tick`: measure the press force, and seal if fold, filling and force all pass."""
         plate_b = self._world.contacts(self._wrapper, self._filling, link=_FOLD)
         self._press_force = sum(contact.force for contact in plate_b)
         if not self._sealed and self._press_force > SEALING_FORCE and self._dumpling().is_closed:
@@ -84,15 +84,15 @@ class DumplingBenchScene:
         self._inspector.add_press_force(self._press_force)
 
     def measure(self) -> Mapping[str, Any]:
-        """See `bench_measurements`."""
+        """Implement `Scene.measure`; see `bench_measurements`."""
         return bench_measurements(self._world.pose(self._press, _HANDLE).position, self._press_force)
 
     def body(self, name: str) -> int:
-        """See `Scene`."""
+        """Implement `Scene.body`."""
         return {"wrapper": self._wrapper, "filling": self._filling}[name]
 
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """What the camera's picture shows: `overhead` the bench, `side` what is in a closed wrapper."""
+        """Implement `Scene.detect`: `overhead` sees the bench, `side` the inside of a closed wrapper."""
         if camera == "overhead":
             seen = detect_bench(self._world.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
             wrapper = _apply_filter(through, seen.wrapper)

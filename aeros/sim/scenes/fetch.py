@@ -1,4 +1,4 @@
-"""A room to fetch something in, in physics: found in rendered pictures, held by friction."""
+"""A room for fetching, with physics: the can is found in rendered pictures and held by friction."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 
 
 class FetchScene:
-    """The room."""
+    """Scene of the room: two stands, a can and a decoy."""
 
     robot = ROBOT
     view = Camera(eye=(0.2, -2.3, 1.9), target=(1.1, -0.35, 0.4), field_of_view=50.0)
@@ -36,7 +36,7 @@ class FetchScene:
     initial_cameras: tuple[str, ...] = ("mast",)
 
     def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        """Place both stands, the can and the decoy by chance."""
+        """Implement `Scene.build`: stands, can and decoy at random."""
         self._world = world
         self._robot = robot
         self._seen: LastDetection | None = None
@@ -51,21 +51,21 @@ class FetchScene:
         world.add_box(STAND_SIZE, place, colour=(0.78, 0.70, 0.58, 1.0))
 
     def tick(self) -> None:
-        """What was seen of the can does not hold any more once it is held."""
+        """Implement `Scene.tick`: forget where the can was seen once it is held."""
         if self._seen is not None and self._robot.is_holding() and self._is_held():
             self._seen = None
 
     def measure(self) -> Mapping[str, Any]:
-        """See `room_measurements`."""
+        """Implement `Scene.measure`; see `room_measurements`."""
         base = self._robot.read_sensors().base_position
         return room_measurements(self._laid, base, self._is_held(), self._seen, self._world.time)
 
     def body(self, name: str) -> int:
-        """See `Scene`."""
+        """Implement `Scene.body`."""
         return {"can": self._can, "decoy": self._decoy}[name]
 
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """What a picture by `mast` or `hand` camera shows of the can, found by colour and depth."""
+        """Implement `Scene.detect`: find the can by colour and depth in a picture of `mast` or `hand`."""
         state = self._robot.read_sensors()
         eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
         found = through(detect_red_cylinder(self._world.render(eye), eye, CAN_SIZE))
@@ -73,11 +73,11 @@ class FetchScene:
         return camera_measurements(camera, found, self._laid.delivery)
 
     def _is_held(self) -> bool:
-        """Whether both fingers touch the can and nothing else does."""
+        """Return True if both fingers touch the can and nothing else does."""
         others = any(contact.body_b != self._robot.body for contact in self._world.contacts(self._can))
         return len(self._finger_links()) == 2 and not others
 
     def _finger_links(self) -> set[int]:
-        """Which finger links touch the can."""
+        """Return the finger links that touch the can."""
         touching = {contact.link_b for contact in self._world.contacts(self._can, self._robot.body)}
         return touching & set(self._robot.fingers)

@@ -1,4 +1,4 @@
-"""Things several scenes stand on."""
+"""Furniture that several scenes share."""
 
 from __future__ import annotations
 
@@ -9,16 +9,30 @@ from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Vector3
 
 MODELS: Final = Path(__file__).parent.parent / "models"
-"""Where the URDF files of articulated things are."""
+"""Folder of the URDF files of articulated objects."""
 
 
 def add_table(world: PhysicsWorld) -> int:
-    """A fixed table whose top is z = 0 of W, under the robot and 1 m in front of it."""
+    """Add a fixed table whose top is z = 0 of W, under the robot and 1 m in front of it.
+
+    Args:
+        world: the world to add it to.
+
+    Returns:
+        The body's number in PyBullet.
+    """
     return world.add_box((1.4, 1.6, 0.05), (0.4, 0.0, -0.025), colour=(0.78, 0.70, 0.58, 1.0), friction=0.6)
 
 
 def add_open_box(world: PhysicsWorld, inner: Vector3, position: Vector3, wall: float = 0.005) -> None:
-    """A fixed box without a lid: `inner` length, width and depth, m; its floor's top is at `position`."""
+    """Add a fixed box without a lid, parallel to the axes of W.
+
+    Args:
+        world: the world to add it to.
+        inner: inner length, width and depth, m.
+        position: of the middle of its floor's top, in W, m.
+        wall: thickness of walls and floor, m.
+    """
     length, width, depth = inner
     x, y, z = position
     colour = (0.35, 0.40, 0.48, 1.0)

@@ -1,4 +1,4 @@
-"""What a scene is: things in a world, and what sensors measure of them."""
+"""The port of scenes with physics: objects in a world and the measurements of them."""
 
 from __future__ import annotations
 
@@ -13,25 +13,33 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 
 OptionalDetection = DetectedObject | None
-"""What a picture shows of what is looked for; None when it does not."""
+"""Detection of an object in a picture; None if it is not found."""
 
 DetectionFilter = Callable[[OptionalDetection], OptionalDetection]
-"""What everything that a picture shows passes through before anyone hears of it."""
+"""Changes or drops one detection; faults act on detections through it."""
 
 
 def unfiltered(found: OptionalDetection) -> OptionalDetection:
-    """The evaluation of a camera that works."""
+    """Return a detection unchanged, as a working camera does.
+
+    Args:
+        found: the detection; None if the object was not found.
+
+    Returns:
+        The same.
+    """
     return found
 
 
 class Scene(Protocol):
-    """One task's surroundings.
+    """Surroundings of one task.
 
-    robot: how the robot is built for it.
-    view: the camera films are taken with.
-    things: names of what lies about and can be pushed.
-    cameras: those that `detect` knows.
-    watching: those of them that have taken a picture when the clock starts.
+    Attributes:
+        robot: how to build the robot.
+        view: camera for videos.
+        pushable_objects: names of the objects that can be pushed.
+        cameras: names of the cameras that `detect` knows.
+        initial_cameras: those that have taken a picture when the clock starts.
     """
 
     robot: RobotOptions
@@ -41,16 +49,44 @@ class Scene(Protocol):
     initial_cameras: tuple[str, ...]
 
     def build(self, world: PhysicsWorld, robot: Panda, random: RandomSource) -> None:
-        """Put the things into `world`, where `random` wants them; called once, before the first tick."""
+        """Add the scene's objects to the world; called once, before the first tick.
+
+        Args:
+            world: the empty world.
+            robot: the robot in it.
+            random: random source of the layout.
+        """
 
     def tick(self) -> None:
-        """Note what happened in the last tick: dwell times, peak forces, modelled changes of material."""
+        """Update after a tick: dwell times, peak forces, modelled changes of material."""
 
     def measure(self) -> Mapping[str, Any]:
-        """What is surveyed, felt and counted now, by vocabulary name, SI; what cameras show is `detect`'s."""
+        """Measure what is surveyed, felt and counted; camera detections come from `detect`.
+
+        Returns:
+            Values by vocabulary name, SI, positions in W.
+        """
 
     def body(self, name: str) -> int:
-        """The body of one of `pushable_objects`; raises KeyError for a thing that is not there."""
+        """Find the body of an object.
+
+        Args:
+            name: one of `pushable_objects`.
+
+        Returns:
+            Its number in PyBullet.
+
+        Raises:
+            KeyError: there is no such object.
+        """
 
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """What `camera` detects now, by vocabulary name."""
+        """Take a picture and evaluate it.
+
+        Args:
+            camera: one of `cameras`.
+            through: filter of each detection, with which faults act.
+
+        Returns:
+            Detections by vocabulary name, SI, positions in W; None for what is no longer known.
+        """

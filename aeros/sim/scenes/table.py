@@ -1,7 +1,7 @@
-"""A table to clean, in physics: friction holds sponge and clutter, contact wipes, a picture verifies.
+"""A table to clean, with physics: friction holds sponge and clutter, contact wipes, a picture verifies.
 
-A cell of the dirt map is wiped in the tick in which the sponge's face is over it, nearer than 1.5 mm,
-and presses on the table with more than 1 N.  Dirt is painted where the map has it, for cameras to see.
+A cell of the dirt map is wiped in the tick in which the sponge's face is over it, nearer than 1.5 mm, and
+presses on the table with more than 1 N. Dirt is painted where the map has it, so that cameras see it.
 Not modelled: dirt that sticks or spreads, a soft sponge.
 """
 
@@ -56,7 +56,7 @@ CAN_ROLLING: Final = 0.001
 
 
 class TableScene:
-    """The table."""
+    """Scene of the table: dirty area, sponge, two pieces of clutter, a bin."""
 
     robot = RobotOptions()
     view = Camera(eye=(1.25, 0.75, 0.75), target=(0.42, -0.05, 0.05), field_of_view=45.0)
@@ -65,7 +65,7 @@ class TableScene:
     initial_cameras: tuple[str, ...] = ("overhead",)
 
     def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        """Place the sponge's rest, the sponge on it, and the clutter by chance; the bin is fixed."""
+        """Implement `Scene.build`: sponge and clutter at random, table and bin fixed."""
         self._world = world
         self._table = add_table(world)
         self._dirt = DirtMap(*WIPING_AREA)
@@ -85,7 +85,7 @@ class TableScene:
         self._clutter = (cube, can)
 
     def tick(self) -> None:
-        """Wipe the cells under the pressed sponge."""
+        """Implement `Scene.tick`: wipe the cells under the pressed sponge."""
         if self._world.contact_force(self._sponge, self._table) > WIPING_FORCE:
             before = self._dirt.wiped_fraction
             self._dirt.wipe(self._world.pose(self._sponge), SPONGE_SIZE)
@@ -93,20 +93,20 @@ class TableScene:
                 self._paint()
 
     def measure(self) -> Mapping[str, Any]:
-        """See `table_measurements`."""
+        """Implement `Scene.measure`; see `table_measurements`."""
         return table_measurements(self._rest, self._dirt.wiped_fraction)
 
     def body(self, name: str) -> int:
-        """See `Scene`."""
+        """Implement `Scene.body`."""
         cube, can = self._clutter
         return {"sponge": self._sponge, "cube": cube, "can": can}[name]
 
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """What the camera's picture shows.
+        """Implement `Scene.detect`.
 
-        overhead: see `table_detections`.
-        mast: whether the area is clean, the sponge at its rest, and nothing else is there; a picture
-            that shows no sponge verifies nothing.
+        `overhead` detects sponge and clutter; see `table_detections`. `mast` verifies: the area is clean,
+        the sponge is at its rest and nothing else is there; a picture that shows no sponge verifies
+        nothing.
         """
         if camera == "overhead":
             view = detect_table(self._world.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
@@ -123,7 +123,7 @@ class TableScene:
         }
 
     def _paint(self) -> None:
-        """Let dirt be seen where it is."""
+        """Show the dirt to cameras."""
         self._world.paint(self._picture, np.where(self._dirt.wiped[:, :, None], _TABLE_COLOUR, _DIRT_COLOUR))
 
 
@@ -133,7 +133,7 @@ _TABLE_COLOUR: Final = np.array([199, 179, 148], dtype=np.uint8)
 _DIRT_COLOUR: Final = np.array([90, 76, 64], dtype=np.uint8)
 
 _DIRT_HEIGHT: Final = 0.0005
-"""What is painted is seen this far over the table, m."""
+"""Height of the painted dirt over the table, m."""
 
 _GRIP_BLOCK_LINK: Final = 0
 """Link of the grip block, and its joint, the swivel (models/sponge.urdf)."""

@@ -1,1 +1,1 @@
-"""The symbolic plant: skills have the outcomes that their manifests declare, by seeded chance."""
+"""The symbolic plant: skills end with the outcomes that their manifests declare, drawn by seed."""

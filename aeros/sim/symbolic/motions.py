@@ -1,6 +1,6 @@
-"""What each action kind costs and changes on the symbolic plant.
+"""Duration and effects of each action kind on the symbolic plant.
 
-Positions in W, SI.  A move takes as long as a minimum-jerk profile that peaks at its speed.
+Positions in W, SI. A move takes as long as a minimum-jerk profile that peaks at its speed.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import add
+from aeros.sim.robot.parameters import ActionRejectedError
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
 from aeros.spec.model.model import ActionKind
@@ -28,12 +29,14 @@ _GRIP_TIME: Final = 0.5
 """Time the fingers take to come to rest, s; measured on the physics plant: 0.3 to 0.7."""
 
 
-class ActionRejectedError(Exception):
-    """The plant cannot do this action; the message says why.  Raised before any motion."""
-
-
 class SymbolicMotion(NamedTuple):
-    """What an action does: how long it takes, s, and the values it sets under way and at its end."""
+    """Effect of an action.
+
+    Attributes:
+        duration: s.
+        values_during: values by vocabulary name while it is under way, SI.
+        values_after: values by vocabulary name once it has ended, SI.
+    """
 
     duration: float
     values_during: Mapping[str, Any]
@@ -41,16 +44,34 @@ class SymbolicMotion(NamedTuple):
 
 
 def plan_motion(action: Action, values: Mapping[str, Any]) -> SymbolicMotion:
-    """The motion of `action` where `values` are measured; raises `ActionRejectedError`.
+    """Compute duration and effects of an action.
 
-    A kind this plant knows nothing of takes one tick and changes nothing.
+    A kind that this plant does not know takes one tick and changes nothing.
+
+    Args:
+        action: its kind and parameters, SI.
+        values: measured values by vocabulary name, SI.
+
+    Returns:
+        The motion.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, mistyped or out of range.
     """
     planner = _PLANNERS.get(action.kind)
     return SymbolicMotion(TICK, {}, {}) if planner is None else planner(action.parameters, values)
 
 
 def check_parameters(kind: ActionKind, parameters: Mapping[str, Any]) -> None:
-    """Raise `ActionRejectedError` unless these are the declared parameters of `kind`, each of its type."""
+    """Check that parameters are those that an action kind declares, each of its type.
+
+    Args:
+        kind: the declared action kind.
+        parameters: values by name.
+
+    Raises:
+        ActionRejectedError: one is missing, unknown or mistyped.
+    """
     for name in kind.parameters:
         if name not in parameters:
             raise ActionRejectedError(f"missing parameter: `{name}`")
@@ -78,9 +99,9 @@ def _move_tool(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
 
 
 def _move_joints(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> SymbolicMotion:
-    """To where the chain has the tool, as if it went straight there: joints are not modelled."""
+    """Move the tool straight to where the kinematic chain has it at the target; joints are not modelled."""
     q, speed = tuple(_number(parameters, f"q{joint}") for joint in range(1, 8)), _speed(parameters)
-    # The chain has its numbers from where NumPy is imported.
+    # Imported here: the kinematic chain imports NumPy, which the symbolic plant otherwise avoids.
     from aeros.sim.kinematic.tool_kinematics import tool_kinematics
 
     target = add(tool_kinematics(q).position, values.get("base_position", (0.0, 0.0, 0.0)))
@@ -95,7 +116,7 @@ def _move_base(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> Symb
     duration = TICK + _PEAK_TO_MEAN * dist((0.0, 0.0), way) / speed
     changed: dict[str, Any] = {"base_position": (x, y, before[2])}
     if "tool_position" in values:
-        # The arm rides along.
+        # The arm moves with the base.
         tool = values["tool_position"]
         changed["tool_position"] = (tool[0] + way[0], tool[1] + way[1], tool[2])
     return SymbolicMotion(duration, {}, changed)
@@ -154,5 +175,5 @@ def _finite(name: str, value: object) -> float:
         elif isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
             return float(value)
     except OverflowError:
-        pass  # a whole number that is no double
+        pass  # an integer too large for a double
     raise ActionRejectedError(f"bad parameter: `{name}` is not a finite number")

@@ -1,4 +1,4 @@
-"""Which declared outcome a skill has: drawn by its declared probabilities, the same for a seed for ever."""
+"""Outcomes of skills, drawn by their declared probabilities; a seed always gives the same outcomes."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ OutcomeProbabilities = Sequence[tuple[Outcome, Fraction]]
 
 @dataclass(frozen=True, slots=True)
 class DrawEquivalence:
-    """What outcomes are drawn of, and what else would have drawn the same.
+    """Parameters of a skill's distribution that would have drawn the same outcomes.
 
-    skill: by `module.skill`.
-    alike: for a seed, after so many outcomes, rates or mean lengths of bursts, exclusive.
+    Attributes:
+        skill: as `module.skill`.
+        equivalent_interval: from a seed and a number of runs to the open interval of rates, or of mean
+            burst lengths, that give the same outcomes.
     """
 
     skill: str
@@ -31,7 +33,7 @@ class DrawEquivalence:
 
 @dataclass(frozen=True, slots=True)
 class BurstOutcomes:
-    """How the outcomes of a skill are distributed in either state of a chain, one step a run."""
+    """Outcome probabilities of a skill in either state of a Gilbert-Elliott chain, one step per run."""
 
     process: GilbertElliottProcess
     good: OutcomeProbabilities
@@ -39,7 +41,17 @@ class BurstOutcomes:
 
 
 def outcome_probabilities_by_skill(modules: Iterable[Ecm]) -> dict[str, OutcomeProbabilities]:
-    """Of every skill, by `module.skill`; raises `MisuseError` where outcomes are no distribution."""
+    """Collect the outcome probabilities of all skills.
+
+    Args:
+        modules: modules whose skills count.
+
+    Returns:
+        Outcomes with their probabilities, by `module.skill`.
+
+    Raises:
+        MisuseError: the declared probabilities of a skill are not a distribution.
+    """
     return {
         f"{ecm.id}.{skill.id}": outcome_probabilities(skill.outcomes.values())
         for ecm in modules
@@ -48,7 +60,13 @@ def outcome_probabilities_by_skill(modules: Iterable[Ecm]) -> dict[str, OutcomeP
 
 
 class DrawnOutcome(NamedTuple):
-    """That the so manyth run of a skill, by `module.skill`, had that outcome."""
+    """An outcome that was drawn.
+
+    Attributes:
+        skill: as `module.skill`.
+        run: number of the skill's run, from 0.
+        outcome: its id.
+    """
 
     skill: str
     run: int
@@ -56,10 +74,12 @@ class DrawnOutcome(NamedTuple):
 
 
 class OutcomeSampler:
-    """The outcome that each run of each skill has with a seed, in whichever order they are asked for.
+    """Sampler of the outcome of each run of each skill; outcomes do not depend on the order of calls.
 
-    shares: of skills, by `module.skill`.
-    bursts: skills whose outcomes are not independent of each other.
+    Args:
+        shares: outcome probabilities by `module.skill`.
+        bursts: distributions of the skills whose outcomes come in bursts, by `module.skill`.
+        seed: the same seed gives the same outcomes.
     """
 
     def __init__(
@@ -68,11 +88,22 @@ class OutcomeSampler:
         self._shares = shares
         self._bursts = bursts
         self._seed = seed
-        self._chains = {skill: GilbertElliottSampler(one.process) for skill, one in bursts.items()}
+        self._chains = {skill: GilbertElliottSampler(burst.process) for skill, burst in bursts.items()}
         self._outcomes: dict[str, list[Outcome]] = {}
 
     def outcome(self, skill: str, run: int) -> Outcome:
-        """Of its `run`-th run, from 0 on.  Raises `MisuseError` where its outcomes are no distribution."""
+        """Return the outcome of a run.
+
+        Args:
+            skill: as `module.skill`.
+            run: number of the skill's run, from 0.
+
+        Returns:
+            The outcome.
+
+        Raises:
+            MisuseError: the skill's outcomes are not a distribution.
+        """
         known = self._outcomes.setdefault(skill, [])
         while len(known) <= run:
             known.append(
@@ -81,7 +112,7 @@ class OutcomeSampler:
         return known[run]
 
     def _probabilities_at(self, skill: str, run: int) -> OutcomeProbabilities:
-        """How likely each is at that run; asked for each run of a skill in bursts once, from the first on."""
+        """Return the outcome probabilities at a run; for bursts, call it once for each run, in order."""
         if skill not in self._bursts:
             return self._shares[skill]
         is_bad = self._chains[skill].is_bad(uniform_burst_draw(self._seed, skill, run))
@@ -89,16 +120,37 @@ class OutcomeSampler:
 
 
 def uniform_burst_draw(seed: int, skill: str, invocation: int) -> float:
-    """Where in [0, 1) the draw falls that decides the state at the `invocation`-th run of `skill`."""
+    """Draw the number that decides the burst state at a run.
+
+    Args:
+        seed: of the trial.
+        skill: as `module.skill`.
+        invocation: number of the skill's run, from 0.
+
+    Returns:
+        A number in [0, 1).
+    """
     return float(uniform_draw(seed, f"{skill}/burst", invocation))
 
 
 def draw_outcome(
     shares: Iterable[tuple[Outcome, Fraction]], seed: int, skill: str, invocation: int
 ) -> Outcome:
-    """The outcome of the `invocation`-th run of `skill`, whatever was drawn before it.
+    """Draw the outcome of a run, independently of all other draws.
 
     Counter-based: SHA-256 of the key gives 64 uniform bits, so each probability is met to 2⁻⁶⁴.
+
+    Args:
+        shares: outcomes with their probabilities.
+        seed: of the trial.
+        skill: as `module.skill`.
+        invocation: number of the skill's run, from 0.
+
+    Returns:
+        The outcome.
+
+    Raises:
+        MisuseError: the probabilities sum to less than the number drawn.
     """
     point = uniform_draw(seed, skill, invocation)
     upper = Fraction(0)
@@ -110,6 +162,15 @@ def draw_outcome(
 
 
 def uniform_draw(seed: int, skill: str, invocation: int) -> Fraction:
-    """Where in [0, 1) the draw falls, whatever the shares are."""
+    """Draw the number that decides the outcome of a run.
+
+    Args:
+        seed: of the trial.
+        skill: as `module.skill`, or another key.
+        invocation: number of the skill's run, from 0.
+
+    Returns:
+        A multiple of 2⁻⁶⁴ in [0, 1).
+    """
     key = f"aeros/outcome/1\n{seed}\n{skill}\n{invocation}".encode()
     return Fraction(int.from_bytes(hashlib.sha256(key).digest()[:8], "big"), 2**64)

@@ -1,10 +1,10 @@
 """The symbolic plant: declared outcomes with declared probabilities, in microseconds.
 
-The lowest rung of the fidelity ladder.  Motions take effect at once and cost time on the plant's
-clock; predicates change only when a skill ends, by one of the outcomes its manifest declares.  It is
-what the closed-loop analysis assumes of the world, made to run.
-Not modelled: anything a manifest does not declare; where an interrupted motion stops; what goes on while
-a skill takes the rest of its declared duration after its last action.
+It is the simulator of lowest fidelity. Motions take effect at once and cost time on the plant's clock;
+predicates change only when a skill ends, by one of the outcomes that its manifest declares. So it runs the
+model of the world that the closed-loop analysis assumes.
+Not modelled: anything that a manifest does not declare; where an interrupted motion stops; events while a
+skill takes the rest of its declared duration after its last action.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from aeros.runtime.ports import (
     Readings,
     Snapshot,
 )
-from aeros.sim.symbolic.motions import ActionRejectedError, SymbolicMotion, check_parameters, plan_motion
+from aeros.sim.robot.parameters import ActionRejectedError
+from aeros.sim.symbolic.motions import SymbolicMotion, check_parameters, plan_motion
 from aeros.sim.symbolic.outcomes import (
     BurstOutcomes,
     DrawnOutcome,
@@ -42,7 +43,7 @@ _NO_BODY: Final = NoMotion("this plant has no body")
 
 
 class _PlannedAction(NamedTuple):
-    """What was said of an action, what it does, and the values that were measured then."""
+    """An action, its plan and effects, and the values that these were computed from."""
 
     action: Action
     plan: PlannedMotion
@@ -52,7 +53,7 @@ class _PlannedAction(NamedTuple):
 
 @dataclass(slots=True)
 class _RunningAction:
-    """An action, what it does where these values are measured, and when it ends."""
+    """An action under way, its effects with the values that they were computed from, and its end, s."""
 
     action: Action
     motion: SymbolicMotion
@@ -66,12 +67,18 @@ def _end_time(under_way: tuple[MotionHandle, _RunningAction]) -> float:
 
 
 class SymbolicPlant:
-    """Implements `aeros.runtime.ports.Plant` from declarations alone; readings are always fresh.
+    """Implementation of `aeros.runtime.ports.Plant` from declarations alone; readings are always fresh.
 
-    modules: whose skills may run, by name.
-    seed: the same seed and the same steps give the same run.
-    initial: values that differ from the harmless default, by vocabulary name, SI.
-    bursts: skills whose outcomes are not independent of each other, by `module.skill`.
+    Args:
+        site: whose vocabulary is measured.
+        modules: modules whose skills may run, by name.
+        seed: the same seed and the same steps give the same run.
+        initial: initial values that differ from the harmless default, by vocabulary name, SI.
+        bursts: distributions of the skills whose outcomes come in bursts, by `module.skill`.
+
+    Raises:
+        MisuseError: `initial` or an effect names an unknown state variable, or outcomes are not a
+            distribution.
     """
 
     def __init__(
@@ -96,7 +103,14 @@ class SymbolicPlant:
         self._begin(seed)
 
     def reset(self, seed: int) -> SymbolicPlant:
-        """A plant as this one was before anything happened, with another seed: for many trials alike."""
+        """Make a plant in the initial state of this one, with another seed; cheap, for many trials.
+
+        Args:
+            seed: of the new plant.
+
+        Returns:
+            The new plant; this one is unchanged.
+        """
         plant = copy(self)
         plant._begin(seed)
         return plant
@@ -106,27 +120,27 @@ class SymbolicPlant:
         self._drawn: list[DrawnOutcome] = []
         self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
         self._time = 0.0
-        # What is measured now, until time goes on or something changes.
+        # Cached readings of now, until time passes or a value changes.
         self._observed: Readings | None = None
-        # Never changed but replaced, so that what was computed of it can tell whether it still holds.
+        # Replaced, never mutated: results computed from it can check by identity that they still hold.
         self._values: Mapping[str, Any] = self._initial
         self._planned: _PlannedAction | None = None
-        self._began: dict[str, float] = {}
+        self._start_times: dict[str, float] = {}
         self._under_way: dict[MotionHandle, _RunningAction] = {}
-        self._begun = 0
+        self._motion_count = 0
 
     def now(self) -> float:
-        """Seconds that motions, waits and declared durations have cost so far."""
+        """Implement `Plant.now`: seconds that motions, waits and declared durations have cost so far."""
         return self._time
 
     def observe(self) -> Readings:
-        """Every state variable of the vocabulary, measured now."""
+        """Implement `Plant.observe`: every state variable of the vocabulary, measured now."""
         if self._observed is None:
             self._observed = Snapshot(self._names, tuple(self._values.values()), self._time)
         return self._observed
 
     def plan(self, action: Action) -> PlannedMotion:
-        """Nothing moves: there is no body that could move through anything."""
+        """Implement `Plant.plan`: there is no body, so no plan moves anything."""
         try:
             motion = self._motion_of(action)
         except ActionRejectedError as reason:
@@ -135,7 +149,7 @@ class SymbolicPlant:
         return self._planned.plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Let `action` be under way from now on."""
+        """Implement `Plant.begin`."""
         planned, self._planned = self._planned, None
         if (
             planned is not None
@@ -149,27 +163,32 @@ class SymbolicPlant:
                 motion = self._motion_of(action)
             except ActionRejectedError as reason:
                 return MotionCompletion(False, str(reason))
-        self._begun += 1
+        self._motion_count += 1
         ends = self._time + motion.duration
         if action.kind == "move_tool":
-            # The base may carry the tool to its target: it is there once that is.
-            for one in self._under_way.values():
-                if one.action.kind == "move_base":
-                    ends = max(ends, one.end_time)
-        self._under_way[MotionHandle(self._begun)] = _RunningAction(action, motion, self._values, ends)
-        return MotionHandle(self._begun)
+            # The base may carry the tool to its target: the tool arrives no earlier than the base.
+            for running in self._under_way.values():
+                if running.action.kind == "move_base":
+                    ends = max(ends, running.end_time)
+        self._under_way[MotionHandle(self._motion_count)] = _RunningAction(action, motion, self._values, ends)
+        return MotionHandle(self._motion_count)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Let end what ends next; `monitor` sees all under way, and that end, before time passes."""
+        """Implement `Plant.advance`: let the next motion end.
+
+        The monitor sees the values during that motion and those at its end.
+        """
         if not self._under_way:
             self._time = max(self._time, until)
             self._observed = None
             return {}
-        first, one = min(self._under_way.items(), key=_end_time)
-        # Where it ends may depend on what another motion has changed since it began.
-        changed = (one.motion if one.measured is self._values else self._motion_of(one.action)).values_after
+        first, running = min(self._under_way.items(), key=_end_time)
+        # Its end may depend on changes that another motion has made since it began.
+        changed = (
+            running.motion if running.measured is self._values else self._motion_of(running.action)
+        ).values_after
         others = [other.motion.values_during for motion, other in self._under_way.items() if motion != first]
-        for last in (one.motion.values_during, changed):
+        for last in (running.motion.values_during, changed):
             values = self._set_values([*others, last])
             rule = monitor(self._time, values)
             if rule is not None:
@@ -177,32 +196,36 @@ class SymbolicPlant:
         halted = [motion for motion, other in self._under_way.items() if other.is_halted]
         if halted:
             return self._end_motions(halted, "halted")
-        if one.end_time > until:
+        if running.end_time > until:
             self._time = max(self._time, until)
             self._observed = None
             return {}
         del self._under_way[first]
-        self._time = max(self._time, one.end_time)
+        self._time = max(self._time, running.end_time)
         self._values = self._set_values([changed]) if others else values
         self._observed = None
         return {first: _COMPLETED}
 
     def halt(self, motion: MotionHandle) -> None:
-        """It takes no time to come to rest."""
+        """Implement `Plant.halt`: coming to rest takes no time."""
         self._under_way[motion].is_halted = True
 
     def stop(self) -> None:
-        """Whatever was under way is over."""
+        """Implement `Plant.stop`: drop every motion."""
         self._under_way.clear()
 
     def skill_began(self, skill: str) -> None:
-        """Remember when; raises MisuseError for a skill of no module."""
+        """Implement `Plant.skill_began`: note the time.
+
+        Raises:
+            MisuseError: no module has the skill.
+        """
         if skill not in self._shares:
             raise MisuseError(f"no module has the skill `{skill}`")
-        self._began[skill] = self._time
+        self._start_times[skill] = self._time
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """If it ran to its own end, draw one of its outcomes and let its effects be measured.
+        """Implement `Plant.skill_ended`: if the skill finished, draw an outcome and apply its effects.
 
         A skill that was halted has none of its declared outcomes: nothing changes.
         """
@@ -213,21 +236,25 @@ class SymbolicPlant:
         outcome = self._draws.outcome(skill, run)
         self._drawn.append(DrawnOutcome(skill, run, outcome.id))
         if outcome.duration is not None:
-            self._time = max(self._time, self._began[skill] + float(outcome.duration))
+            self._time = max(self._time, self._start_times[skill] + float(outcome.duration))
         self._values = self._set_values([self._effects[skill, outcome.id]])
         self._observed = None
 
     def drawn_outcomes(self) -> tuple[DrawnOutcome, ...]:
-        """All that has been left to chance so far, in order: with the same, all would have been the same."""
+        """Return all outcomes drawn so far; they are the only random events of the run.
+
+        Returns:
+            The outcomes, in order.
+        """
         return tuple(self._drawn)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Implement `Plant.close`: nothing to release."""
 
-    # Inside.
+    # Internals.
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
-        """What `action` would do; raises `ActionRejectedError`."""
+        """Compute the effects of `action`; raises `ActionRejectedError`."""
         kind = self._site.kinds.get(action.kind)
         if kind is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
@@ -237,8 +264,8 @@ class SymbolicPlant:
 
     def _set_values(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         values = dict(self._values)
-        for one in changes:
-            values.update(one)
+        for change in changes:
+            values.update(change)
         return values
 
     def _end_motions(self, motions: Sequence[MotionHandle], why: str) -> dict[MotionHandle, MotionCompletion]:
@@ -247,7 +274,7 @@ class SymbolicPlant:
         return dict.fromkeys(motions, MotionCompletion(False, why))
 
     def _vocabulary_values(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Those that the site's vocabulary has."""
+        """Return those values whose names are in the site's vocabulary."""
         if values.keys() <= self._values.keys():
             return values
         return {name: value for name, value in values.items() if name in self._values}

@@ -1,4 +1,4 @@
-"""What the symbolic plant measures before anything has happened: harmless, and inside every range."""
+"""Initial values on the symbolic plant: harmless, and inside every declared range."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.model import Declared, Site
 
 _DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
-    # Franka's ready posture, and where the tool then is.
+    # Franka's ready posture, and the tool position in it.
     "joint_position": (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),
     "tool_position": (0.307, 0.0, 0.487),
     "base_position": (0.0, 0.0, 0.0),
@@ -25,13 +25,21 @@ _DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
 """Values by vocabulary name, SI, positions in W; others are 0, false, or an enum's first member."""
 
 _DEFAULT_POSITION: Final = (0.45, 0.0, 0.15)
-"""Where anything else with a position is, m in W: before the arm, clear of its column and of the table."""
+"""Default position of anything else, in W, m: in front of the arm, clear of its column and of the table."""
 
 
 def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
-    """A value for every state variable: `given`, or its usual one moved into its range.
+    """Compute an initial value for every state variable.
 
-    Raises MisuseError for a name that is not in the vocabulary.
+    Args:
+        site: whose vocabulary is measured.
+        given: values that differ from the default, by vocabulary name, SI.
+
+    Returns:
+        `given`, and for the other variables the default, moved into its range.
+
+    Raises:
+        MisuseError: a name is not in the vocabulary.
     """
     unknown = given.keys() - site.state.keys()
     if unknown:
@@ -43,7 +51,15 @@ def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_reading(value: Any, declared: Declared) -> Any:
-    """An exact value, as elaborated, as a sensor would give it: reals as float inside their range."""
+    """Convert an exact value to what a sensor reads: reals become floats inside their range.
+
+    Args:
+        value: exact value as elaborated: a fraction, a word, a boolean, or a tuple of them.
+        declared: the state variable.
+
+    Returns:
+        The value as the gate accepts it.
+    """
     if isinstance(value, tuple):
         return tuple(as_reading(part, declared) for part in value)
     if isinstance(value, Fraction):

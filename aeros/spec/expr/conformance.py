@@ -49,14 +49,14 @@ class Backend(Protocol):
         """Whether `term` holds at `values`, which are inside `ranges`."""
 
 
-class ConformanceError(AssertionError):
+class BackendConformanceError(AssertionError):
     """A back end differs from the definition, or a run was too easy to be evidence."""
 
 
 def check_backend(
     backend: Backend, max_examples: int = 200, *, seeded: bool = True, shrink: bool = True
 ) -> CaseCoverage:
-    """Raise `ConformanceError` unless `backend` decides every generated case as `semantics.evaluate` does.
+    """Raise `BackendConformanceError` unless `backend` decides every generated case as `semantics.evaluate` does.
 
     seeded: the same cases on every run; otherwise new ones.
     shrink: look for a smaller failing case before reporting.
@@ -81,11 +81,11 @@ def check_backend(
         coverage.close += is_near_tie(case)
         decided = backend.decide(case.term, VARIABLES, case.ranges, case.values)
         if decided is not expected:
-            raise ConformanceError(f"{backend.name}: {decided}, by definition {expected}: {case}")
+            raise BackendConformanceError(f"{backend.name}: {decided}, by definition {expected}: {case}")
 
     agrees()
     if 0 in (coverage.true, coverage.false, coverage.close):
-        raise ConformanceError(f"{backend.name}: {max_examples} examples are too few: {coverage}")
+        raise BackendConformanceError(f"{backend.name}: {max_examples} examples are too few: {coverage}")
     return coverage
 
 

@@ -50,7 +50,7 @@ def followed(plant: Plant, *actions: Action) -> dict[str, np.ndarray[Any, Any]]:
 
 @BOTH
 @pytest.mark.parametrize(("scene", "actions"), [("bare", (REACH,)), ("bare", (JOINTS,)), ("fetch", TOGETHER)])
-def test_speeds_are_those_by_which_places_change(
+def test_speeds_match_the_change_of_positions(
     make: Callable[[str], Plant], scene: str, actions: tuple[Action, ...]
 ) -> None:
     plant = make(scene)
@@ -71,7 +71,7 @@ def test_speeds_are_those_by_which_places_change(
 
 
 @pytest.mark.physics
-def test_the_force_of_contact_is_what_the_wrist_feels() -> None:
+def test_the_contact_force_agrees_with_the_wrist_sensor() -> None:
     plant = physics("bare")
     *before, slide = PRESSING
     for action in before:

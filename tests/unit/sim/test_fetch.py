@@ -78,7 +78,7 @@ def test_nothing_is_known_of_the_object_before_a_look() -> None:
     assert "object_position" not in before
 
 
-def test_the_mast_camera_tells_where_the_can_is_and_its_word_grows_old(run_skill: RunSkill) -> None:
+def test_the_mast_camera_locates_the_can_and_its_detection_expires(run_skill: RunSkill) -> None:
     scene = FetchScene()
     plant = PhysicsPlant(scene, 5)
     assert run_skill(plant, "fetch_object", "navigate") is None
@@ -172,7 +172,7 @@ def lying_at_a_wall(
 
 
 @pytest.mark.parametrize(("at", "way"), [(0.0, -0.16), (0.15, 0.12)])
-def test_what_lies_at_a_wall_is_pushed_along_it_past_its_nearer_end(at: float, way: float) -> None:
+def test_a_can_lying_at_a_wall_is_pushed_along_it_past_its_nearer_end(at: float, way: float) -> None:
     found, (x, y) = lying_at_a_wall(0.3, at)
     assert found.grip_yaw is None
     assert found.push is not None
@@ -183,7 +183,7 @@ def test_what_lies_at_a_wall_is_pushed_along_it_past_its_nearer_end(at: float, w
     assert x - 0.03 < start[0] < x - 0.01
 
 
-def test_what_is_a_little_off_a_wall_is_pushed_nearer_to_its_axis() -> None:
+def test_a_can_a_little_off_a_wall_is_pushed_nearer_to_its_axis() -> None:
     near, far = (lying_at_a_wall(0.3, 0.0, gap)[0].push for gap in (0.008, 0.024))
     assert near is not None
     assert far is not None
@@ -191,18 +191,18 @@ def test_what_is_a_little_off_a_wall_is_pushed_nearer_to_its_axis() -> None:
 
 
 @pytest.mark.parametrize("turned", [0.5, -0.5])
-def test_what_lies_askew_is_pushed_by_its_end_that_is_off_the_wall(turned: float) -> None:
+def test_a_can_at_an_angle_is_pushed_by_its_end_away_from_the_wall(turned: float) -> None:
     push = lying_at_a_wall(0.3, 0.0, 0.028, turned)[0].push
     assert push is not None
     assert push.start[0] < 0.57
 
 
 @pytest.mark.parametrize(("wall", "at"), [(0.3, -0.24), (1.2, 0.0)])
-def test_nothing_is_pushed_without_need_nor_to_where_there_is_no_room_either(wall: float, at: float) -> None:
+def test_nothing_is_pushed_without_need_or_to_a_place_without_room(wall: float, at: float) -> None:
     assert lying_at_a_wall(wall, at)[0].push is None
 
 
-def test_a_picture_that_shows_no_way_to_push_voids_what_one_before_did() -> None:
+def test_a_picture_without_a_possible_push_removes_the_earlier_push() -> None:
     shown = camera_measurements("mast", DetectedObject((0.0, 0.0, 0.0), 1.5, None, None), (0.0, 0.0, 0.0))
     assert shown["object_push_start"] is shown["object_push_way"] is None
     push = Push((0.0, -0.08, 0.0), (0.0, 0.2, 0.0))
@@ -222,7 +222,7 @@ def test_a_picture_that_shows_no_way_to_push_voids_what_one_before_did() -> None
         ((1.96, 0.20, 0.0), True),
     ],
 )
-def test_the_station_is_before_what_was_seen_where_the_arm_does_not_reach_or_far_to_the_side(
+def test_the_station_moves_to_a_can_seen_out_of_reach_or_far_to_the_side(
     place: tuple[float, float, float], before_it: bool
 ) -> None:
     station = (1.17, 0.20, 0.3)
@@ -241,7 +241,7 @@ def test_a_few_red_pixels_are_not_an_object() -> None:
 
 
 @pytest.mark.parametrize("asks", [True, False])
-def test_what_was_seen_is_void_once_it_was_held_whether_or_not_anybody_asks(
+def test_a_detection_is_dropped_once_the_can_was_held_even_if_not_observed(
     asks: bool, run_skill: RunSkill
 ) -> None:
     plant = make_plant("fetch", 0)

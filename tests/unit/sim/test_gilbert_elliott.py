@@ -41,8 +41,8 @@ def test_it_stays_as_it_begins_and_keeps_its_rate(channel: GilbertElliottModel) 
         (ONE, Fraction(2), ONE, Fraction(0)),
     ],
 )
-def test_where_there_is_none_it_is_refused(
+def test_impossible_chain_parameters_are_refused(
     rate: Fraction, length: Fraction, within: Fraction, between: Fraction
 ) -> None:
-    with pytest.raises(MisuseError, match="there is no channel"):
+    with pytest.raises(MisuseError, match="no Gilbert-Elliott chain"):
         GilbertElliottModel(rate, length, within, between)

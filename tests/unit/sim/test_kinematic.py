@@ -105,7 +105,7 @@ def test_wiping_without_a_sponge_in_the_hand_wipes_nothing() -> None:
     assert observed(plant)["wiped_fraction"] == 0.0
 
 
-def test_what_is_gripped_moves_with_the_tool_and_what_is_let_go_falls_and_stays() -> None:
+def test_a_gripped_object_moves_with_the_tool_and_a_released_one_falls_and_stays() -> None:
     plant = KinematicPlant(CubeOnBlock(), 0)
     assert observed(plant)["cube"] == pytest.approx((0.5, 0.1, 0.07))
     assert observed(plant)["lid"] == pytest.approx((0.5, 0.1, 0.095))
@@ -128,7 +128,7 @@ def test_what_is_gripped_moves_with_the_tool_and_what_is_let_go_falls_and_stays(
     assert observed(plant)["cube"] == fallen["cube"]
 
 
-def test_fingers_that_close_beside_a_thing_hold_nothing() -> None:
+def test_fingers_that_close_next_to_an_object_hold_nothing() -> None:
     plant = KinematicPlant(CubeOnBlock(), 0)
     for action in (move(0.5, 0.2, 0.15), move(0.5, 0.16, 0.07), act("grip", width=0.03, force=8.0)):
         assert execute(plant, action, allow, inf).completed

@@ -136,7 +136,7 @@ def test_a_motion_that_was_planned_elsewhere_or_earlier_is_refused_before_motion
     assert plant.now() == before
 
 
-def test_planning_moves_nothing_and_says_what_cannot_be_done(plant: PhysicsPlant) -> None:
+def test_planning_moves_nothing_and_refuses_impossible_actions(plant: PhysicsPlant) -> None:
     assert isinstance(plant.plan(act("grip", width=0.08, force=5.0)), NoMotion)
     far = plant.plan(act("move_tool", target=(0.9, 0.5, 0.3), yaw=0.0, speed=0.25))
     assert isinstance(far, MotionCompletion)
@@ -145,7 +145,9 @@ def test_planning_moves_nothing_and_says_what_cannot_be_done(plant: PhysicsPlant
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.25, 0.5])
-def test_the_reference_siteallows_what_the_plant_plans(plant: PhysicsPlant, site: Site, speed: float) -> None:
+def test_the_reference_site_allows_the_plans_of_the_plant(
+    plant: PhysicsPlant, site: Site, speed: float
+) -> None:
     decider = MotionDecider(site.motion)
     for target, yaw in (((0.5, 0.2, 0.1), 0.0), ((0.4, -0.3, 0.3), 1.0), ((0.55, 0.1, 0.02), -0.5)):
         action = act("move_tool", target=target, yaw=yaw, speed=speed)
@@ -196,9 +198,7 @@ def _denied(plant: PhysicsPlant, site: Site, action: Action) -> list[tuple[str, 
     return [(reason.code, reason.rule) for reason in found.reasons]
 
 
-def test_a_target_beside_which_the_hand_would_meet_the_bench_is_denied(
-    plant: PhysicsPlant, site: Site
-) -> None:
+def test_a_target_at_which_the_hand_would_hit_the_bench_is_denied(plant: PhysicsPlant, site: Site) -> None:
     low = act("move_tool", target=(0.5, 0.1, -0.03), yaw=0.0, speed=0.25)
     assert ("AE763", "links-off-the-bench") in _denied(plant, site, low)
 

@@ -124,7 +124,7 @@ def test_motion_ends_at_the_deadline(plant: PhysicsPlant) -> None:
         (act("dance"), "unknown kind"),
     ],
 )
-def test_what_cannot_be_done_is_refused_before_motion(
+def test_impossible_actions_are_refused_before_motion(
     plant: PhysicsPlant, action: Action, reason: str
 ) -> None:
     ended = execute(plant, action, allow, FOREVER)
@@ -209,7 +209,7 @@ def test_the_same_seed_repeats_bit_for_bit_and_another_does_not() -> None:
     assert digest(7) != digest(8)
 
 
-def test_time_goes_on_where_nothing_is_under_way(plant: PhysicsPlant) -> None:
+def test_time_passes_while_no_motion_is_under_way(plant: PhysicsPlant) -> None:
     assert plant.advance(allow, 0.5) == {}
     assert 0.5 - TICK < plant.now() <= 0.5
 

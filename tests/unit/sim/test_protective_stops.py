@@ -253,7 +253,7 @@ def test_each_kind_stops_in_the_tick_in_which_it_is_measured(provoked: tuple[Pro
     assert told.stopped == told.violated
 
 
-def test_what_is_said_names_quantity_value_and_bound(provoked: tuple[Provocation, Run]) -> None:
+def test_a_stop_message_names_quantity_value_and_bound(provoked: tuple[Provocation, Run]) -> None:
     kind, told = provoked
     one = next(one for one in told.said.split(", ") if one.startswith(kind.said))
     value, bound = re.fullmatch(r".* is (\S+) .*\(at (?:most|least) (\S+) .*\)", one).groups()  # type: ignore[union-attr]
@@ -307,7 +307,7 @@ def test_an_arm_that_sagged_through_its_stop_is_planned_from_where_it_is(site: S
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_without_what_provokes_it_nothing_stops(name: str, site: Site) -> None:
+def test_nothing_stops_without_the_provocation(name: str, site: Site) -> None:
     people = (STANDING,) if KINDS[name].people else ()
     calm = replace(KINDS[name], rough=NoDisturbance, people=people, obstacle=False)
     told = run(calm, site)

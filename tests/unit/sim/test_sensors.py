@@ -75,13 +75,13 @@ def test_a_late_reading_carries_the_time_at_which_it_was_true() -> None:
     assert read[0] == Reading(0.0, -12 * TICK)  # at rest before the clock began
 
 
-def test_the_monitor_is_told_of_an_old_value_as_a_reading() -> None:
+def test_the_monitor_gets_an_old_value_as_a_reading() -> None:
     sensors = Sensors(0, {"joint": SensorModel(latency=TICK)})
     sensors.monitor_values(truth(4))
     assert sensors.monitor_values(truth(5)) == {"joint": Reading(4.0, 4 * TICK), "flag": False}
 
 
-def test_what_is_dropped_leaves_the_last_reading_which_ages() -> None:
+def test_a_dropped_reading_leaves_the_previous_one_which_ages() -> None:
     read = followed(SensorModel(dropout=0.3))
     ages = [tick - round(one.time / TICK) for tick, one in enumerate(read) if one is not None]
     assert 0.27 < sum(age > 0 for age in ages) / len(ages) < 0.33
@@ -112,7 +112,7 @@ def test_a_longer_latency_takes_no_reading_back() -> None:
     assert times == [3, 3, 3, 4, 5]
 
 
-def test_readings_depend_on_the_seed_and_not_on_who_looks_how_often() -> None:
+def test_readings_depend_on_the_seed_and_not_on_how_often_they_are_read() -> None:
     model = SensorModel(noise=0.2, latency=0.02, dropout=0.2)
     often = Sensors(5, {"joint": model})
     looked = []
@@ -136,10 +136,10 @@ def test_a_picture_is_blurred_or_lost_and_says_when_it_was_taken() -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"noise": -1.0}, {"step": inf}, {"latency": nan}, {"dropout": 1.5}, {"dropout": -0.1}]
+    "wrong", [{"noise": -1.0}, {"resolution": inf}, {"latency": nan}, {"dropout": 1.5}, {"dropout": -0.1}]
 )
 def test_there_is_no_sensor_like_that(wrong: dict[str, float]) -> None:
-    with pytest.raises(MisuseError, match="no sensor"):
+    with pytest.raises(MisuseError, match="invalid sensor model"):
         SensorModel(**wrong)
 
 

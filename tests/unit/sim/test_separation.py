@@ -126,7 +126,7 @@ people:
 """
 
 
-def test_what_the_hand_holds_when_a_person_comes_is_not_let_go(run: Run, tmp_path: Path) -> None:
+def test_a_held_object_is_not_dropped_when_a_person_comes(run: Run, tmp_path: Path) -> None:
     people = tmp_path / "twice.yaml"
     people.write_text(TWICE)
     code, referee, records = run("make dumplings", str(people), "--seed", "101")
@@ -136,7 +136,7 @@ def test_what_the_hand_holds_when_a_person_comes_is_not_let_go(run: Run, tmp_pat
     assert code == Exit.SUCCESS
 
 
-def test_a_robot_that_is_looked_on_from_beside_drives_at_reduced_speed(run: Run) -> None:
+def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run) -> None:
     _, referee, records = run("fetch the object", "across_the_room", "--timeout", "7")
     verdicts = [record["details"]["verdict"] for record in records if record["event"] == "decision"]
     assert "ATTENUATE" in verdicts
@@ -145,7 +145,7 @@ def test_a_robot_that_is_looked_on_from_beside_drives_at_reduced_speed(run: Run)
 
 
 @pytest.mark.parametrize(("instruction", "way", "floor", "until"), fetch_each_push(BESIDE, "clean the table"))
-def test_beside_somebody_who_stays_the_robot_works_slowly(
+def test_the_robot_works_slowly_next_to_a_person_who_stays(
     instruction: str, way: tuple[str, ...], floor: str, until: int, run: Run, tmp_path: Path
 ) -> None:
     _, referee, records = run(instruction, staying(tmp_path, way, floor), "--timeout", str(until))

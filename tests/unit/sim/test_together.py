@@ -84,7 +84,7 @@ def test_a_drive_that_is_halted_comes_to_rest_within_limits_while_the_fingers_go
     assert log[-1]["finger_gap"] == pytest.approx(0.02, abs=1e-3)
 
 
-def test_what_a_halted_motion_does_not_move_is_not_touched(plant: PhysicsPlant) -> None:
+def test_halting_a_motion_affects_only_the_parts_it_moves(plant: PhysicsPlant) -> None:
     drive = begin(plant, DRIVE)
     wait = begin(plant, act("wait", duration=30.0))
     assert plant.advance(allow, 0.3) == {}
@@ -104,7 +104,7 @@ def test_a_rule_that_breaks_ends_both_at_rest(plant: PhysicsPlant) -> None:
     assert math.dist(plant.observe()["base_position"].value, before) < 1e-3
 
 
-def test_what_is_blocked_ends_both(plant: PhysicsPlant) -> None:
+def test_a_blocked_motion_ends_both(plant: PhysicsPlant) -> None:
     drive, look = begin(plant, DRIVE), begin(plant, act("wait", duration=30.0))
     assert plant.advance(allow, 0.3) == {}
     plant._robot.q_command = plant._robot.q_command + 0.1  # as if something held the arm back
@@ -146,7 +146,7 @@ def drives_for(plant: PhysicsPlant, policy: MotionPolicy, drive: Action, seconds
     return ConcurrentMotion(drive, plan, plant.now())
 
 
-def test_the_arm_stows_while_the_base_drives_and_is_where_it_was_asked_to_be(
+def test_the_arm_stows_while_the_base_drives_and_reaches_its_target(
     plant: PhysicsPlant, policy: MotionPolicy
 ) -> None:
     driving = drives_for(plant, policy, AHEAD, 0.5)
@@ -165,7 +165,7 @@ def test_the_arm_stows_while_the_base_drives_and_is_where_it_was_asked_to_be(
     assert 0.02 < moved < math.dist(log[120]["tool_position"], log[0]["tool_position"]) - 0.02
 
 
-def test_what_was_decided_encloses_what_both_do(plant: PhysicsPlant, policy: MotionPolicy) -> None:
+def test_the_decided_motion_encloses_the_motion_of_both(plant: PhysicsPlant, policy: MotionPolicy) -> None:
     driving = drives_for(plant, policy, AHEAD, 0.5)
     plan, _ = decided(plant, policy, STOW, driving)
     assert isinstance(plan, Trajectory)
@@ -190,7 +190,7 @@ def test_what_was_decided_encloses_what_both_do(plant: PhysicsPlant, policy: Mot
             assert (find_breach(moving, [box], 0.0) is None) is is_clear, (axis, side, beyond)
 
 
-def test_what_each_may_do_alone_is_denied_where_both_together_meet_a_barrier(
+def test_motions_allowed_alone_are_denied_if_together_they_hit_a_barrier(
     plant: PhysicsPlant, policy: MotionPolicy
 ) -> None:
     wall = Barrier("off-the-wall", "wall", _wall(0.8), False, False, None, "a wall")
@@ -221,9 +221,7 @@ def test_a_base_may_not_drive_off_with_a_tool_that_was_asked_to_be_somewhere(
     assert ("AE761", "target") in decided(plant, policy, AHEAD, moving)[1]
 
 
-def test_an_arm_whose_base_is_halted_is_not_where_it_was_asked_to_be(
-    plant: PhysicsPlant, policy: MotionPolicy
-) -> None:
+def test_an_arm_whose_base_is_halted_misses_its_target(plant: PhysicsPlant, policy: MotionPolicy) -> None:
     driving = drives_for(plant, policy, AHEAD, 0.5)
     plan, _ = decided(plant, policy, STOW, driving)
     stow = plant.begin(STOW, plan)
@@ -233,16 +231,16 @@ def test_an_arm_whose_base_is_halted_is_not_where_it_was_asked_to_be(
     assert plant.advance(allow, inf) == {drive: MotionCompletion(False, "halted")}
     ended = plant.advance(allow, inf)
     assert isinstance(stow, int)
-    assert (ended[stow].reason or "").startswith("blocked: the tool rests")
+    assert (ended[stow].reason or "").startswith("blocked: the tool stopped")
 
 
-def test_what_the_plant_cannot_do_while_the_base_drives_it_refuses(
+def test_actions_impossible_while_the_base_drives_are_refused(
     plant: PhysicsPlant, policy: MotionPolicy
 ) -> None:
     drives_for(plant, policy, AHEAD, 0.5)
     for action, reason in (
         (act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.2), "the base alone moves the tool"),
-        (act("slide", target=(0.72, 0.1, 0.7), force=5.0, speed=0.1), "the base drives"),
+        (act("slide", target=(0.72, 0.1, 0.7), force=5.0, speed=0.1), "not allowed while the base drives"),
     ):
         plan = plant.plan(action)
         assert isinstance(plan, MotionCompletion)

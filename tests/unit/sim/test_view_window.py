@@ -71,7 +71,7 @@ def test_parts_are_where_they_are_on_a_body_that_is_heavier_at_one_end(tmp_path:
 
 
 @pytest.mark.parametrize("name", sorted(SCENES))
-def test_the_window_looks_from_where_films_are_taken(name: str) -> None:
+def test_the_window_uses_the_camera_of_videos(name: str) -> None:
     camera = SCENES[name]().view
     distance, yaw, pitch, target = orbit_view(camera)
     by_window = bullet.computeViewMatrixFromYawPitchRoll(target, distance, yaw, pitch, 0.0, 2)
@@ -86,7 +86,7 @@ def test_without_a_display_there_is_no_window(monkeypatch: pytest.MonkeyPatch) -
         ViewerWindow()
 
 
-def test_a_display_that_nobody_serves_is_refused_and_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_display_without_a_server_is_refused_and_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":9471")
     with pytest.raises(WindowError, match="no window opens on display `:9471`"):
         ViewerWindow()
@@ -109,7 +109,7 @@ def unwatched(monkeypatch: pytest.MonkeyPatch, shown: Path) -> ViewerWindow:
     return ViewerWindow(unseen)
 
 
-def test_a_window_shows_what_is_there_and_who_comes_later(
+def test_a_window_shows_the_scene_and_people_who_come_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = unwatched(monkeypatch, tmp_path / "shown.png")

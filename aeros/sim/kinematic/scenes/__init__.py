@@ -1,4 +1,4 @@
-"""The scenes a kinematic plant can be built with, by name."""
+"""Scenes that a kinematic plant can be built with, by name."""
 
 from __future__ import annotations
 

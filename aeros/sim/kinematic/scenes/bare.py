@@ -1,4 +1,4 @@
-"""A table and nothing on it, without physics."""
+"""An empty table, without physics."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ TABLE: Final[Surface] = slab(0.4, 0.0, 0.0, 1.4, 1.6)
 
 
 class KinematicBareScene:
-    """The Panda on its table: for trying motions."""
+    """Scene of the Panda on an empty table."""
 
     robot = RobotOptions()
     cameras: tuple[str, ...] = ()
     initial_cameras: tuple[str, ...] = ()
 
     def build(self, chance: RandomSource) -> ObjectSet:
-        """The table."""
+        """Implement `KinematicScene.build`: the table."""
         return ObjectSet((), (TABLE,))
 
     def tick(self) -> None:
-        """Nothing changes."""
+        """Implement `KinematicScene.tick`: nothing changes."""
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """Nothing is measured but the robot."""
+        """Implement `KinematicScene.measure`: nothing but the robot is measured."""
         return {}
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """There is no camera."""
+        """Implement `KinematicScene.detect`: there is no camera."""
         raise KeyError(camera)

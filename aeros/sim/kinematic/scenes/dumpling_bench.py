@@ -1,7 +1,7 @@
-"""A bench for making one dumpling, without physics: the held handle turns the lid, the lid folds the wrapper.
+"""A bench for making one dumpling, without physics: the handle turns the lid, the lid folds the wrapper.
 
-The lid folds a wrapper that lies where it belongs, until the plate meets the filling; what presses on the
-handle then presses on the filling by the lever.  An open wrapper's plate falls to the side it leans to.
+The lid folds a wrapper that lies where it belongs until the plate meets the filling. Further force on the
+handle then presses on the filling by the lever. An open wrapper's plate falls to the side it leans to.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 
 HANDLE_RADIUS: Final = 0.075
-"""From the press's hinge to its handle, m (models/press.urdf)."""
+"""Distance of the handle from the press's hinge, m (models/press.urdf)."""
 
 LID_MAX: Final = 3.25
-"""Where the empty press's lid stops, rad (models/press.urdf)."""
+"""Greatest lid angle of the empty press, rad (models/press.urdf)."""
 
 BED: Final = (0.024, -0.014, 0.042, 0.036)
 """The bed under plate A: its middle along x and its top, from the hinge; its length and width, m."""
@@ -50,24 +50,26 @@ HANDLE_SIZE: Final = (0.009, 0.044)
 """Radius and length of the handle, along y, m (models/press.urdf)."""
 
 FOLDED_PLATE_GAP: Final = 0.016
-"""Between the plates of a wrapper folded by π, m (models/wrapper.urdf)."""
+"""Gap between the plates of a wrapper folded by π, m (models/wrapper.urdf)."""
 
 
 @dataclass
 class Handle(GraspableObject):
-    """The press's handle: moves on a circle about the hinge.
+    """The press's handle, which moves on a circle about the hinge.
 
-    angle: of the lid, 0 open, towards -x; π closed.  stop: where the lid can go no further, rad.
-    pressed: force on the handle at the stop, N.
+    Attributes:
+        angle: of the lid, 0 open, towards -x; π closed, rad.
+        stop_angle: greatest angle that the lid can reach, rad.
+        press_force: force on the handle at the stop, N.
     """
 
     angle: float = field(default=0.0, init=False)
     stop_angle: float = field(default=LID_MAX, init=False)
     press_force: float = field(default=0.0, init=False)
 
-    def move_with_gripper(self, wanted: Pose, support: float) -> float:
-        """Turn the lid to where the fingers are about the hinge, as far as it goes."""
-        x, _, z = wanted.position
+    def move_with_gripper(self, target: Pose, support: float) -> float:
+        """Implement `GraspableObject.move_with_gripper`: turn the lid to the fingers, as far as it goes."""
+        x, _, z = target.position
         angle = atan2(z - PRESS[2], PRESS[0] - x)
         angle += 2.0 * pi if angle < -pi / 2 else 0.0
         self.angle = min(max(angle, 0.0), self.stop_angle)
@@ -76,7 +78,7 @@ class Handle(GraspableObject):
         return self.press_force
 
     def drop_onto_support(self, support: float) -> None:
-        """The lid stays at its angle, by the friction of its hinge."""
+        """Implement `GraspableObject.drop_onto_support`: the lid stays at its angle, by hinge friction."""
         self.press_force = 0.0
 
 
@@ -85,14 +87,14 @@ def _handle_at(angle: float) -> Vector3:
 
 
 class KinematicDumplingBench:
-    """The bench."""
+    """Scene of the bench: press, pot, wrapper on a tray, filling on a stand."""
 
     robot = RobotOptions()
     cameras = CAMERAS
     initial_cameras: tuple[str, ...] = ("overhead",)
 
     def build(self, chance: RandomSource) -> ObjectSet:
-        """Wrapper on its tray and filling on its stand, by chance; press and pot are fixed."""
+        """Implement `KinematicScene.build`: wrapper and filling at random, press and pot fixed."""
         laid = sample_bench_layout(chance)
         (length, width, half), (side, height) = PLATE_HALF, FILLING
         self._wrapper = GraspableObject(
@@ -124,7 +126,7 @@ class KinematicDumplingBench:
         return self._things
 
     def tick(self) -> None:
-        """Fold what the lid moves, and seal when fold, filling and force all pass."""
+        """Implement `KinematicScene.tick`: fold the wrapper; seal if fold, filling and force all pass."""
         dumpling = self._dumpling()
         self._handle.stop_angle = LID_MAX
         if self._is_on_press(dumpling):
@@ -135,11 +137,14 @@ class KinematicDumplingBench:
         self._inspector.add_press_force(self._press_force())
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """See `bench_measurements`."""
+        """Implement `KinematicScene.measure`; see `bench_measurements`."""
         return bench_measurements(self._handle.pose.position, self._press_force())
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """What lies there and is not in the hand, as it is; a closed wrapper hides its filling."""
+        """Implement `KinematicScene.detect` from true poses.
+
+        Held objects are not detected; a closed wrapper hides its filling.
+        """
         dumpling = self._dumpling()
         if camera == "side":
             return self._inspector.add_side_view(dumpling.is_closed)
@@ -150,17 +155,17 @@ class KinematicDumplingBench:
         return self._inspector.add_overhead_view(wrapper, None if hidden else dumpling.filling, time)
 
     def _fold_by(self, lid: float) -> None:
-        """The lid takes the plate along; behind it an open wrapper's plate falls to the side it leans to."""
+        """Fold the wrapper with the lid; an open plate behind the lid falls to the side it leans to."""
         if lid >= self._fold or (not self._sealed and self._fold < pi / 2):
             self._fold = lid
 
     def _press_force(self) -> float:
-        """The lid's force on the filling, N."""
+        """Return the lid's force on the filling, N."""
         touches = self._handle.stop_angle < LID_MAX and self._dumpling().is_filled
         return self._handle.press_force * HANDLE_RADIUS / HINGE_TO_PLATE if touches else 0.0
 
     def _is_on_press(self, dumpling: Dumpling) -> bool:
-        """Whether the wrapper lies where the lid folds it: its hinge within 8 mm of the press's, let go."""
+        """Return True if the wrapper is not held and its hinge is within 8 mm of the press's."""
         near = all(abs(a - b) < 0.008 for a, b in zip(dumpling.hinge, ALIGNED_POSITION, strict=True))
         return near and not self._things.holds(self._wrapper)
 
@@ -169,5 +174,5 @@ class KinematicDumplingBench:
 
 
 def _closed_fold_angle(dumpling: Dumpling) -> float:
-    """The fold at which plate B meets what is under it: the filling, or its own stop at π."""
+    """Return the fold at which plate B meets the filling, or its own stop at π."""
     return pi - asin((FILLING[1] - FOLDED_PLATE_GAP) / HINGE_TO_PLATE) if dumpling.is_filled else pi

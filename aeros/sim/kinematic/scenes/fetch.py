@@ -1,6 +1,6 @@
-"""A room to fetch something in, without physics: a camera gives the can's place where it is in the picture.
+"""A room for fetching, without physics: a camera gives the can's true position if it is in the picture.
 
-Not modelled: what hides the can from a camera, the arm among it; errors of a detection.
+Not modelled: occlusion of the can, by the arm or anything else; detection errors.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from aeros.sim.robot.robot import RobotState
 
 
 class KinematicFetchScene:
-    """The room."""
+    """Scene of the room: two stands, a can and a decoy."""
 
     robot = ROBOT
     cameras = CAMERAS
     initial_cameras: tuple[str, ...] = ("mast",)
 
     def build(self, chance: RandomSource) -> ObjectSet:
-        """Can and decoy on their stand, and the stand to deliver to, by chance."""
+        """Implement `KinematicScene.build`: stands, can and decoy at random."""
         self._laid = laid = sample_room_layout(chance)
         self._seen: LastDetection | None = None
         (radius, height), (x, y, z) = CAN_SIZE, (edge / 2 for edge in DECOY_SIZE)
@@ -47,17 +47,17 @@ class KinematicFetchScene:
         return self._things
 
     def tick(self) -> None:
-        """What was seen of the can does not hold any more once it is held."""
+        """Implement `KinematicScene.tick`: forget where the can was seen once it is held."""
         if self._things.holds(self._can):
             self._seen = None
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """See `room_measurements`."""
+        """Implement `KinematicScene.measure`; see `room_measurements`."""
         held = self._things.holds(self._can) and self._things.is_lifted(self._can)
         return room_measurements(self._laid, state.base_position, held, self._seen, time)
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """Where the can's middle is, if the middle of its top is in the picture."""
+        """Implement `KinematicScene.detect`: the can's middle, if the middle of its top is in the picture."""
         middle = self._can.pose.position
         eye = camera_at(camera, state.base_position, state.tool_position, yaw)
         seen = is_in_view(eye, add(middle, (0.0, 0.0, CAN_SIZE[1] / 2)))

@@ -1,4 +1,4 @@
-"""What a scene is without physics: things laid out by chance, and what is measured of them."""
+"""The port of scenes without physics: objects laid out at random and the measurements of them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from aeros.sim.robot.robot import RobotOptions, RobotState
 
 
 class KinematicScene(Protocol):
-    """One task's surroundings.
+    """Surroundings of one task.
 
-    robot: how the robot is built for it.
-    cameras: those that `detect` knows.
-    watching: those of them that have taken a picture when the clock starts.
+    Attributes:
+        robot: how to build the robot.
+        cameras: names of the cameras that `detect` knows.
+        initial_cameras: those that have taken a picture when the clock starts.
     """
 
     robot: RobotOptions
@@ -23,13 +24,38 @@ class KinematicScene(Protocol):
     initial_cameras: tuple[str, ...]
 
     def build(self, random: RandomSource) -> ObjectSet:
-        """The things, where `random` wants them; called once, before the first tick."""
+        """Lay out the scene's objects; called once, before the first tick.
+
+        Args:
+            random: random source of the layout.
+
+        Returns:
+            The objects, in W.
+        """
 
     def tick(self) -> None:
-        """Note what happened in the last tick."""
+        """Update after a tick."""
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """Poses and predicates by vocabulary name, SI, measured now."""
+        """Measure positions and predicates.
+
+        Args:
+            state: the robot's latest readings.
+            time: now, s.
+
+        Returns:
+            Values by vocabulary name, SI, positions in W.
+        """
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """What `camera` detects now, the tool at `yaw`, by vocabulary name."""
+        """Take a picture and evaluate it.
+
+        Args:
+            camera: one of `cameras`.
+            state: the robot's latest readings.
+            yaw: heading of the tool in W, rad.
+            time: now, s.
+
+        Returns:
+            Detections by vocabulary name, SI, positions in W; None for what is no longer known.
+        """

@@ -1,6 +1,6 @@
 """A table to clean, without physics: a cell is wiped where the held sponge is pressed on it.
 
-Not modelled: what the arm hides from the camera, errors of a picture's inspection.
+Not modelled: occlusion by the arm; errors in inspecting a picture.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from aeros.sim.robot.robot import RobotOptions, RobotState
 
 
 class KinematicTableScene:
-    """The table.  Fingers close on the sponge's block (models/sponge.urdf)."""
+    """Scene of the table; fingers close on the sponge's block (models/sponge.urdf)."""
 
     robot = RobotOptions()
     cameras = CAMERAS
     initial_cameras: tuple[str, ...] = ("overhead",)
 
     def build(self, chance: RandomSource) -> ObjectSet:
-        """The sponge at its rest and the clutter, by chance; table and bin are fixed."""
+        """Implement `KinematicScene.build`: sponge and clutter at random, table and bin fixed."""
         laid = sample_table_layout(chance)
         self._rest = laid.rest
         self._dirt = DirtMap(*WIPING_AREA)
@@ -58,28 +58,32 @@ class KinematicTableScene:
         return self._things
 
     def tick(self) -> None:
-        """Wipe the cells under the pressed sponge."""
+        """Implement `KinematicScene.tick`: wipe the cells under the pressed sponge."""
         if self._things.holds(self._sponge) and self._things.load > WIPING_FORCE:
             self._dirt.wipe(self._sponge.pose, SPONGE_SIZE)
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """See `table_measurements`."""
+        """Implement `KinematicScene.measure`; see `table_measurements`."""
         return table_measurements(self._rest, self._dirt.wiped_fraction)
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """What lies on the table; by `mast`, whether it is clean and nothing but the sponge, at its rest."""
+        """Implement `KinematicScene.detect` from true poses.
+
+        `overhead` detects sponge and clutter; `mast` verifies that the table is clean, the sponge at its
+        rest and nothing else there.
+        """
         seen = self._visible_things()
         if camera == "overhead":
             return seen
         return {"table_verified": self._dirt.wiped_fraction >= WIPED_THRESHOLD and seen["table_organized"]}
 
     def _visible_things(self) -> dict[str, Any]:
-        """What lies there, and is not in the hand."""
+        """Return detections of all objects that are not held."""
         lying = [thing for thing in self._clutter if not self._things.holds(thing)]
         sponge = None if self._things.holds(self._sponge) else _to_detection(self._sponge)
         return table_detections(self._rest, sponge, [_to_detection(thing) for thing in lying])
 
 
 def _to_detection(thing: GraspableObject) -> DetectedObject:
-    """As it is."""
+    """Return an exact detection of an object."""
     return DetectedObject(thing.pose.position, None, yaw_of(thing.pose.orientation))

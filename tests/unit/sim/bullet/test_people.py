@@ -40,7 +40,7 @@ def test_somebody_stays_walks_and_arrives_as_declared(time: float, place: tuple[
     assert WalkSchedule(Person("a", WAY), RandomSource(0)).position(time) == pytest.approx(place)
 
 
-def test_chance_moves_places_and_times_within_what_is_declared() -> None:
+def test_random_offsets_of_places_and_times_stay_within_their_bounds() -> None:
     person = Person("a", WAY, position_spread=0.1, max_delay=2.0)
     places = {WalkSchedule(person, RandomSource(seed)).position(0.0) for seed in range(50)}
     assert len(places) == 50
@@ -88,14 +88,14 @@ def test_the_distance_is_from_the_nearest_part_of_the_robot_to_the_nearest_perso
         one.close()
 
 
-def test_nobody_in_range_is_the_range_of_the_scanner() -> None:
+def test_without_anybody_in_range_the_scanner_reads_its_range() -> None:
     empty, far = make_plant("bare", 0), standing((30.0, 0.0))
     assert measured(empty) == measured(far) == 20.0
     for one in (empty, far):
         one.close()
 
 
-def test_who_stands_where_the_robot_is_has_no_distance_and_is_not_felt() -> None:
+def test_a_person_inside_the_robot_is_at_distance_zero_and_exerts_no_force() -> None:
     def positions(plant: PhysicsPlant) -> list[Any]:
         told = []
         for action in (move(0.5, 0.2, 0.3), move(0.4, -0.2, 0.2)):
@@ -110,7 +110,7 @@ def test_who_stands_where_the_robot_is_has_no_distance_and_is_not_felt() -> None
         one.close()
 
 
-def test_each_tick_measures_what_a_search_over_all_links_finds() -> None:
+def test_the_incremental_distance_equals_a_search_over_all_links() -> None:
     way = (Waypoint((1.5, -1.5)), Waypoint((0.9, 0.9), speed=1.6))
     plant = make_plant("bare", 0, people=[Person("a", way)])
     people = plant._people
@@ -179,17 +179,32 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("path", "more", "code", "said"),
     [
-        ("[{at: [1 m, 0 m], speed: 1 m/s}]", "", "AE208", "the first place is where they are"),
-        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrival_time`"),
+        ("[{at: [1 m, 0 m], speed: 1 m/s}]", "", "AE208", "the first waypoint is the start"),
+        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrive`"),
         ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 1 m/s, arrive: 1 s}]", "", "AE208", "either"),
-        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 0 m/s}]", "", "AE208", "nobody walks at 0 m/s"),
-        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 40 m/s}]", "", "AE208", "nobody walks at 40 m/s"),
-        ("[{at: [1 m, 0 m]}, {at: [9 m, 0 m], arrive: 0.1 s}]", "", "AE208", "nobody walks at 80 m/s"),
-        ("[{at: [1 m, 0 m], stay: 5 s}, {at: [2 m, 0 m], arrive: 4 s}]", "", "AE208", "until 5 s"),
+        (
+            "[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 0 m/s}]",
+            "",
+            "AE208",
+            "walking speed 0 m/s is out of range",
+        ),
+        (
+            "[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 40 m/s}]",
+            "",
+            "AE208",
+            "walking speed 40 m/s is out of range",
+        ),
+        (
+            "[{at: [1 m, 0 m]}, {at: [9 m, 0 m], arrive: 0.1 s}]",
+            "",
+            "AE208",
+            "walking speed 80 m/s is out of range",
+        ),
+        ("[{at: [1 m, 0 m], stay: 5 s}, {at: [2 m, 0 m], arrive: 4 s}]", "", "AE208", "at 5 s"),
         ("[{at: [1 m, 0 m], stay: -1 s}]", "", "AE208", "is negative"),
-        ("[{at: [1 m, 0 m], stay: 1e300 s}]", "", "AE208", "beyond every cell"),
-        ("[{at: [1 m, -1e999 m]}]", "", "AE208", "beyond every cell"),
-        ("[{at: [1 m, 0 m]}]", "height: 1 m\n    radius: 0.6 m", "AE208", "1 m tall and 1.2 m wide"),
+        ("[{at: [1 m, 0 m], stay: 1e300 s}]", "", "AE208", "is larger than the limit"),
+        ("[{at: [1 m, -1e999 m]}]", "", "AE208", "is larger than the limit"),
+        ("[{at: [1 m, 0 m]}]", "height: 1 m\n    radius: 0.6 m", "AE208", "1 m tall, 1.2 m wide"),
         ("[{at: [1 m, 0 m]}]", "radius: 0 m", "AE208", "0 m wide"),
         ("[{at: [1 m, 0 m, 0 m]}]", "", "AE112", "3 entries"),
         ("[]", "", "AE112", "0 entries"),
@@ -198,7 +213,7 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
         ("[{at: [1 m, 0 m], waits: 1 s}]", "", "AE101", "unknown field `waits`"),
     ],
 )
-def test_what_nobody_can_do_is_refused_at_its_place(
+def test_an_impossible_walk_is_reported_at_its_place(
     path: str, more: str, code: str, said: str, tmp_path: Path
 ) -> None:
     with pytest.raises(UserError) as refused:
@@ -209,7 +224,7 @@ def test_what_nobody_can_do_is_refused_at_its_place(
     assert found.primary is not None
 
 
-def test_a_name_that_is_nobodys_is_refused_with_those_there_are() -> None:
+def test_an_unknown_people_file_is_refused_with_the_shipped_names() -> None:
     with pytest.raises(UserError) as refused:
         read_people("at_the_tabel")
     (found,) = refused.value.diagnostics

@@ -66,13 +66,13 @@ def test_a_file_says_all_of_a_body(tmp_path: Path) -> None:
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1e999 m]}", "AE111", "outside its bounds"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 s]}", "AE204", "expected a value in m"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], mass: -1 kg}", "AE111", "outside its bounds"),
-        ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], loose: true}", "AE208", "goes with `urdf` alone"),
+        ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], loose: true}", "AE208", "is only valid with `urdf`"),
         ("{urdf: vase.urdf, at: [1 m, 1 m, 1 m], mass: 1 kg}", "AE208", "a model's mass"),
         ("{urdf: vese.urdf, at: [1 m, 1 m, 1 m]}", "AE002", "vese.urdf`, the model of `it`"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], weight: 1 kg}", "AE101", "unknown field `weight`"),
     ],
 )
-def test_what_is_no_body_is_refused_at_its_place(body: str, code: str, said: str, tmp_path: Path) -> None:
+def test_an_invalid_body_is_reported_at_its_place(body: str, code: str, said: str, tmp_path: Path) -> None:
     found = refused(write(tmp_path, f"  it: {body}\n"))
     assert found.code == code
     assert said in found.headline
@@ -102,7 +102,7 @@ def test_a_model_that_is_none_is_refused_at_its_place(
     assert (found.primary.span.source.path, found.primary.span.line) == (str(tmp_path / "vase.urdf"), line)
 
 
-def test_a_model_of_which_the_simulator_makes_nothing_is_refused(tmp_path: Path) -> None:
+def test_a_model_that_the_simulator_cannot_load_is_refused(tmp_path: Path) -> None:
     joint = '<joint name="j" type="fixed"><parent link="a"/><child link="nobody"/></joint></robot>'
     scene = write(
         tmp_path, "  it: {urdf: vase.urdf, at: [1 m, 1 m, 1 m]}\n", MODEL.replace("</robot>", joint)

@@ -24,7 +24,7 @@ VIEW = SCENES["bare"]().view
 
 
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
-def test_a_film_shows_the_motion(suffix: str, tmp_path: Path) -> None:
+def test_a_video_shows_the_motion(suffix: str, tmp_path: Path) -> None:
     film = tmp_path / "made" / f"film{suffix}"
     plant = make_plant("bare", 0, spectators=[VideoRecorder(film)])
     execute(plant, act("move_tool", target=(0.5, 0.2, 0.3), yaw=0.0, speed=0.2), allow, 1e9)
@@ -40,7 +40,7 @@ def test_a_film_shows_the_motion(suffix: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
-def test_a_film_shows_what_the_camera_saw(suffix: str, tmp_path: Path) -> None:
+def test_a_video_shows_the_rendered_pictures(suffix: str, tmp_path: Path) -> None:
     film = tmp_path / f"film{suffix}"
     world = PhysicsWorld()
     world.add_box((1.0, 1.0, 0.1), (0.5, 0.0, 0.0), colour=(0.8, 0.2, 0.1, 1.0))
@@ -65,12 +65,12 @@ def test_a_long_run_has_no_more_pictures_than_a_short_one(tmp_path: Path) -> Non
     assert FRAMES_MAX / 2 < len(frames_of(tmp_path / "film.mp4")) <= FRAMES_MAX
 
 
-def test_where_nothing_was_seen_there_is_no_film(tmp_path: Path) -> None:
+def test_without_a_picture_no_video_is_written(tmp_path: Path) -> None:
     VideoRecorder(tmp_path / "film.gif").close()
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_film_that_is_there_is_not_written_over(tmp_path: Path) -> None:
+def test_an_existing_video_is_not_overwritten(tmp_path: Path) -> None:
     film = tmp_path / "film.gif"
     film.write_bytes(b"mine")
     with pytest.raises(VideoError, match="exists already"):
@@ -78,14 +78,14 @@ def test_a_film_that_is_there_is_not_written_over(tmp_path: Path) -> None:
     assert film.read_bytes() == b"mine"
 
 
-def test_a_film_in_a_file_is_refused(tmp_path: Path) -> None:
+def test_a_video_below_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(VideoError, match=r"there can be no film `.*file/film.gif`: "):
+    with pytest.raises(VideoError, match=r"cannot write video `.*file/film.gif`: "):
         VideoRecorder(tmp_path / "file" / "film.gif")
 
 
-def test_a_film_where_no_file_can_be_made_is_refused() -> None:
-    with pytest.raises(VideoError, match=r"there can be no film `/proc/film\.gif`: "):
+def test_a_video_in_an_unwritable_folder_is_refused() -> None:
+    with pytest.raises(VideoError, match=r"cannot write video `/proc/film\.gif`: "):
         VideoRecorder(Path("/proc/film.gif"))
 
 
@@ -98,7 +98,7 @@ def test_without_pyav_there_is_no_mp4_and_the_cure_is_named(
         VideoRecorder(tmp_path / "film.mp4")
 
 
-def test_a_film_that_cannot_be_written_whole_is_not_there(
+def test_a_video_that_cannot_be_written_completely_is_not_left_behind(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupted(path: Path, content: bytes) -> None:

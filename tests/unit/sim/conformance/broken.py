@@ -206,7 +206,7 @@ class UntilIsCutShort(Twin):
 
 class MotionsShareANumber(Twin):
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        self._begun = 0
+        self._motion_count = 0
         return super().begin(action, decided)
 
 
@@ -365,7 +365,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     "the_clock_never_goes_back": {
         ClockThatIsSetBack: "the clock goes back",
     },
-    "no_reading_is_of_the_future_and_each_is_taken_anew": {
+    "readings_are_fresh_and_never_in_the_future": {
         ReadingsOfTheFuture: "which is in the future",
         ReadingsThatAreNeverTakenAnew: "was moved, and its reading is still of 0",
         ReadingsThatStandStillAtRest: "though nothing moved",
@@ -390,22 +390,22 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     "a_stale_plan_is_refused": {
         StalePlansAreTaken: "no longer is was begun",
     },
-    "bad_input_is_refused_with_a_reason_before_any_motion": {
+    "invalid_input_is_rejected_with_a_reason_before_any_motion": {
         BadInputRaises: "makes it raise OverflowError",
         BadInputIsRefusedWithoutAReason: "refused without a reason",
         UnknownParametersAreIgnored: "an unknown parameter is not refused",
     },
-    "the_monitor_looks_before_the_first_tick_and_after_each": {
+    "the_monitor_runs_before_the_first_tick_and_after_each": {
         MonitorLooksAtEverySecondTick: "the monitor did not look for",
         MonitorNeverLooksBefore: "the monitor first looked at",
     },
-    "the_motion_made_is_the_one_decided": {
+    "the_executed_motion_is_the_decided_one": {
         AnotherWayThanDecided: "a joint is .* rad off its path",
     },
     "no_speed_is_higher_than_decided": {
         FasterThanDecided: "a joint is as fast as .*, decided were",
     },
-    "nothing_passes_until": {
+    "advance_stops_at_until": {
         UntilIsPassed: "it went on until .* beyond",
         UntilIsCutShort: "before `until`",
     },
@@ -413,14 +413,14 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         MotionsShareANumber: "two motions are 1",
         CompletedWithAReason: "which is it",
     },
-    "skills_that_come_and_go_move_nothing": {
+    "skill_notifications_move_nothing": {
         SkillsThatMove: "after a skill that asked for nothing",
     },
-    "a_rule_named_at_once_keeps_everything_where_it_is": {
+    "a_rule_broken_at_once_prevents_motion": {
         RulesAreHeededATickLater: "named before anything moved, and",
         MonitorNeverLooksBefore: "named before anything moved, and",
     },
-    "a_named_rule_ends_everything_within_one_tick": {
+    "a_broken_rule_stops_everything_within_one_tick": {
         RulesAreHeededATickLater: "the monitor was asked 1 times more",
         RulesEndOneMotion: r"of \[1, 2\], \[1\] have ended",
         RulesLetEverythingCoast: "coming to rest took",
@@ -440,21 +440,21 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         StopForgetsWhatWaits: "was begun after all had ended",
         RestIsInstant: "coming to rest within limits takes",
     },
-    "a_motion_under_feedback_keeps_near_its_paths": {
+    "a_servo_motion_stays_near_its_paths": {
         FeedbackLeavesItsPaths: "rad beyond its slack",
         FeedbackIsNotStated: "is not under feedback",
     },
-    "a_rule_named_in_contact_ends_it_within_one_tick": {
+    "a_broken_rule_stops_contact_within_one_tick": {
         RulesAreHeededATickLater: "the monitor was asked 1 times more",
         RulesLetEverythingCoast: "coming to rest took",
     },
     "motions_of_arm_and_base_together_are_each_as_decided": {
         OneAtATime: "have not ended after",
     },
-    "a_rule_named_ends_arm_and_base_together": {
+    "a_broken_rule_stops_arm_and_base": {
         RulesEndTheArmAlone: "after both came to rest: `tool_position` went",
     },
-    "closing_twice_is_closing_once": {
+    "close_is_idempotent": {
         ClosingTwiceRaises: "closing it twice makes it raise",
     },
 }

@@ -170,7 +170,7 @@ def test_a_weak_arm_has_no_more_than_its_share_of_torque_and_is_strong_again(tol
     assert one.move(0.5, 0.0, 0.4)
 
 
-def test_a_late_arm_is_where_it_was_told_to_be_before_and_catches_up(told: Make) -> None:
+def test_a_delayed_arm_follows_earlier_commands_and_catches_up(told: Make) -> None:
     def places(*faults: Fault) -> list[tuple[float, ...]]:
         one, passed = told(*faults), []
         one.plant.skill_began(SKILL)
@@ -204,7 +204,7 @@ def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Mak
     assert dist(one.value("tool_position"), calm) < 1e-4
 
 
-def test_a_dropout_leaves_the_last_reading_which_ages(told: Make) -> None:
+def test_a_dropout_leaves_the_previous_reading_which_ages(told: Make) -> None:
     one = told(fault(SensorFault("finger_gap", 240, dropout=1.0)))
     one.do("wait", duration=0.1)
     one.plant.skill_began(SKILL)
@@ -240,7 +240,7 @@ def _looked(kind: DetectionFault | None) -> Mapping[str, Any]:
     return seen
 
 
-def test_a_missed_or_misplaced_detection_is_of_what_the_camera_makes_of_its_picture() -> None:
+def test_a_missed_or_displaced_detection_changes_what_the_camera_reports() -> None:
     seen = _looked(None)
     assert seen["object_detected"]
     missed = _looked(MissedDetectionFault())
@@ -282,7 +282,7 @@ def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
     assert shown == [(False, False), (True, True)]
 
 
-def test_what_a_picture_shows_seems_elsewhere_all_of_it_alike() -> None:
+def test_a_displacement_is_the_same_for_all_objects_in_a_picture() -> None:
     away = detection_effect(DisplacedDetectionFault(0.06, None), np.random.default_rng(1))
     first, second = away(DetectedObject((0.0, 0.0, 0.0))), away(DetectedObject((1.0, 2.0, 3.0)))
     assert first is not None

@@ -44,7 +44,7 @@ def test_the_measured_rate_lies_in_its_95_percent_interval_95_times_of_a_hundred
 
 
 @pytest.mark.parametrize("rate", [0.0, 1.0])
-def test_never_and_always_are_meant(rate: float) -> None:
+def test_rates_0_and_1_mean_never_and_always(rate: float) -> None:
     assert set(taken(independent(rate), count=1000)) == {rate == 1.0}
 
 

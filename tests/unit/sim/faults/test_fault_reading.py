@@ -89,28 +89,32 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
         (one(rate="often"), "AE108", "expected a number"),
         (one(at="{}"), "AE208", "`at` needs exactly one of `skill`, `look`, `every`; it has none"),
         (one(at="{every: 1 s, look: mast}"), "AE208", "it has `look` and `every`"),
-        (one(at="{every: 1 s, once: holding}"), "AE208", "`once` and `after` go with `skill` alone"),
-        (one(at="{every: 1 s, during: make_dumplings.wrap}"), "AE208", "`during` goes with `look` alone"),
-        (one(at="{look: mast, during: it}", rest="miss: {}"), "AE122", "`it` is no skill"),
+        (one(at="{every: 1 s, once: holding}"), "AE208", "`once` and `after` are only valid with `skill`"),
+        (one(at="{every: 1 s, during: make_dumplings.wrap}"), "AE208", "`during` is only valid with `look`"),
+        (one(at="{look: mast, during: it}", rest="miss: {}"), "AE122", "`it` is not a skill"),
         (one(at="{every: 1 ms}"), "AE111", "`1 ms` is shorter than a control tick"),
         (one(at="{every: 1 m}"), "AE204", "expected a value in s, found m"),
-        (one(at="{skill: make_dumplings.warp}"), "AE122", "`make_dumplings.warp` is no skill"),
-        (one(at="{look: roof}", rest="miss: {}"), "AE122", "`roof` is no camera of the scene"),
-        (one(at="{look: mast}"), "AE208", "`slip` goes with `skill` or `every` alone"),
-        (one(rest="miss: {}"), "AE208", "`miss` goes with `look` alone"),
-        (one(rest="bump: {thing: table, impulse: 1 N*s}"), "AE122", "`table` is no thing of the scene"),
+        (one(at="{skill: make_dumplings.warp}"), "AE122", "`make_dumplings.warp` is not a skill"),
+        (one(at="{look: roof}", rest="miss: {}"), "AE122", "`roof` is not a camera of the scene"),
+        (one(at="{look: mast}"), "AE208", "`slip` is only valid with `skill` or `every`"),
+        (one(rest="miss: {}"), "AE208", "`miss` is only valid with `look`"),
+        (one(rest="bump: {thing: table, impulse: 1 N*s}"), "AE122", "`table` is not a thing of the scene"),
         (one(rest="bump: {thing: wrapper, impulse: 1 N}"), "AE204", "found N"),
         (one(rest="bump: {thing: wrapper, impulse: -1 N*s}"), "AE111", "`-1 N*s` is outside its bounds"),
         (
             one(rest="bump: {thing: wrapper, impulse: 1 N*s, direction: [0, 0, 0]}"),
             "AE208",
-            "a direction is not nothing",
+            "the direction vector is zero",
         ),
         (one(rest="weaken: {torque: 0.2, lasts: 2 h}"), "AE111", "`2 h` is outside its bounds"),
-        (one(rest="misread: {of: torch, lasts: 1 s, dropout: 1}"), "AE122", "`torch` is no quantity"),
-        (one(rest="misread: {of: holding, lasts: 1 s, noise: 1 mm}"), "AE208", "has no noise"),
+        (one(rest="misread: {of: torch, lasts: 1 s, dropout: 1}"), "AE122", "`torch` is not a quantity"),
+        (one(rest="misread: {of: holding, lasts: 1 s, noise: 1 mm}"), "AE208", "cannot have noise"),
         (one(rest="misread: {of: holding, lasts: 1 s}"), "AE208", "needs `noise`, `latency` or `dropout`"),
-        (one(rest="enter: {path: [{at: [0 m, 0 m], speed: 1 m/s}]}"), "AE208", "nobody has to walk there"),
+        (
+            one(rest="enter: {path: [{at: [0 m, 0 m], speed: 1 m/s}]}"),
+            "AE208",
+            "it has neither `speed` nor `arrive`",
+        ),
         (
             one(rest="bursts: {mean_length: 1}\n    slip: {friction: 0, lasts: 1 s}", rate="0.7"),
             "AE208",
@@ -119,19 +123,19 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
         (
             one(rest="bursts: {mean_length: 3, within: 0.4}\n    slip: {friction: 0, lasts: 1 s}"),
             "AE208",
-            "a rate of 0.5 does not come of bursts with 0.4 within and 0 between",
+            "rate 0.5 is impossible with in-burst rate 0.4 and base rate 0",
         ),
         ("schema: aeros/faults/1\nfaults: {}\n", "AE112", "0 entries are not allowed here"),
         ("schema: aeros/faults/2\nfaults: {}\n", "AE114", "`aeros/faults/2` was written by a newer AEROS"),
         (one() + "  it: {}\n", "AE001", "the key `it` is written twice"),
     ],
 )
-def test_what_cannot_be_meant_is_refused_at_its_place(text: str, code: str, said: str) -> None:
+def test_an_invalid_declaration_is_reported_at_its_place(text: str, code: str, said: str) -> None:
     problems = read(text)
     assert any(found == code and said in headline for found, headline in problems), problems
 
 
-def test_every_problem_of_a_file_is_told_at_once() -> None:
+def test_all_problems_of_a_file_are_reported_together() -> None:
     text = one(at="{look: roof}", rest="bump: {thing: table, impulse: 1 N}")
     assert [code for code, _ in read(text)] == ["AE122", "AE122", "AE204"]
 
@@ -155,7 +159,7 @@ def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
     assert fitting
 
 
-def test_a_name_that_is_nearly_a_shipped_one_is_told() -> None:
+def test_a_misspelt_shipped_name_is_suggested() -> None:
     with pytest.raises(UserError) as refused:
         read_faults("wraper_bumped", AROUND)
     (problem,) = refused.value.diagnostics

@@ -102,11 +102,11 @@ def test_between_two_actions_an_agent_may_think() -> None:
     plant.shut_down_host()
 
 
-def test_what_makes_no_sense_ends_the_conversation_and_not_the_plant() -> None:
+def test_a_malformed_message_ends_the_connection_and_not_the_plant() -> None:
     hosting = Hosting(kinematic())
     for message in ({"do": "explode"}, {"do": "plan"}, {"do": "halt", "motion": 99}, {"no": "thing"}):
         plant = hosting.join()
-        plant._line.send(message)
+        plant._channel.send(message)
         with pytest.raises(ConnectionLostError):
             plant.now()
         plant.close()
@@ -117,7 +117,7 @@ def test_what_makes_no_sense_ends_the_conversation_and_not_the_plant() -> None:
     assert hosting.events().count("let-go") == 4
 
 
-def test_a_host_that_nobody_comes_to_ends() -> None:
+def test_a_host_without_clients_ends() -> None:
     hosting = Hosting(kinematic(), linger=0.1)
     hosting.thread.join(20.0)
     assert not hosting.thread.is_alive()

@@ -85,7 +85,7 @@ def test_an_empty_picture_shows_nothing(scene: str) -> None:
     plant.close()
 
 
-def test_a_rectangle_is_found_whatever_its_heading() -> None:
+def test_a_rectangle_is_found_at_any_heading() -> None:
     grid = np.stack(np.meshgrid(np.linspace(-0.05, 0.05, 21), np.linspace(-0.02, 0.02, 9)), -1).reshape(-1, 2)
     for heading in np.arange(0.0, pi / 2.0, 0.1):
         c, s = np.cos(heading), np.sin(heading)
@@ -104,7 +104,7 @@ MOVED = (
 
 
 @pytest.mark.parametrize(("scene", "thing", "name", "force"), MOVED)
-def test_what_is_moved_is_not_noticed_before_a_picture_shows_it(
+def test_a_moved_object_is_not_noticed_before_the_next_picture(
     scene: str, thing: str, name: str, force: float
 ) -> None:
     """Nothing but cameras, contacts and encoders tells skills and planner of the world."""

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.symbolic.motions import ActionRejectedError, check_parameters, plan_motion
+from aeros.sim.robot.parameters import ActionRejectedError
+from aeros.sim.symbolic.motions import check_parameters, plan_motion
 from aeros.skill import act
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
@@ -87,7 +88,7 @@ def test_the_tool_goes_straight_at_a_mean_speed_below_its_peak(kind: str) -> Non
     assert motion.values_after == {"tool_position": (0.3, 0.4, 0.5), "tool_speed": 0.0}
 
 
-def test_where_the_tool_is_not_measured_it_is_there_at_once() -> None:
+def test_an_unmeasured_tool_reaches_its_target_at_once() -> None:
     assert plan_motion(act("move_tool", target=(0.3, 0.4, 0.5), speed=0.25), {}).duration == TICK
 
 
@@ -100,7 +101,7 @@ def test_the_base_takes_the_arm_along() -> None:
     assert (alone.duration, alone.values_after) == (TICK, {"base_position": (4.0, 6.0, 0.0)})
 
 
-def test_joints_move_the_tool_to_where_the_chain_has_it_from_the_base() -> None:
+def test_joint_moves_put_the_tool_at_its_forward_kinematics() -> None:
     chain = pytest.importorskip("aeros.sim.kinematic.tool_kinematics")
     q = (0.1, -0.3, 0.2, -1.9, 0.3, 1.9, 0.2)
     joints = {f"q{number}": value for number, value in enumerate(q, 1)}
@@ -111,7 +112,7 @@ def test_joints_move_the_tool_to_where_the_chain_has_it_from_the_base() -> None:
     assert motion.duration > TICK
 
 
-def test_fingers_cameras_waits_and_what_is_unknown() -> None:
+def test_durations_of_grip_look_wait_and_unknown_kinds() -> None:
     grip = plan_motion(act("grip", width=0.03, force=5.0), HERE)
     assert (grip.duration, grip.values_after) == (0.5, {"finger_gap": 0.03})
     look = plan_motion(act("look"), HERE)

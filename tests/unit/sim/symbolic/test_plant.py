@@ -218,7 +218,7 @@ def test_a_motion_takes_effect_and_its_time(action: Action, changed: dict[str, A
         (act("grip", width=True, force=1.0), "bad parameter: `width` is not a finite number"),
     ],
 )
-def test_what_cannot_be_done_is_refused_before_any_motion(action: Action, reason: str) -> None:
+def test_impossible_actions_are_refused_before_any_motion(action: Action, reason: str) -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()
     assert execute(plant, action, watch, 100.0) == MotionCompletion(False, reason)
@@ -297,7 +297,7 @@ def test_outcomes_depend_on_seed_and_invocation_and_nothing_else() -> None:
     assert [one.id == "lifted" for one in others] != drawn
 
 
-def test_a_plant_anew_is_one_to_which_nothing_has_happened() -> None:
+def test_a_reset_plant_is_in_its_initial_state() -> None:
     used = SymbolicPlant(site(), module(LIFTED, SLIPPED), 7, {"base_position": (1.0, 0.0, 0.0)})
     execute(used, act("move_base", x=2.0, y=1.0, speed=0.5), watch, 100.0)
     for _ in range(5):
@@ -311,7 +311,7 @@ def test_a_plant_anew_is_one_to_which_nothing_has_happened() -> None:
         assert anew.observe() == made.observe()
 
 
-def test_a_plant_tells_what_was_left_to_chance() -> None:
+def test_a_plant_lists_the_outcomes_it_has_drawn() -> None:
     plant = SymbolicPlant(site(), module(LIFTED, SLIPPED), seed=7)
     assert plant.drawn_outcomes() == ()
     told = []
@@ -327,7 +327,7 @@ def test_a_plant_tells_what_was_left_to_chance() -> None:
     assert plant.reset(7).drawn_outcomes() == ()
 
 
-def test_a_motion_ends_where_it_does_when_another_has_changed_what_it_depends_on() -> None:
+def test_the_end_of_a_motion_accounts_for_changes_by_another_motion() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     drive = act("move_base", x=1.0, y=0.0, speed=1.0)
     slow = act("move_base", x=3.0, y=0.0, speed=1.0)
@@ -381,7 +381,7 @@ def test_outcomes_without_a_probability_share_the_rest() -> None:
 
 
 @pytest.mark.parametrize("shares", [["0.5"], ["0.7", "0.7"], ["0.7", "0.7", None], ["-1", "2"], []])
-def test_what_is_no_distribution_is_misuse(shares: list[str | None]) -> None:
+def test_probabilities_that_are_not_a_distribution_raise_misuse(shares: list[str | None]) -> None:
     with pytest.raises(MisuseError, match="not a distribution"):
         SymbolicPlant(site(), module(*(outcome(str(n), share) for n, share in enumerate(shares))), seed=0)
 
@@ -409,7 +409,7 @@ def _begun(plant: SymbolicPlant, action: Action) -> MotionHandle:
     return motion
 
 
-def test_what_is_under_way_together_ends_in_the_order_of_its_ends() -> None:
+def test_parallel_motions_end_in_the_order_of_their_end_times() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     seen: list[float] = []
 
@@ -444,7 +444,7 @@ def test_a_tool_that_the_base_carries_is_at_its_target_once_the_base_has_come_to
     assert plant.now() == pytest.approx(1.875 * 5 + 1 / 240)
 
 
-def test_what_is_halted_ends_without_its_effect_and_the_other_goes_on() -> None:
+def test_a_halted_motion_ends_without_effect_and_the_other_goes_on() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()["tool_position"].value
     move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
@@ -462,7 +462,7 @@ def test_a_rule_that_breaks_ends_everything_under_way() -> None:
     assert plant.advance(lambda now, values: "rule", 100.0) == dict.fromkeys(motions, broken)
 
 
-def test_time_goes_on_where_nothing_is_under_way() -> None:
+def test_time_passes_while_no_motion_is_under_way() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     assert plant.advance(watch, 2.5) == {}
     assert plant.now() == 2.5

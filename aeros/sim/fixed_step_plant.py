@@ -1,7 +1,7 @@
-"""A robot that moves in control ticks, 240 a second, whatever simulates it.
+"""The base class of simulated robots that move in control ticks, 240 a second.
 
-What is here is the same for each such plant: which motions are under way, what is planned and begun, when
-the monitor looks, and how everything comes to rest.  A plant says how a tick passes and what is measured.
+It keeps what all such plants share: the motions under way, planning and beginning, calling the monitor, and
+coming to rest. A subclass says how the world steps and what is measured.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState
 from aeros.skill import Action
 
 _CONTACT_FORCE_LIMIT: Final = 30.0
-"""Force of contact that a stop leaves at most, if yielding eases it, N: less than half of what injures."""
+"""Contact force at which a stop no longer needs to yield, N: less than half of what injures."""
 
 _YIELD_TICKS: Final = 120
-"""Longest time for that, ticks (0.5 s): 600 N against a rigid wall have eased to 60 N then."""
+"""Longest time of yielding after a stop, ticks (0.5 s): 600 N against a rigid wall have fallen to 60 N
+then."""
 
 CAMERA_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
@@ -42,10 +43,14 @@ CAMERA_TICKS: Final = 24
 
 @dataclass
 class _RunningMotion:
-    """A motion tick by tick, and the parts that it moves.
+    """A motion under way and the parts of the robot that it moves.
 
-    plan: what was stated of it; None while it comes to rest.
-    is_set: its motors are set for the tick to come.
+    Attributes:
+        ticks: sets the motors for one tick at each step.
+        moved_parts: of `arm` and `base`.
+        plan: the plan it was begun with; None while it comes to rest.
+        is_commanded: its motors are set for the coming tick.
+        is_halting: it is coming to rest.
     """
 
     ticks: Iterator[None]
@@ -55,36 +60,41 @@ class _RunningMotion:
     is_halting: bool = False
 
 
-class TickingPlant(ABC):
-    """The part of `aeros.runtime.ports.Plant` that control ticks have in common."""
+class FixedStepPlant(ABC):
+    """The part of `aeros.runtime.ports.Plant` that simulators with control ticks share.
+
+    Args:
+        robot: the simulated robot.
+        cameras: names of the cameras that `look` accepts.
+    """
 
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
         self._robot = robot
         self._cameras = cameras
-        self._seen: dict[str, Reading] = {}
+        self._detections: dict[str, Reading] = {}
         self._state = robot.read_sensors()
         self._planned: tuple[float, PreparedMotion] | None = None
         self._under_way: dict[MotionHandle, _RunningMotion] = {}
-        self._begun = 0
+        self._motion_count = 0
 
     @abstractmethod
     def now(self) -> float:
-        """Simulated seconds."""
+        """Implement `Plant.now`: simulated seconds."""
 
     @abstractmethod
     def _step_world(self) -> None:
-        """Let one tick pass in the world that the robot is in."""
+        """Advance the world around the robot by one tick."""
 
     @abstractmethod
     def _detect(self, camera: str) -> Mapping[str, Any]:
-        """What `camera` detects now, by vocabulary name."""
+        """Return what `camera` detects now, by vocabulary name."""
 
     @abstractmethod
     def _check_tracking(self) -> None:
-        """Raise `BlockedError` where something holds arm or carriage back."""
+        """Raise `BlockedError` if something holds arm or carriage back."""
 
     def plan(self, action: Action) -> PlannedMotion:
-        """The motion that `action` is, from here and now."""
+        """Implement `Plant.plan` for the current state."""
         try:
             planned = self._plan(action)
         except ActionRejectedError as refusal:
@@ -93,24 +103,22 @@ class TickingPlant(ABC):
         return planned.plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Begin the motion of what was decided, if that is what was planned last, and just now."""
+        """Implement `Plant.begin`; refuses a plan that is not the latest one or was not made at this time."""
         plan = self.plan(action) if decided is None else decided
         if isinstance(plan, MotionCompletion):
             return plan
         planned, self._planned = self._planned, None
         if planned is None or planned[0] != self.now() or planned[1].plan is not plan:
-            return MotionCompletion(
-                False, "stale: what was decided is not what was planned from here and now"
-            )
-        self._begun += 1
-        motion = MotionHandle(self._begun)
+            return MotionCompletion(False, "stale: the decided plan does not start at the current state")
+        self._motion_count += 1
+        motion = MotionHandle(self._motion_count)
         self._under_way[motion] = _RunningMotion(planned[1].motion, planned[1].moved_parts, plan)
         return motion
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Tick by tick; `monitor` sees the fast values before the first and after every one.
+        """Implement `Plant.advance` tick by tick.
 
-        Whatever is blocked ends everything: something is where nothing was expected.
+        A blocked motion ends all motions: something is where nothing was expected.
         """
         rule = monitor(self.now(), self._monitor_values())
         try:
@@ -120,7 +128,8 @@ class TickingPlant(ABC):
                     return ended
                 self._tick(
                     stopping=any(
-                        one.is_halting and "arm" in one.moved_parts for one in self._running_motions()
+                        running.is_halting and "arm" in running.moved_parts
+                        for running in self._running_motions()
                     )
                 )
                 rule = monitor(self.now(), self._monitor_values())
@@ -129,20 +138,24 @@ class TickingPlant(ABC):
         return self._end_all(f"monitor:{rule}")
 
     def halt(self, motion: MotionHandle) -> None:
-        """Bring what `motion` moves to rest inside its limits; the fingers keep their grip."""
-        one = self._under_way[motion]
-        # What the motors are set to already is done first: a set point left out is a jerk.
+        """Implement `Plant.halt`; the fingers keep their grip."""
+        running = self._under_way[motion]
+        # Set points already sent are executed first: skipping one would be a jerk.
         self._under_way[motion] = _RunningMotion(
-            self._brake(one.moved_parts), one.moved_parts, is_commanded=one.is_commanded, is_halting=True
+            self._brake(running.moved_parts),
+            running.moved_parts,
+            is_commanded=running.is_commanded,
+            is_halting=True,
         )
 
     def stop(self) -> None:
-        """Bring arm and base to rest inside their limits and hold; the fingers keep their grip.
+        """Implement `Plant.stop`: bring arm and base to rest inside their limits and hold; keep the grip.
 
-        What is held is where they are then: what is against something stops pushing, an arm that sags stays.
-        What still presses, as it was pushed into what it met, is let go back by that.
+        The robot holds its measured position: it stops pushing against an obstacle, and an arm that sags
+        stays where it is. If it still presses on something, it goes compliant for up to 0.5 s so that the
+        contact force falls to 30 N.
         """
-        if any(one.is_commanded for one in self._running_motions()):
+        if any(running.is_commanded for running in self._running_motions()):
             self._tick(stopping=True)
         self._under_way.clear()
         for _ in self._brake(BRAKED_PARTS):
@@ -155,36 +168,36 @@ class TickingPlant(ABC):
             self._robot.yield_to_contact()
 
     def skill_began(self, skill: str) -> None:  # noqa: B027  there is nothing to note
-        """A robot does not care who asked."""
+        """Implement `Plant.skill_began`: nothing to do."""
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:  # noqa: B027  there is nothing to note
-        """A robot does not care who asked."""
+        """Implement `Plant.skill_ended`: nothing to do."""
 
-    # Inside.
+    # Internals.
 
     def _running_motions(self) -> Collection[_RunningMotion]:
         return self._under_way.values()
 
     def _set_motors(self) -> dict[MotionHandle, MotionCompletion]:
-        """Set each motor for the tick to come, once; those motions that are at their end."""
+        """Set the motors of each motion for the coming tick, once; return the motions that have ended."""
         ended = {}
-        for motion, one in self._under_way.items():
-            if one.is_commanded:
+        for motion, running in self._under_way.items():
+            if running.is_commanded:
                 continue
             try:
-                next(one.ticks)
+                next(running.ticks)
             except StopIteration:
                 ended[motion] = (
-                    MotionCompletion(False, "halted") if one.is_halting else MotionCompletion(True)
+                    MotionCompletion(False, "halted") if running.is_halting else MotionCompletion(True)
                 )
             else:
-                one.is_commanded = True
+                running.is_commanded = True
         for motion in ended:
             del self._under_way[motion]
         return ended
 
     def _end_all(self, why: str) -> dict[MotionHandle, MotionCompletion]:
-        """Everything under way, over."""
+        """Stop the robot and end every motion with reason `why`."""
         motions = list(self._under_way)
         self.stop()
         return dict.fromkeys(motions, MotionCompletion(False, why))
@@ -200,48 +213,48 @@ class TickingPlant(ABC):
             parameters.reject_unread()
             if camera not in self._cameras:
                 raise ActionRejectedError(f"unknown camera: `{camera}`")
-            return PreparedMotion(NoMotion("it takes a picture"), self._camera_motion(camera))
+            return PreparedMotion(NoMotion("look: nothing moves"), self._camera_motion(camera))
         planner = PLANNERS.get(action.kind)
         if planner is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
         return planner(self._robot, parameters, self._base_trajectory())
 
     def _base_trajectory(self) -> Trajectory | None:
-        """What was stated of the motion of the base under way."""
-        plans = [one.plan for one in self._running_motions() if "base" in one.moved_parts]
+        """Return the plan of the base motion under way, if there is one."""
+        plans = [running.plan for running in self._running_motions() if "base" in running.moved_parts]
         return next((plan for plan in plans if isinstance(plan, Trajectory)), None)
 
     def _camera_motion(self, camera: str) -> Iterator[None]:
-        """Take a picture, hand over what it shows once it is read out."""
-        found, taken = self._detect(camera), self.now()
+        """Take a picture; publish its detections after exposure and read-out."""
+        detections, picture_time = self._detect(camera), self.now()
         for _ in range(CAMERA_TICKS):
             yield
-        self._publish_detection({name: Reading(value, taken) for name, value in found.items()})
+        self._publish_detection({name: Reading(value, picture_time) for name, value in detections.items()})
 
     def _publish_detection(self, picture: Readings) -> None:
-        """Let be observed what a picture shows; None: what was seen before is not there any more."""
-        self._seen.update(picture)
-        for name in [name for name, one in picture.items() if one.value is None]:
-            del self._seen[name]
+        """Make detections observable; a value of None removes the earlier detection of that name."""
+        self._detections.update(picture)
+        for name in [name for name, reading in picture.items() if reading.value is None]:
+            del self._detections[name]
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._step_world()
         self._state = self._robot.read_sensors()
         self._measure()
-        for one in self._running_motions():
-            one.is_commanded = False
+        for running in self._running_motions():
+            running.is_commanded = False
         if not stopping:
             self._check_tracking()
 
     def _monitor_values(self) -> Mapping[str, Any]:
-        """What the monitor gets to see of this tick."""
+        """Return the values that the monitor sees at this tick."""
         return self._fast_values()
 
     def _measure(self) -> None:  # noqa: B027  a plant may
-        """Measure what is true after this tick; here everything is measured as it is, when asked for."""
+        """Measure the ground truth of this tick; a no-op here, as values are exact and read on request."""
 
     def _fast_values(self) -> dict[str, Any]:
-        """What is true of the robot and people around it, by vocabulary name, SI, positions in W."""
+        """Return the ground truth of robot and people around it, by vocabulary name, SI, positions in W."""
         state: RobotState = self._state
         return {
             "joint_position": state.q,
