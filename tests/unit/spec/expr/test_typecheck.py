@@ -236,9 +236,9 @@ def test_what_a_type_fault_shows_is_labelled_with_its_type(text: str) -> None:
     else:
         assert fault.label == _type_at(text, fault.extent)
     between = re.search(" is (compared with|added to|combined with|the alternative of) ", fault.message)
-    assert (fault.beside is None) is (between is None)
-    if fault.beside is not None:
-        assert fault.beside[1] == _type_at(text, fault.beside[0])
+    assert (fault.related is None) is (between is None)
+    if fault.related is not None:
+        assert fault.related[1] == _type_at(text, fault.related[0])
 
 
 @pytest.mark.parametrize(
@@ -261,8 +261,8 @@ def test_a_mismatch_shows_both_sides() -> None:
     with pytest.raises(ExpressionTypeError) as raised:
         term_of("x <= speed")
     assert raised.value.label == "real [m/s]"
-    assert raised.value.beside is not None
-    assert raised.value.beside[1] == "real [m]"
+    assert raised.value.related is not None
+    assert raised.value.related[1] == "real [m]"
 
 
 @pytest.mark.parametrize(
