@@ -165,7 +165,7 @@ def test_outside_the_rounding_band_the_exact_path_is_not_taken(monkeypatch: pyte
     def refuse(*_: object) -> bool:
         raise AssertionError("taken")
 
-    monkeypatch.setattr(compiled, "holds", refuse)
+    monkeypatch.setattr(compiled, "is_true", refuse)
     term = t.Compare("<=", t.Add(t.Multiply(X, Y), Z), _constant("1/2"))
     decide = compiled.compile_condition(term, _unit_ranges())
     assert decide({"x": 0.5, "y": 0.5, "z": 0.1}) is True

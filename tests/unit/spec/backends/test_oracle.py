@@ -38,7 +38,7 @@ def _forbid_solving(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> SolverAnswer:
         raise AssertionError("the solver was asked")
 
-    monkeypatch.setattr(IncrementalSolver, "ask", refuse)
+    monkeypatch.setattr(IncrementalSolver, "check_sat", refuse)
 
 
 def test_a_question_is_put_to_the_solver_once(monkeypatch: pytest.MonkeyPatch) -> None:
