@@ -170,8 +170,9 @@ def test_answers_are_kept_and_believed_only_where_nobody_else_writes(
 
 def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
     probe = (
-        "import sys; from aeros.cli.main import main; from aeros.spec.backends.interval_solver import Boxes; "
-        "Boxes.decide = lambda *_: None; "
+        "import sys; from aeros.cli.main import main; "
+        "from aeros.spec.backends.interval_solver import IntervalSolver; "
+        "IntervalSolver.decide = lambda *_: None; "
         "code = main(['verify', 'ecms/make_dumplings', '--no-lock', '--format', 'json']); "
         "print('z3' in sys.modules, file=sys.stderr); sys.exit(code)"
     )
