@@ -89,14 +89,28 @@ Mark = Known | Amount | Deviation | Duration | Share | Direction
 
 
 def marks_of(kind: type) -> dict[str, Mark]:
-    """Return how a file writes each field of a kind of fault, by the field's name."""
+    """Return how a file writes each field of a kind of fault.
+
+    Args:
+        kind: dataclass of the kind, one of `KINDS`.
+
+    Returns:
+        The mark of each field, by its name.
+    """
     hints = get_type_hints(kind, include_extras=True)
     return {one.name: split_annotated(admitted_forms(hints[one.name])[0])[1][0] for one in fields(kind)}
 
 
 @cache
 def written_form(kind: type) -> type:
-    """Derive the schema that a file declares a kind of fault by; fields with a default are optional."""
+    """Derive the schema that a file declares a kind of fault by; fields with a default are optional.
+
+    Args:
+        kind: dataclass of the kind, with a mark on each field.
+
+    Returns:
+        A dataclass of the same name with a field `span`; cached.
+    """
     declared: list[tuple[str, Any, Any]] = []
     for one, mark in zip(fields(kind), marks_of(kind).values(), strict=True):
         if one.default is MISSING:
@@ -212,7 +226,7 @@ KINDS: Final[dict[str, type[Any]]] = {
 
 @dataclass(frozen=True)
 class FaultTrigger:
-    """What a fault's rate is per: exactly one of `skill`, `look` and `every`."""
+    """Opportunities that a fault's rate counts: exactly one of `skill`, `look` and `every`."""
 
     span: SourceSpan
     skill: Annotated[TextField, Pattern("dotted")] | None = field(

@@ -67,7 +67,7 @@ def test_what_always_said_its_version_has_none_without() -> None:
     assert formats.CHECKPOINT.version_of({}) is None
     assert formats.CHECKPOINT.version_of({"schema": 2}) == 2
     assert formats.CHECKPOINT.version_of({"schema": True}) is None
-    assert formats.ECM.version_said(None) is None
+    assert formats.ECM.version_from_schema(None) is None
 
 
 @pytest.mark.parametrize(
