@@ -23,7 +23,7 @@ from aeros.spec.text.yaml_reader import read_yaml
 
 ROOT = Path(__file__).parents[4]
 CORPUS = ROOT / "tests" / "corpus"
-FORM_CODES = {"AE101", "AE102", "AE103", "AE104", "AE105", "AE106", "AE110", "AE111", "AE112"}
+FORM_CODES = {"AE101", "AE102", "AE103", "AE104", "AE105", "AE106", "AE110", "AE111", "AE112", "AE114"}
 """What both see.  AE107 to AE109 are about characters, which a schema is not shown."""
 
 
