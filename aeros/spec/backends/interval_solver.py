@@ -84,7 +84,7 @@ class IntervalSolver:
                 kept.clear()
             self._ranges.clear()
             self._numbers_of_ranges.clear()
-        scalars = {scalar.name: scalar for one in variables for scalar in scalar_variables(one)}
+        scalars = {scalar.name: scalar for variable in variables for scalar in scalar_variables(variable)}
         model: dict[str, ScalarValue] = {}
         is_known = True
         parts = {part.number: part for term in terms for part in self._conjuncts_of(term)}
@@ -97,8 +97,8 @@ class IntervalSolver:
             else:
                 model |= answer.model
         rest = {
-            name: pick_value(one, declared_interval(one, ranges))
-            for name, one in scalars.items()
+            name: pick_value(scalar, declared_interval(scalar, ranges))
+            for name, scalar in scalars.items()
             if name not in model
         }
         return SolverAnswer(SatResult.SAT, model | rest) if is_known else None
@@ -114,7 +114,7 @@ class IntervalSolver:
         numbers = [part.number for part in group]
         key = (*numbers, *own, *(self._range_id(ranges.get(name)) for name in names))
         if key not in self._decided:
-            box: Box = {one.name: declared_interval(one, ranges) for one in own}
+            box: Box = {scalar.name: declared_interval(scalar, ranges) for scalar in own}
             self._decided[key] = BranchAndPrune(own).run([part.formula for part in group], box)
         return self._decided[key]
 
@@ -134,8 +134,8 @@ class IntervalSolver:
         if key not in self._parts:
             conjuncts = conjuncts_of(self._formula(term, is_true=is_true))
             parts = tuple(
-                _Conjunct(self._numbers.setdefault(one, len(self._numbers)), one, names_of(one))
-                for one in conjuncts
+                _Conjunct(self._numbers.setdefault(formula, len(self._numbers)), formula, names_of(formula))
+                for formula in conjuncts
             )
             self._parts[key] = (term, parts)
         return self._parts[key][1]

@@ -61,8 +61,10 @@ def solve_script(script: str, rlimit: int = DEFAULT_RLIMIT) -> ScriptAnswer:
     model = solver.model()
     # Z3's model also has defined functions and names of assertions: keep only declared constants.
     declared = set(_DECLARED.findall(script))
-    constants = [one for one in model.decls() if one.name() in declared]
-    return ScriptAnswer(SatResult.SAT, {one.name(): model[one].sexpr() for one in constants}, 0, spent)
+    constants = [constant for constant in model.decls() if constant.name() in declared]
+    return ScriptAnswer(
+        SatResult.SAT, {constant.name(): model[constant].sexpr() for constant in constants}, 0, spent
+    )
 
 
 _DECLARED = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)

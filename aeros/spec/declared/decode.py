@@ -302,14 +302,14 @@ class _Decoder:
     ) -> None:
         first_key = node.entries[0][0].span if node.entries else _first_line_span(node)
         within = f" in {quoted(location.name)}" if location.name else ""
-        for name, wanted in fields.items():
-            if wanted.is_required and wanted.attribute not in values:
-                doc = f" ({wanted.doc})" if wanted.doc else ""
+        for name, field in fields.items():
+            if field.is_required and field.attribute not in values:
+                doc = f" ({field.doc})" if field.doc else ""
                 self._diagnostics.error(
                     "AE102",
                     f"the field `{name}` is missing{within}",
                     location.key_span or first_key,
-                    help=(f"add `{name}: {wanted.example}`{doc}",),
+                    help=(f"add `{name}: {field.example}`{doc}",),
                 )
 
 

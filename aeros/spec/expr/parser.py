@@ -94,18 +94,18 @@ def _tokens(text: str) -> list[_Token]:
     tokens: list[_Token] = []
     position = 0
     while position < len(text):
-        found = _TOKEN.match(text, position)
-        if found is None:
+        match = _TOKEN.match(text, position)
+        if match is None:
             raise _unexpected_character(text, position)
-        kind, end = found.lastgroup or "", found.end()
+        kind, end = match.lastgroup or "", match.end()
         if kind == "number":
             unit, end = _unit_after(text, end)
-            tokens.append(_Token("number", found.group(), TextRange(position, end), unit))
+            tokens.append(_Token("number", match.group(), TextRange(position, end), unit))
         elif kind == "word":
-            actual = "keyword" if found.group() in KEYWORDS else "word"
-            tokens.append(_Token(actual, found.group(), TextRange(position, end)))
+            actual = "keyword" if match.group() in KEYWORDS else "word"
+            tokens.append(_Token(actual, match.group(), TextRange(position, end)))
         elif kind == "symbol":
-            tokens.append(_Token("symbol", found.group(), TextRange(position, end)))
+            tokens.append(_Token("symbol", match.group(), TextRange(position, end)))
         position = end
     tokens.append(_Token("end", "", TextRange(len(text), len(text))))
     return tokens
@@ -372,5 +372,5 @@ class _Parser:
 
     def _fault(self, expected: str) -> ExpressionSyntaxError:
         token = self._next
-        found = "the expression ends here" if token.kind == "end" else f"found `{token.text}`"
-        return ExpressionSyntaxError(f"{expected}, but {found}", token.extent)
+        instead = "the expression ends here" if token.kind == "end" else f"found `{token.text}`"
+        return ExpressionSyntaxError(f"{expected}, but {instead}", token.extent)

@@ -138,11 +138,11 @@ def cases(draw: st.DrawFn) -> ConditionCase:
         return ConditionCase(easy, ranges, values)
     hard = builder.near_tie(exact_environment(values))
     joins: list[Callable[[t.Term, t.Term], t.Term]] = [
-        lambda one, _: one,
-        lambda one, other: t.And((one, other)),
-        lambda one, other: t.Or((other, one)),
-        lambda one, other: t.Implies(one, other),
-        lambda one, other: t.Conditional(one, other, t.Not(other)),
+        lambda hard, _: hard,
+        lambda hard, easy: t.And((hard, easy)),
+        lambda hard, easy: t.Or((easy, hard)),
+        lambda hard, easy: t.Implies(hard, easy),
+        lambda hard, easy: t.Conditional(hard, easy, t.Not(easy)),
     ]
     return ConditionCase(draw(st.sampled_from(joins))(hard, easy), ranges, values)
 
@@ -255,16 +255,16 @@ def _double_inside(end: Fraction, inwards: float) -> float:
 
 
 def _constants_of(term: t.Term) -> set[Fraction]:
-    found: set[Fraction] = set()
+    constants: set[Fraction] = set()
     pending = [term]
     while pending:
         current = pending.pop()
         pending.extend(t.children(current))
         if isinstance(current, t.Literal) and isinstance(current.value, Fraction):
-            found.add(current.value)
+            constants.add(current.value)
         elif isinstance(current, t.ConstantTable):
-            found.update(current.values)
-    return found
+            constants.update(current.values)
+    return constants
 
 
 class _TermGenerator:

@@ -80,23 +80,23 @@ def unmet_bounds(term: t.Term, values: Mapping[str, Any]) -> tuple[UnmetBound, .
         The parts that do not hold, each once; empty if `term` holds.
     """
     exact = {name: _exact(value) for name, value in values.items()}
-    return tuple(dict.fromkeys(_violated_parts(lower(term), exact, wanted=True)))
+    return tuple(dict.fromkeys(_violated_parts(lower(term), exact, expected=True)))
 
 
-def _violated_parts(term: t.Term, values: Environment, *, wanted: bool) -> Iterator[UnmetBound]:
+def _violated_parts(term: t.Term, values: Environment, *, expected: bool) -> Iterator[UnmetBound]:
     """Yield the parts of a scalar-core term that keep it from being as required."""
     match term:
         case t.Not(operand=operand):
-            yield from _violated_parts(operand, values, wanted=not wanted)
+            yield from _violated_parts(operand, values, expected=not expected)
         case t.And(operands=operands) | t.Or(operands=operands):
             for operand in operands:
-                if is_true(operand, values) is not wanted:
-                    yield from _violated_parts(operand, values, wanted=wanted)
+                if is_true(operand, values) is not expected:
+                    yield from _violated_parts(operand, values, expected=expected)
         case t.Compare(op=op, left=left, right=right):
             is_turned = _blame_priority(left) < _blame_priority(right)
             words = (
                 (_MIRRORED_PHRASES if is_turned else _LIMIT)
-                if wanted
+                if expected
                 else (_NEGATED_MIRRORED_PHRASES if is_turned else _NEGATED)
             )
             measured, bound = (right, left) if is_turned else (left, right)
@@ -105,9 +105,9 @@ def _violated_parts(term: t.Term, values: Environment, *, wanted: bool) -> Itera
             shown_limit = float(limit) if isinstance(limit, Fraction) else limit
             yield UnmetBound(_format_quantity(measured), value, words[op], shown_limit, unit)
         case t.Literal():
-            yield UnmetBound("", not wanted, "exactly", wanted)
+            yield UnmetBound("", not expected, "exactly", expected)
         case _:
-            yield UnmetBound(_format_quantity(term), not wanted, "exactly", wanted)
+            yield UnmetBound(_format_quantity(term), not expected, "exactly", expected)
 
 
 def _blame_priority(term: t.Term) -> int:

@@ -294,17 +294,17 @@ Each term is kept with its variables, so that its identity is not reused."""
 
 
 def _variables_of(term: Term) -> dict[str, Variable]:
-    found: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
     pending = [term]
     while pending:
         current = pending.pop()
         if isinstance(current, Variable):
-            found.setdefault(current.name, current)
+            variables.setdefault(current.name, current)
             continue
         if isinstance(current, Literal):
             continue
         pending.extend(reversed(list(children(current))))
-    return found
+    return variables
 
 
 def substitute(term: Term, replacements: Mapping[str, Term]) -> Term:

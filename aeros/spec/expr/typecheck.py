@@ -218,9 +218,9 @@ class _TypeChecker:
         return typed.term
 
     def _attribute(self, node: s.Attribute) -> _TypedTerm:
-        found = resolve_attribute(node, self._scope)
-        if found is not None:
-            return _TypedTerm(*found, node.extent)
+        resolved = resolve_attribute(node, self._scope)
+        if resolved is not None:
+            return _TypedTerm(*resolved, node.extent)
         base = self.check(node.base)
         axis = _AXES.get(node.name.text)
         if not isinstance(base.type, VectorType) or axis is None:

@@ -126,15 +126,15 @@ def match_unit(text: str, start: int) -> tuple[Unit, int] | None:
         The unit and the offset of its end; None if no unit starts there.
     """
     factor, dimension, end = Fraction(1), NUMBER, start
-    while (found := _FACTOR.match(text, end)) is not None:
-        sign, name, power = found.groups()
+    while (match := _FACTOR.match(text, end)) is not None:
+        sign, name, power = match.groups()
         if name not in _ATOMS or bool(sign) != (end > start):
             break
         exponent = int(power or 1) * (-1 if sign == "/" else 1)
         atom_factor, atom_dimension = _ATOMS[name]
         factor *= atom_factor**exponent
         dimension *= atom_dimension**exponent
-        end = found.end()
+        end = match.end()
     if end == start:
         return None
     return Unit(text[start:end], factor, dimension), end

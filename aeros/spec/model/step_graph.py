@@ -117,9 +117,9 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
     """
     match part:
         case Seq(parts=inner):
-            return Seq(tuple(map_graph_steps(one, become) for one in inner))
+            return Seq(tuple(map_graph_steps(child, become) for child in inner))
         case Par(branches=inner, span=span):
-            return Par(tuple(map_graph_steps(one, become) for one in inner), span)
+            return Par(tuple(map_graph_steps(child, become) for child in inner), span)
         case If(condition=condition, text=text, then=then, otherwise=otherwise, span=span):
             other = None if otherwise is None else map_graph_steps(otherwise, become)
             return If(condition, text, map_graph_steps(then, become), other, span)

@@ -165,9 +165,9 @@ def _packed(value: Any) -> Any:
         case frozenset():
             return sorted(value)
         case tuple():
-            return [_packed(one) for one in value]
+            return [_packed(item) for item in value]
         case Mapping():
-            return {name: _packed(one) for name, one in value.items()}
+            return {name: _packed(item) for name, item in value.items()}
         case _:
             return value
 

@@ -51,13 +51,13 @@ def _pieces(scalar: ScalarNode) -> list[_PositionedText]:
     """Return the text with its places, checked against the text itself: [] rather than a wrong place."""
     source, start, end = scalar.span.source.text, scalar.span.start, scalar.span.end
     if scalar.style in ("|", ">"):
-        found = _block_pieces(source, start, scalar.text, scalar.style == ">")
+        pieces = _block_pieces(source, start, scalar.text, scalar.style == ">")
     elif scalar.style:
-        found = list(_flow_pieces(source, start + 1, end - 1, scalar.style))
+        pieces = list(_flow_pieces(source, start + 1, end - 1, scalar.style))
     else:
-        found = list(_flow_pieces(source, start, end, ""))
-    found = found[: len(scalar.text)]
-    return found if "".join(character for character, _, _ in found) == scalar.text else []
+        pieces = list(_flow_pieces(source, start, end, ""))
+    pieces = pieces[: len(scalar.text)]
+    return pieces if "".join(character for character, _, _ in pieces) == scalar.text else []
 
 
 _BLANKS: Final = re.compile(r"[ \t]*")
@@ -96,7 +96,7 @@ def _unescape(text: str, at: int, end: int, quote: str) -> tuple[list[_Positione
     joined = _FOLD.match(text, at + 1, end)
     if joined:  # the break is joined away, the empty lines after it are not
         breaks = list(_BREAKS.finditer(text, *joined.span()))
-        return [("\n", found.start(), found.end()) for found in breaks[1:]], joined.end()
+        return [("\n", match.start(), match.end()) for match in breaks[1:]], joined.end()
     escaped = text[at + 1]
     digits = _HEX_DIGITS.get(escaped, 0)
     after = at + 2 + digits
@@ -109,7 +109,7 @@ def _fold_lines(text: str, start: int, end: int) -> Iterator[_PositionedText]:
     if len(breaks) == 1:
         yield " ", breaks[0].start(), breaks[0].end()
     else:
-        yield from (("\n", found.start(), found.end()) for found in breaks[1:])
+        yield from (("\n", match.start(), match.end()) for match in breaks[1:])
 
 
 def _block_pieces(text: str, start: int, value: str, is_folding: bool) -> list[_PositionedText]:
@@ -143,8 +143,8 @@ def _block_lines(text: str, at: int, value: str) -> Iterator[tuple[int, int, int
     own = len(content) - len(content.lstrip(" "))
     indent: int | None = None
     while at < len(text):
-        found = _BREAKS.search(text, at)
-        end, after = found.span() if found else (len(text), len(text))
+        line_break = _BREAKS.search(text, at)
+        end, after = line_break.span() if line_break else (len(text), len(text))
         leading = len(text[at:end]) - len(text[at:end].lstrip(" "))
         if indent is None and at + leading < end:
             indent = max(leading - own, 0)

@@ -53,7 +53,7 @@ def pick_value(scalar: t.Variable, values: ValueSet, end: End = None) -> ScalarV
     if isinstance(values, Interval):
         return values.pick_integer(end) if isinstance(scalar.type, IntegerType) else values.pick_near(end)
     if isinstance(scalar.type, EnumType):
-        return next(one for one in scalar.type.members if one in values)
+        return next(member for member in scalar.type.members if member in values)
     return False not in values
 
 

@@ -62,8 +62,8 @@ def interval_of(term: t.Term, box: Box) -> _Bounds:
             left, right = interval_of(term.left, box), interval_of(term.right, box)
             return None if left is None or right is None else _combine_intervals(term, left, right)
         case t.Conditional(then=then, otherwise=otherwise):
-            one, other = interval_of(then, box), interval_of(otherwise, box)
-            return None if one is None or other is None else (min(one[0], other[0]), max(one[1], other[1]))
+            left, right = interval_of(then, box), interval_of(otherwise, box)
+            return None if left is None or right is None else (min(left[0], right[0]), max(left[1], right[1]))
         case _:
             return None
 

@@ -57,7 +57,7 @@ def conjuncts_of(formula: Formula) -> list[Formula]:
         Formulas that hold together exactly where `formula` holds.
     """
     return (
-        [one for part in formula.parts for one in conjuncts_of(part)]
+        [conjunct for part in formula.parts for conjunct in conjuncts_of(part)]
         if isinstance(formula, Conjunction)
         else [formula]
     )
@@ -113,7 +113,9 @@ def _comparison(term: t.Compare, *, is_true: bool) -> Formula:
             t.Literal(value=value),
             t.Variable(name=name, type=EnumType(members=members)),
         ):
-            return ValueConstraint(name, frozenset(one for one in members if (one == value) is is_true))
+            return ValueConstraint(
+                name, frozenset(member for member in members if (member == value) is is_true)
+            )
         case t.Absolute(operand=inner), t.Literal(value=Fraction() as bound) if term.op != "==":
             opposite = t.Literal(-bound, term.right.type)
             sides = t.Compare(term.op, inner, term.right), t.Compare(term.op, opposite, inner)

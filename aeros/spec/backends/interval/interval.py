@@ -82,7 +82,9 @@ class Interval:
         """
         middle = self.pick_near(end)
         near = (Fraction(floor(middle)), Fraction(ceil(middle)))
-        return next((one for one in near if not self.intersect(Interval(one, one)).is_empty), middle)
+        return next(
+            (number for number in near if not self.intersect(Interval(number, number)).is_empty), middle
+        )
 
     def add(self, other: Interval) -> Interval:
         """Add intervals.

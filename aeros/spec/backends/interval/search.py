@@ -70,17 +70,17 @@ class BranchAndPrune:
 
     def _model(self, open_: SearchState) -> SolverAnswer | None:
         """Return a point of the box at which the unsettled conditions hold too, if one is found."""
-        found = self._sample_point(open_.box, {})
-        if found is None or _replays(open_.opaque_literals, found):
-            return None if found is None else SolverAnswer(SatResult.SAT, found)
+        model = self._sample_point(open_.box, {})
+        if model is None or _replays(open_.opaque_literals, model):
+            return None if model is None else SolverAnswer(SatResult.SAT, model)
         spoken = sorted(
             frozenset[str]().union(*(t.variables_of(other.term) for other in open_.opaque_literals))
         )
         real = [name for name in spoken if isinstance(open_.box[name], Interval)]
         for ends in islice(product(_ENDS, repeat=len(real)), MAX_CORNERS):
-            found = self._sample_point(open_.box, dict(zip(real, ends, strict=True)))
-            if found is not None and _replays(open_.opaque_literals, found):
-                return SolverAnswer(SatResult.SAT, found)
+            model = self._sample_point(open_.box, dict(zip(real, ends, strict=True)))
+            if model is not None and _replays(open_.opaque_literals, model):
+                return SolverAnswer(SatResult.SAT, model)
         return None
 
     def _sample_point(self, within: Box, ends: Mapping[str, End]) -> dict[str, ScalarValue] | None:
