@@ -43,7 +43,7 @@ class DisagreementError(InternalError):
     """
 
     def __init__(self, description: str, script: str, first: str, second: str) -> None:
-        super().__init__(f"of {description}, {first}, but {second}")
+        super().__init__(f"the solvers disagree about {description}: {first}, but {second}")
         self.about = description
         self.script = script
         self.answers = (first, second)
