@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Final
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr.shortfall import UnmetBound
+
+_WRITTEN_NAMES: Final = {"location": "at", "required_op": "asked", "reason": "why"}
+"""Names of fields in records, which outlive the names in code."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,4 +61,13 @@ def causes_to_json(causes: Iterable[Cause]) -> list[dict[str, Any]]:
     Returns:
         A JSON object for each, without its empty strings.
     """
-    return [{name: value for name, value in asdict(cause).items() if value != ""} for cause in causes]
+    return [_written(asdict(cause)) for cause in causes]
+
+
+def _written(cause: Mapping[str, Any]) -> dict[str, Any]:
+    named = {_WRITTEN_NAMES.get(name, name): value for name, value in cause.items() if value != ""}
+    named["shortfalls"] = tuple(
+        {_WRITTEN_NAMES.get(name, name): value for name, value in part.items()}
+        for part in cause["shortfalls"]
+    )
+    return named
