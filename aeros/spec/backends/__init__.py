@@ -1,1 +1,1 @@
-"""Back ends of the expression language; each agrees with `expr.semantics` on every input."""
+"""Back ends of the expression language. Each agrees with `expr.semantics` on every input."""

@@ -1,9 +1,9 @@
-"""Answers, and proofs of modules, kept between runs, so that an unchanged module costs no solver call.
+"""Cache of solver answers and module proofs between runs, so that an unchanged module needs no solver call.
 
-A key is the SHA-256 of the whole question, of the solver's version and of the code that puts
-questions to it, so an answer is found again only where asking again would give it.  What cannot be
-read is not there, and what cannot be written is asked again: a store never changes a verdict.
-Trusts what the user's own folder holds, as much as the program itself that lives beside it.
+A key is the SHA-256 of the whole question, of the solver's version and of the code that poses questions. So a
+stored answer is used only where the solver would give the same one. Unreadable entries count as missing, and
+write errors are ignored: the store never changes a verdict. The user's cache folder is trusted as much as the
+program itself.
 """
 
 from __future__ import annotations
@@ -20,9 +20,11 @@ from aeros.spec.backends.solver_results import SatResult, ScalarValue, SolverAns
 
 
 def default_store() -> AnswerStore | None:
-    """The store in `$AEROS_CACHE`, else in the user's cache folder; None where there can be none.
+    """Open the user's store in `$AEROS_CACHE`, else `$XDG_CACHE_HOME`, else `~/.cache`.
 
-    `AEROS_CACHE=off` asks for none.
+    Returns:
+        The store; None if `AEROS_CACHE=off`, if the folder belongs to another user, or if it cannot be
+        opened.
     """
     named = os.environ.get("AEROS_CACHE") or os.environ.get("XDG_CACHE_HOME")
     if named == "off":
@@ -39,12 +41,12 @@ def default_store() -> AnswerStore | None:
 
 
 class AnswerStore:
-    """A SQLite file of answers and proofs by key.  Several processes may use one at a time."""
+    """SQLite file of answers and proofs by key. Several processes may use one file."""
 
     def __init__(self, path: Path) -> None:
         self._database: sqlite3.Connection | None = sqlite3.connect(path, timeout=1.0)
         self._database.execute("PRAGMA journal_mode = WAL")
-        self._database.execute("PRAGMA synchronous = OFF")  # what is lost is asked again
+        self._database.execute("PRAGMA synchronous = OFF")  # a lost answer is asked for again
         self._database.execute(
             "CREATE TABLE IF NOT EXISTS answers (key TEXT PRIMARY KEY, answer TEXT) STRICT"
         )
@@ -53,7 +55,14 @@ class AnswerStore:
         )
 
     def get(self, key: str) -> SolverAnswer | None:
-        """The answer kept under `key`, or None."""
+        """Look up an answer.
+
+        Args:
+            key: SHA-256 of the question, in hexadecimal.
+
+        Returns:
+            The answer; None if there is none or it cannot be read.
+        """
         try:
             row = self._connection.execute("SELECT answer FROM answers WHERE key = ?", (key,)).fetchone()
             return None if row is None else _answer(json.loads(row[0]))
@@ -61,8 +70,14 @@ class AnswerStore:
             return None
 
     def put(self, answers: Mapping[str, SolverAnswer]) -> None:
-        """Keep `answers`; UNKNOWN is not kept, as a person may well ask again."""
-        rows = [(key, _text(one)) for key, one in answers.items() if one.result is not SatResult.UNKNOWN]
+        """Store answers. UNKNOWN is not stored, so that the question is asked again.
+
+        Args:
+            answers: answers by key.
+        """
+        rows = [
+            (key, _text(answer)) for key, answer in answers.items() if answer.result is not SatResult.UNKNOWN
+        ]
         try:
             with self._connection:
                 self._connection.executemany("INSERT OR REPLACE INTO answers VALUES (?, ?)", rows)
@@ -70,7 +85,14 @@ class AnswerStore:
             return
 
     def proof(self, key: str) -> tuple[str, bytes] | None:
-        """What is kept of a module or a site under `key`, as it was put: its head and its claims; or None."""
+        """Look up the proof of a module or a site.
+
+        Args:
+            key: SHA-256 of what was proved and of the program, in hexadecimal.
+
+        Returns:
+            Head (JSON) and claims (bytes) as they were stored; None if there are none or they cannot be read.
+        """
         try:
             row = self._connection.execute("SELECT head, claims FROM proofs WHERE key = ?", (key,)).fetchone()
         except sqlite3.Error:
@@ -78,7 +100,11 @@ class AnswerStore:
         return None if row is None else (str(row[0]), bytes(row[1]))
 
     def put_proofs(self, proofs: Mapping[str, tuple[str, bytes]]) -> None:
-        """Keep `proofs`."""
+        """Store proofs of modules and sites.
+
+        Args:
+            proofs: head (JSON) and claims (bytes) by key.
+        """
         rows = [(key, *proof) for key, proof in proofs.items()]
         try:
             with self._connection:
@@ -87,7 +113,7 @@ class AnswerStore:
             return
 
     def close(self) -> None:
-        """Release the file; safe to call twice."""
+        """Close the file. Safe to call twice."""
         if self._database is not None:
             self._database.close()
             self._database = None

@@ -1,12 +1,12 @@
-"""Term → generated Python function: the per-action path, identical to the exact semantics.
+"""Code generation from terms to Python functions, used for each action; identical to the exact semantics.
 
-A filtered exact predicate.  Reals are evaluated in doubles; every comparison carries a bound on
-the rounding error of its two sides, proved here, at compile time, from the variables' declared
-ranges.  Outside the bound the sign of the difference is certain and answers at once; inside it the
-exact interpreter decides.  So the answer never differs from `semantics.evaluate`.
+A filtered exact predicate: reals are evaluated in doubles, and every comparison carries a bound on the
+rounding error of its two sides. The bound is derived here, at compile time, from the declared ranges of the
+variables. Outside the bound, the sign of the difference is certain and decides at once; inside it, the exact
+interpreter decides. So the answer never differs from `semantics.evaluate`.
 
-Error model (IEEE 754 double, round to nearest, no contraction: CPython performs each operation on
-its own): fl(a+b) = (a+b)(1+d), fl(ab) = ab(1+d) + e with |d| <= U, |e| <= ETA.
+Error model (IEEE 754 double, round to nearest, no contraction: CPython performs each operation on its own):
+fl(a+b) = (a+b)(1+d), fl(ab) = ab(1+d) + e with |d| <= U, |e| <= ETA.
 Source: N. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., (2.4) and (2.8).
 """
 
@@ -30,18 +30,20 @@ _LARGEST = Fraction(10) ** 300  # beyond it a double could overflow: such a comp
 _MAX_INLINE_NESTING = 30  # levels of the term, two brackets each at most; CPython's parser takes 200 brackets
 
 Ranges = Mapping[str, tuple[Fraction, Fraction]]
-"""Closed range in SI of each real scalar variable; the caller has checked that values are inside."""
+"""Closed range (SI) of each real scalar variable; the caller has checked that values are inside."""
 
 Predicate = Callable[[Mapping[str, Any]], bool]
-"""Decides one condition; takes float, bool or str by scalar variable name."""
+"""Function that decides one condition from float, bool or str by name of the scalar variable."""
 
 
 @dataclass(frozen=True, slots=True)
 class CompiledConditions:
-    """Decides several conditions at once.
+    """Function that decides several conditions at once.
 
-    read: the scalar variables they depend on.
-    at: whether each holds, from float, bool or str of each variable in `read`, in that order.
+    Attributes:
+        argument_names: the scalar variables that the conditions depend on.
+        evaluate: takes float, bool or str of each of these, in that order; returns the truth of each
+            condition.
     """
 
     argument_names: tuple[str, ...]
@@ -52,7 +54,8 @@ class CompiledConditions:
 class _RealCode:
     """Python code for a real: |computed| <= magnitude and |computed - exact| <= error.
 
-    peak: no intermediate result is larger; the bounds hold only where it is far from overflow.
+    Attributes:
+        peak: bound on every intermediate result; the other bounds hold only where it is far from overflow.
     """
 
     code: str
@@ -62,13 +65,29 @@ class _RealCode:
 
 
 def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
-    """A function that is true exactly where `term` holds, for all values inside `ranges`."""
+    """Compile a condition.
+
+    Args:
+        term: boolean term without past-time operators.
+        ranges: closed range (SI) of each real scalar variable; the bounds on rounding errors follow from it.
+
+    Returns:
+        A function that is true exactly where `term` holds, for all values inside `ranges`.
+    """
     generator = _CodeGenerator(ranges)
     return cast("Predicate", generator.function("v", generator.condition(lower(term))))
 
 
 def compile_conditions(terms: Iterable[t.Term], ranges: Ranges) -> CompiledConditions:
-    """A function that is true of each of `terms` exactly where it holds, for all values inside `ranges`."""
+    """Compile several conditions into one function.
+
+    Args:
+        terms: boolean terms without past-time operators.
+        ranges: closed range (SI) of each real scalar variable.
+
+    Returns:
+        The function, exact for all values inside `ranges`, and the names of its arguments.
+    """
     lowered = [lower(term) for term in terms]
     read = tuple(dict.fromkeys(name for term in lowered for name in t.variables_of(term)))
     local = {name: f"x{number}" for number, name in enumerate(read)}
@@ -80,16 +99,24 @@ def compile_conditions(terms: Iterable[t.Term], ranges: Ranges) -> CompiledCondi
 def inline_conditions(
     terms: Iterable[t.Term], ranges: Ranges, local: Mapping[str, str]
 ) -> tuple[list[str], Mapping[str, Any]]:
-    """Code for each term, true exactly where it holds, and the names they need, for a generated function.
+    """Generate code of conditions for use inside a larger generated function.
 
-    local: the local variable of that function that holds each scalar variable's value, inside its range.
+    Args:
+        terms: boolean terms without past-time operators.
+        ranges: closed range (SI) of each real scalar variable.
+        local: for each scalar variable, the local variable of that function that has its value, inside its
+            range.
+
+    Returns:
+        An expression for each term, true exactly where it holds; and the global names that the expressions
+        use.
     """
     generator = _CodeGenerator(ranges, local)
     return [generator.condition(lower(term)) for term in terms], generator.names
 
 
 class _CodeGenerator:
-    """Writes code that finds the values in a mapping `v`, or in `local` variables."""
+    """Code generator. The code finds values in a mapping `v`, or in `local` variables."""
 
     def __init__(self, ranges: Ranges, local: Mapping[str, str] | None = None) -> None:
         self._ranges = ranges
@@ -105,7 +132,7 @@ class _CodeGenerator:
         }
 
     def function(self, parameters: str, code: str) -> Callable[..., Any]:
-        """`code` as a function of these parameters."""
+        """Compile `code` as a function of these parameters."""
         # The source is built from typed terms alone: names are quoted, numbers are repr of floats.
         return cast("Callable[..., Any]", eval(f"lambda {parameters}: {code}", self.names))  # noqa: S307
 
@@ -113,7 +140,7 @@ class _CodeGenerator:
         return self._as_helper_call(term, self._condition(term))
 
     def _as_helper_call(self, term: t.Term, code: str) -> str:
-        """`code`, or a call of it as a function of its own at every `_MAX_INLINE_NESTING`th level."""
+        """Return `code`, or at every `_MAX_INLINE_NESTING`th level a call of it as a function of its own."""
         if self._height(term) % _MAX_INLINE_NESTING:
             return code
         part, values = f"part{len(self.names)}", self._values(term)
@@ -124,7 +151,7 @@ class _CodeGenerator:
         return f"v[{name!r}]" if self._local is None else self._local[name]
 
     def _values(self, term: t.Term) -> str:
-        """What a function over the variables of `term` takes, and is given."""
+        """Return the parameters of a function over the variables of `term`, which are also its arguments."""
         return "v" if self._local is None else ", ".join(self._local[name] for name in t.variables_of(term))
 
     def _height(self, term: t.Term) -> int:
@@ -166,7 +193,7 @@ class _CodeGenerator:
         return self._filtered_comparison(term, a, b)
 
     def _filtered_comparison(self, term: t.Compare, a: _RealCode, b: _RealCode) -> str:
-        """Answers from the computed difference where |difference| exceeds its error bound, else exactly."""
+        """Decide from the computed difference where |difference| exceeds its error bound, else exactly."""
         number = len(self.names)
         exact = f"exact{number}({self._values(term)})"
         names = tuple(t.variables_of(term))
@@ -233,12 +260,12 @@ def _derived_real(code: str, magnitude: Fraction, error: Fraction, a: _RealCode,
 
 
 def _combine_extremum(code: str, a: _RealCode, b: _RealCode) -> _RealCode:
-    """One of `a` and `b`, or so close to one as the worse of them is to its exact value."""
+    """Bound one of `a` and `b`, or a value as close to one as the worse of them is to its exact value."""
     return _derived_real(code, max(a.magnitude, b.magnitude), max(a.error, b.error), a, b)
 
 
 def _compare_to_constant(code: str, op: str, constant: Fraction, *, flipped: bool) -> str:
-    """A double against a rational, exactly: the rational is rounded so that the answer is the same."""
+    """Compare a double to a rational exactly: the rational is rounded so that the answer is the same."""
     below, above = adjacent_doubles(constant)
     if op == "==":
         return f"({code} == {below!r})" if below == above else "False"

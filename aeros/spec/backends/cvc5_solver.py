@@ -1,7 +1,7 @@
-"""SMT-LIB text → what cvc5 makes of it, which shares neither code nor terms with Z3.  Sole importer of cvc5.
+"""Second solver: cvc5 on SMT-LIB text. It shares neither code nor terms with Z3. Sole importer of cvc5.
 
-Of products of variables it decides less than Z3 does.  What is beyond it is UNKNOWN, which is never
-taken for a yes.
+It decides fewer questions with products of variables than Z3. Where it cannot decide, it answers UNKNOWN,
+which never counts as a yes.
 """
 
 from __future__ import annotations
@@ -19,26 +19,37 @@ _BACKSTOP_MS: Final = 60_000  # for work that cvc5 counts no resources for
 
 
 class Cvc5:
-    """A second solver.  Every question gets a solver of its own, so answers do not depend on their order."""
+    """Second solver. Every question gets a new solver, so answers do not depend on their order.
+
+    Attributes:
+        name: `cvc5` and its version.
+    """
 
     def __init__(self, rlimit: int = RLIMIT) -> None:
         self.name = f"cvc5 {cvc5.__version__}"
         self._rlimit = rlimit
 
     def solve_script(self, script: str) -> SolverAnswer:
-        """Whether what `script`, which asks once, asserts can hold together; never a model."""
+        """Check if the assertions of a script can hold together.
+
+        Args:
+            script: SMT-LIB 2.6 text with one `check-sat`.
+
+        Returns:
+            SAT (without a model), UNSAT, or UNKNOWN with the reason.
+        """
         terms = cvc5.TermManager()
         solver = cvc5.Solver(terms)
         solver.setOption("rlimit-per", str(self._rlimit))
         solver.setOption("tlimit-per", str(_BACKSTOP_MS))
         parser = cvc5.InputParser(solver)
         parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, script, "question")
-        said = ""
+        output = ""
         try:
             while not (command := parser.nextCommand()).isNull():
-                said = str(command.invoke(solver, parser.getSymbolManager())).strip() or said
-        except RuntimeError as error:  # whatever cvc5 cannot read or do
+                output = str(command.invoke(solver, parser.getSymbolManager())).strip() or output
+        except RuntimeError as error:  # anything that cvc5 cannot read or do
             return SolverAnswer(SatResult.UNKNOWN, {}, str(error))
-        if said in (SatResult.SAT.value, SatResult.UNSAT.value):
-            return SolverAnswer(SatResult(said), {})
-        return SolverAnswer(SatResult.UNKNOWN, {}, said)
+        if output in (SatResult.SAT.value, SatResult.UNSAT.value):
+            return SolverAnswer(SatResult(output), {})
+        return SolverAnswer(SatResult.UNKNOWN, {}, output)

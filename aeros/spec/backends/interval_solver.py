@@ -1,16 +1,16 @@
-"""Questions that are decided by bounds alone, exactly and without a solver; most of them are.
+"""Interval solver: decides questions by bounds alone, exactly and without an SMT solver; most need no more.
 
-A box gives each scalar variable the interval, truth or members that it may still have.  What bounds one
-variable, or a sum of several, narrows the box, alternatives are tried one after another, and everything
-else narrows the one variable that it compares with something, or is refuted, by interval arithmetic.  So
+A box gives each scalar variable the interval, truth values or members that it may still have. A bound on one
+variable, or on a sum of several, narrows the box. Alternatives are tried one after another. Any other
+condition narrows the one variable that it compares with something, or is refuted, by interval arithmetic. So
 
-- UNSAT is answered only if each choice of alternatives leaves some variable without a value, or refutes
-  a condition for every value in the box: what was not understood was assumed to hold;
-- SAT is answered with a model, which whoever relies on it replays through `semantics.py`;
-- anything else is left to the solver.
+- UNSAT is answered only if each choice of alternatives leaves some variable without a value, or refutes a
+  condition for every value in the box: conditions that it cannot handle are assumed to hold;
+- SAT is answered with a model, which the caller replays through `semantics.py`;
+- anything else is left to the SMT solver.
 
-An answer depends on the question alone.  A differential test compares with Z3 and with the
-definition; how boxes are narrowed is in `bounds`.
+An answer depends on the question alone. A differential test compares with Z3 and with the definition. The
+`interval` package narrows the boxes.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 
 MAX_CACHED: Final = 20_000
-"""Answers about parts of questions that are remembered; then all are forgotten, which only costs time."""
+"""Answers about parts of questions that are cached; beyond it the cache is emptied, which only costs time."""
 
 _Range: TypeAlias = tuple[Fraction, Fraction]
 
 
 @dataclass(frozen=True, slots=True)
 class _Conjunct:
-    """One of the conditions that a question is the conjunction of; equal ones have one number."""
+    """One of the conditions that a question is the conjunction of. Equal ones have the same number."""
 
     number: int
     formula: Formula
@@ -50,9 +50,9 @@ class _Conjunct:
 
 
 class IntervalSolver:
-    """Decides questions part by part: conditions that share no variable have nothing to do with each other.
+    """Solver that decides a question part by part: conditions that share no variable are independent.
 
-    Remembers how terms read and how parts were decided, as most questions share most of their parts.
+    It caches how terms read and how parts were decided, as most questions share most of their parts.
     """
 
     def __init__(self) -> None:
@@ -69,13 +69,22 @@ class IntervalSolver:
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
     ) -> SolverAnswer | None:
-        """Whether all `terms` can hold together, as `Oracle.ask` has it; None where bounds do not tell."""
+        """Check if all terms can hold together.
+
+        Args:
+            variables: every free variable of the terms.
+            ranges: closed range (SI) of each real scalar variable; one without a range is unbounded.
+            terms: boolean terms without past-time operators.
+
+        Returns:
+            SAT with a model of all scalar variables, or UNSAT; None if bounds alone do not decide.
+        """
         if len(self._decided) > MAX_CACHED:
             for kept in (self._read, self._parts, self._numbers, self._decided):
                 kept.clear()
             self._ranges.clear()
             self._numbers_of_ranges.clear()
-        scalars = {scalar.name: scalar for one in variables for scalar in scalar_variables(one)}
+        scalars = {scalar.name: scalar for variable in variables for scalar in scalar_variables(variable)}
         model: dict[str, ScalarValue] = {}
         is_known = True
         parts = {part.number: part for term in terms for part in self._conjuncts_of(term)}
@@ -88,8 +97,8 @@ class IntervalSolver:
             else:
                 model |= answer.model
         rest = {
-            name: pick_value(one, declared_interval(one, ranges))
-            for name, one in scalars.items()
+            name: pick_value(scalar, declared_interval(scalar, ranges))
+            for name, scalar in scalars.items()
             if name not in model
         }
         return SolverAnswer(SatResult.SAT, model | rest) if is_known else None
@@ -105,12 +114,12 @@ class IntervalSolver:
         numbers = [part.number for part in group]
         key = (*numbers, *own, *(self._range_id(ranges.get(name)) for name in names))
         if key not in self._decided:
-            box: Box = {one.name: declared_interval(one, ranges) for one in own}
+            box: Box = {scalar.name: declared_interval(scalar, ranges) for scalar in own}
             self._decided[key] = BranchAndPrune(own).run([part.formula for part in group], box)
         return self._decided[key]
 
     def _range_id(self, range_: _Range | None) -> int:
-        """A number for each range: to hash a fraction takes longer than to find most answers."""
+        """Number each range: hashing a fraction takes longer than finding most answers."""
         known = self._ranges.get(id(range_))
         if known is None:
             number = self._numbers_of_ranges.setdefault(range_, len(self._numbers_of_ranges))
@@ -125,8 +134,8 @@ class IntervalSolver:
         if key not in self._parts:
             conjuncts = conjuncts_of(self._formula(term, is_true=is_true))
             parts = tuple(
-                _Conjunct(self._numbers.setdefault(one, len(self._numbers)), one, names_of(one))
-                for one in conjuncts
+                _Conjunct(self._numbers.setdefault(formula, len(self._numbers)), formula, names_of(formula))
+                for formula in conjuncts
             )
             self._parts[key] = (term, parts)
         return self._parts[key][1]
@@ -155,7 +164,7 @@ class IntervalSolver:
 
 
 def _connected(parts: Iterable[_Conjunct]) -> list[list[_Conjunct]]:
-    """The parts in groups, so that those which share a variable, also by way of others, are together."""
+    """Group the parts so that parts which share a variable, directly or through others, are together."""
     groups: list[tuple[frozenset[str], list[_Conjunct]]] = []
     for part in parts:
         apart, names, joined = [], part.names, []

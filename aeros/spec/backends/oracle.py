@@ -1,7 +1,7 @@
-"""Questions about terms, each answered once: by bounds alone, or by the solver in a context of its own.
+"""Oracle for satisfiability questions: each is answered once, by bounds alone or by a new solver.
 
-So an answer depends on the question alone, and on nothing that was asked before.  Modules repeat
-themselves: skills share envelopes, and most of a run asks what another run has asked.
+So an answer depends on the question alone, not on earlier questions. Modules repeat themselves: skills share
+envelopes, and most questions of a run were asked in an earlier run.
 """
 
 from __future__ import annotations
@@ -25,10 +25,15 @@ _SPEC_FOLDER = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class SolverQuery:
-    """A question as it was asked, and its answer, for a second solver.
+    """Question with its answer, for a second solver.
 
-    about: what it was asked for, in words.
-    by_bounds: whether bounds alone answered it, and not Z3.
+    Attributes:
+        description: purpose of the question, in words.
+        variables: every free variable of the terms.
+        ranges: closed range (SI) of each real scalar variable.
+        terms: conditions that must hold together.
+        answer: the answer.
+        by_intervals: True if bounds alone answered it, and not Z3.
     """
 
     description: str
@@ -40,11 +45,15 @@ class SolverQuery:
 
 
 class Oracle:
-    """Answers questions under one budget, from memory, from a store, or by asking Z3.
+    """Source of answers under one budget: memory, the store, or Z3.
 
-    rlimit: the solver's budget for one question.
-    store: answers of earlier runs; None to ask everything.
-    asked: what was asked, by key, wherever the answer was found; empty unless the oracle is `recording`.
+    Args:
+        rlimit: the solver's budget for one question, in its resource units.
+        store: answers of earlier runs; None to ask everything.
+        recording: keep the questions in `asked`.
+
+    Attributes:
+        asked: questions by key, wherever the answer came from; empty unless `recording`.
     """
 
     def __init__(
@@ -67,12 +76,17 @@ class Oracle:
         *,
         shown: bool = False,
     ) -> SolverAnswer:
-        """Whether all `terms` can hold together.
+        """Check if all terms can hold together.
 
-        variables: every free variable of the terms.
-        ranges: closed range in SI of each real scalar variable.
-        shown: whether a person will read the model, which then is the solver's.
-        about: what is asked for, in words.
+        Args:
+            variables: every free variable of the terms.
+            ranges: closed range (SI) of each real scalar variable.
+            terms: boolean terms without past-time operators.
+            description: purpose of the question, in words.
+            shown: True if a person will read the model; then the model is Z3's.
+
+        Returns:
+            SAT with a model, UNSAT, or UNKNOWN where the budget ran out.
         """
         bounded = self._boxes.decide(variables, ranges, terms)
         if bounded is not None and not (shown and bounded.result is SatResult.SAT):
@@ -94,14 +108,21 @@ class Oracle:
         return answer
 
     def with_reduced_budget(self, times: int) -> Oracle:
-        """One with the same memory and store, which gives up after a part of the budget."""
+        """Make an oracle with the same memory and store and a smaller budget.
+
+        Args:
+            times: divisor of the budget.
+
+        Returns:
+            The oracle.
+        """
         other = Oracle(max(self.rlimit // times, 1), self._store, recording=self._recording)
         other._known, other._new, other.asked = self._known, self._new, self.asked
         other._boxes = self._boxes
         return other
 
     def save_answers(self) -> None:
-        """Put what had to be asked into the store."""
+        """Put the new answers into the store."""
         if self._store is not None and self._new:
             self._store.put(self._new)
             self._new = {}
@@ -112,7 +133,7 @@ class Oracle:
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
     ) -> SolverAnswer:
-        # z3 takes 80 ms to import, which a run that finds every answer need not pay.
+        # Importing z3 takes 80 ms; a run that finds every answer in the store does without.
         from aeros.spec.backends.z3_solver import IncrementalSolver
 
         return IncrementalSolver(variables, ranges, self.rlimit).check_sat(*terms)
@@ -130,7 +151,7 @@ class Oracle:
 
 @cache
 def _solver_fingerprint() -> str:
-    """Digest of the solver's version and of the code that gives terms their meaning."""
+    """Hash the solver's version and the code that gives terms their meaning."""
     digest = hashlib.sha256(z3_version().encode())
     for folder in ("backends", "expr"):
         for path in sorted((_SPEC_FOLDER / folder).rglob("*.py")):

@@ -1,4 +1,4 @@
-"""Which release of a package is installed, found without importing it."""
+"""Version of an installed package, read without importing it."""
 
 from __future__ import annotations
 
@@ -8,23 +8,39 @@ from pathlib import Path
 
 
 def z3_version() -> str:
-    """The version of the distribution `z3-solver`, as its metadata has it."""
+    """Return the version of the distribution `z3-solver`.
+
+    Returns:
+        The version in its metadata.
+    """
     return package_version("z3-solver", "z3")
 
 
 @cache
 def package_version(distribution: str, package: str) -> str:
-    """The version of the distribution that `import package` would import, as its metadata has it.
+    """Return the version of the distribution that `import package` would import.
 
-    The folder beside the package bears it in its name, where an installer wrote one and only one.
-    `importlib.metadata` says the same and costs more to import than all else that a kept proof needs.
+    It is in the name of the `.dist-info` folder next to the package, if an installer wrote exactly one.
+    `importlib.metadata` says the same, but importing it costs more than all else that a cached proof needs.
+
+    Args:
+        distribution: name on the package index.
+        package: name of the import.
+
+    Returns:
+        The version in its metadata.
+
+    Raises:
+        importlib.metadata.PackageNotFoundError: the distribution is not installed.
     """
     spec = find_spec(package)
-    beside = () if spec is None or spec.origin is None else Path(spec.origin).parents[1].iterdir()
+    siblings = () if spec is None or spec.origin is None else Path(spec.origin).parents[1].iterdir()
     start = distribution.replace("-", "_").lower() + "-"
-    found = [one.name for one in beside if one.name.lower().startswith(start) and one.suffix == ".dist-info"]
-    if len(found) == 1:
-        return found[0][len(start) :].removesuffix(".dist-info")
+    folders = [
+        path.name for path in siblings if path.name.lower().startswith(start) and path.suffix == ".dist-info"
+    ]
+    if len(folders) == 1:
+        return folders[0][len(start) :].removesuffix(".dist-info")
     from importlib.metadata import version
 
     return version(distribution)

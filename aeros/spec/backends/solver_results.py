@@ -1,4 +1,4 @@
-"""What a solver answers; known without importing one."""
+"""Answers of solvers, as types that need no solver to be imported."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ScalarValue = bool | Fraction | str
 
 
 class SatResult(Enum):
-    """What the solver found."""
+    """Result of a satisfiability question."""
 
     SAT = "sat"
     UNSAT = "unsat"
@@ -21,7 +21,7 @@ class SatResult(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SolverAnswer:
-    """A result, with the model by scalar variable when SAT and the reason when UNKNOWN."""
+    """Result with the model by scalar variable if SAT, and the reason if UNKNOWN."""
 
     result: SatResult
     model: Mapping[str, ScalarValue]
@@ -30,12 +30,14 @@ class SolverAnswer:
 
 @dataclass(frozen=True, slots=True)
 class ScriptAnswer:
-    """What came of SMT-LIB text that asks once.
+    """Result of SMT-LIB text with one `check-sat`.
 
-    model: when SAT, the value of each constant that it declares, as SMT-LIB text.
-    core: when UNSAT, how many of its assertions are enough for that.
-    spent: resource units of the solver.
-    reason: why, when UNKNOWN.
+    Attributes:
+        result: SAT, UNSAT or UNKNOWN.
+        model: if SAT, the value of each constant that the text declares, as SMT-LIB text.
+        unsat_core: if UNSAT, the number of assertions that are enough for it.
+        rlimit_used: resource units that the solver used.
+        reason: if UNKNOWN, the reason.
     """
 
     result: SatResult

@@ -1,8 +1,8 @@
-"""Term → Z3, over the reals.  Sole importer of z3.
+"""Translation of terms to Z3, over the reals. Sole importer of z3.
 
-Doubles are the rationals they denote, so real arithmetic is exact here and agrees with
-`semantics.py`.  Budgets are `rlimit` with a fixed seed: the same query gives the same answer on
-every machine.  Enum members are integers by their order, constrained to the set.
+Doubles are the rationals they denote, so real arithmetic is exact here and agrees with `semantics.py`.
+Budgets are `rlimit` with a fixed seed: the same query gives the same answer on every machine. Enum members
+are integers by their order, constrained to the set.
 """
 
 from __future__ import annotations
@@ -24,12 +24,24 @@ _DIGITS = 30  # an irrational model value is shown to this many decimals
 
 
 def solver_version() -> str:
-    """The solver's name and version, as certificates record it."""
+    """Return the solver's name and version, as certificates record it.
+
+    Returns:
+        `z3` and the version of the library that is loaded.
+    """
     return f"z3 {z3.get_version_string()}"
 
 
 def solve_script(script: str, rlimit: int = DEFAULT_RLIMIT) -> ScriptAnswer:
-    """Whether what `script`, SMT-LIB text that asks once, asserts can hold together."""
+    """Check if the assertions of a script can hold together.
+
+    Args:
+        script: SMT-LIB text with one `check-sat`.
+        rlimit: budget in Z3's resource units.
+
+    Returns:
+        SAT with a model, UNSAT with the size of an unsat core, or UNKNOWN with the reason.
+    """
     context = z3.Context()
     solver = z3.Solver(ctx=context)
     solver.set("random_seed", 0)
@@ -47,21 +59,26 @@ def solve_script(script: str, rlimit: int = DEFAULT_RLIMIT) -> ScriptAnswer:
     if outcome == z3.unknown:
         return ScriptAnswer(SatResult.UNKNOWN, {}, 0, spent, solver.reason_unknown())
     model = solver.model()
-    # Z3 takes what is defined, and names of assertions, for constants of the model, too.
+    # Z3's model also has defined functions and names of assertions: keep only declared constants.
     declared = set(_DECLARED.findall(script))
-    constants = [one for one in model.decls() if one.name() in declared]
-    return ScriptAnswer(SatResult.SAT, {one.name(): model[one].sexpr() for one in constants}, 0, spent)
+    constants = [constant for constant in model.decls() if constant.name() in declared]
+    return ScriptAnswer(
+        SatResult.SAT, {constant.name(): model[constant].sexpr() for constant in constants}, 0, spent
+    )
 
 
 _DECLARED = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)
 
 
 class IncrementalSolver:
-    """A solver over declared variables; what is assumed stays, each question is asked alone.
+    """Solver over declared variables. Assumptions stay; the terms of each question do not.
 
-    ranges: closed range in SI of each real scalar variable; one without a range is unbounded.
-    beside: a session whose context, of some megabytes, is shared.  Models then depend on everything
-        that was asked before in it, so questions are asked without.
+    Args:
+        variables: every free variable of later terms.
+        ranges: closed range (SI) of each real scalar variable; one without a range is unbounded.
+        rlimit: budget of one question, in Z3's resource units.
+        shared_context: solver whose context, of some megabytes, is shared; None for a new context. With a
+            shared context, models depend on all earlier questions in it, so the oracle does not share.
     """
 
     def __init__(
@@ -100,11 +117,22 @@ class IncrementalSolver:
         self._constants[scalar.name] = (scalar, constant)
 
     def assume(self, term: t.Term) -> None:
-        """Add `term` to what every later question assumes."""
+        """Add an assumption for all later questions.
+
+        Args:
+            term: boolean term without past-time operators.
+        """
         self._solver.add(self._encode(lower(term)))
 
     def check_sat(self, *terms: t.Term) -> SolverAnswer:
-        """Whether the assumptions and all `terms` can hold together."""
+        """Check if the assumptions and all terms can hold together.
+
+        Args:
+            terms: boolean terms without past-time operators; they are forgotten afterwards.
+
+        Returns:
+            SAT with a model of all scalar variables, UNSAT, or UNKNOWN with the reason.
+        """
         self._solver.push()
         try:
             self._solver.add(*(self._encode(lower(term)) for term in terms))
@@ -113,9 +141,15 @@ class IncrementalSolver:
             self._solver.pop()
 
     def check_at_values(self, values: Mapping[str, ScalarValue], term: t.Term) -> SolverAnswer:
-        """Whether the assumptions and `term` hold at the given values, by scalar variable; without a model.
+        """Check if the assumptions and a term hold at given values.
 
-        `term` is encoded once: a session that is asked again and again is asked a few terms.
+        Args:
+            values: values by scalar variable; variables that are left out stay free.
+            term: boolean term. Its encoding is cached, since long-lived sessions ask about a few terms many
+                times.
+
+        Returns:
+            SAT without a model, UNSAT, or UNKNOWN with the reason.
         """
         equalities = [
             self._constants[name][1] == _value(self._context, self._constants[name][0], v)
@@ -129,7 +163,14 @@ class IncrementalSolver:
             self._solver.pop()
 
     def to_smtlib(self, *terms: t.Term) -> str:
-        """The question `ask(*terms)` as an SMT-LIB 2.6 script, for a solver that is not ours."""
+        """Write the question `check_sat(*terms)` as an SMT-LIB 2.6 script for another solver.
+
+        Args:
+            terms: boolean terms without past-time operators.
+
+        Returns:
+            The script, with the assumptions.
+        """
         solver = z3.Solver(ctx=self._context)
         solver.add(self._solver.assertions(), *(self._encode(lower(term)) for term in terms))
         return f"(set-logic ALL)\n{solver.to_smt2()}"
@@ -160,7 +201,7 @@ class IncrementalSolver:
         return values
 
     def _encode_cached(self, term: t.Term) -> Any:
-        """`term` encoded, remembered by identity: comparing terms costs as much as encoding them."""
+        """Encode `term`, cached by identity: comparing terms costs as much as encoding them."""
         if id(term) not in self._encoded:
             self._encoded[id(term)] = (term, self._encode(lower(term)))
         return self._encoded[id(term)][1]
@@ -213,7 +254,7 @@ def _value(context: Any, scalar: t.Variable, value: ScalarValue) -> Any:
 
 
 def _fraction(value: Any) -> Fraction:
-    """A model value; an irrational one is approximated, and replaying the witness notices."""
+    """Read a model value. An irrational one is approximated; replaying the witness notices that."""
     if z3.is_algebraic_value(value):
         value = value.approx(_DIGITS)
     return Fraction(value.numerator_as_long(), value.denominator_as_long())

@@ -1,1 +1,1 @@
-"""What files say: the closed schemas of manifests, and of site, people, faults and scene files."""
+"""Closed schemas of the files that people write: manifests, and site, people, faults and scene files."""

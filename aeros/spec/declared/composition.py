@@ -1,4 +1,4 @@
-"""What `compositions` of an `ecm.yaml` say, unresolved: graphs over the module's skills."""
+"""Schema of `compositions` in an `ecm.yaml`, unresolved: graphs over the module's skills."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Retry = Annotated[IntegerField, ValueBounds(0, 100)]
 
 @dataclass(frozen=True)
 class OutputReference:
-    """Where an input comes from: the output of a step that has succeeded."""
+    """Source of an input: the output of a step that has succeeded."""
 
     span: SourceSpan
     from_: Annotated[TextField, Pattern("dotted")] = field(

@@ -1,14 +1,13 @@
-"""Nodes become frozen dataclasses by their type hints; nothing undeclared gets through.
+"""Decoder from YAML nodes to frozen dataclasses by their type hints; it refuses everything undeclared.
 
-A schema is a dataclass.  Its fields are `TextField`, `ExpressionField`, `BooleanField`, `IntegerField`,
-`NumberField`,
-`Choice[Literal[...]]` or a bare `Literal`, `tuple[T, ...]`, `Entries[T]`, another dataclass, or a
-union of forms that YAML itself tells apart (one single value, one list, one mapping).  A field
-with a default may be left out.  `field(metadata={"doc": ..., "example": ...})` explains a field
-in the diagnostic for its absence.  Two fields are filled here and never read: `span`, which
-every schema declares, and `key_span`, the key above the mapping, which a schema may declare.
+A schema is a dataclass. Its fields are `TextField`, `ExpressionField`, `BooleanField`, `IntegerField`,
+`NumberField`, `ChoiceField[Literal[...]]` or a bare `Literal`, `tuple[T, ...]`, `MappingField[T]`, another
+dataclass, or a union of forms that YAML itself distinguishes (one single value, one list, one mapping). A
+field with a default may be left out. `field(metadata={"doc": ..., "example": ...})` explains a field in the
+diagnostic for its absence. Two fields are filled here and never read: `span`, which every schema declares,
+and `key_span`, the key above the mapping, which a schema may declare.
 
-Every problem is reported, and what has a problem is not built: a result is None or complete.
+Every problem is reported, and nothing is built from a node with a problem: a result is None or complete.
 """
 
 from __future__ import annotations
@@ -63,37 +62,51 @@ _SCALARS: Final[dict[type, str]] = {
 }
 
 
-def decode(node: Node, schema: type[T], sink: Diagnostics) -> T | None:
-    """`node` as an instance of the dataclass `schema`; None if `sink` was told why not."""
+def decode(node: Node, schema: type[T], diagnostics: Diagnostics) -> T | None:
+    """Decode a node as an instance of a schema.
+
+    Args:
+        node: root of a document, or any mapping.
+        schema: dataclass to decode to.
+        diagnostics: receives the errors.
+
+    Returns:
+        The instance; None if there were errors.
+
+    Raises:
+        MisuseError: `schema` is not a dataclass.
+    """
     if not dataclasses.is_dataclass(schema):
         raise MisuseError(f"{schema!r} is not a dataclass")
-    if _is_of_another_version(node, schema, sink):
-        return None  # its fields are those of its version, and mean nothing here
-    decoded: T | None = _Decoder(sink).value(node, schema, _FieldLocation("", None))
+    if _is_of_another_version(node, schema, diagnostics):
+        return None  # fields of another version mean nothing here
+    decoded: T | None = _Decoder(diagnostics).value(node, schema, _FieldLocation("", None))
     return decoded
 
 
-def _is_of_another_version(node: Node, schema: type, sink: Diagnostics) -> bool:
-    """Whether the file is of another version of the format that is asked for, which `sink` then gets."""
+def _is_of_another_version(node: Node, schema: type, diagnostics: Diagnostics) -> bool:
+    """Say if the file is of another version of the format that is asked for; report it if so."""
     known = fields_of(schema).get("schema")
     words = None if known is None else allowed_words(split_annotated(admitted_forms(known.hint)[0])[0])
-    wanted = parse_schema(words[0]) if words else None
+    expected = parse_schema(words[0]) if words else None
     entries = node.entries if isinstance(node, MappingNode) else ()
-    said = next((value for key, value in entries if key.text == "schema"), None)
-    if wanted is None or not isinstance(said, ScalarNode):
+    written = next((value for key, value in entries if key.text == "schema"), None)
+    if expected is None or not isinstance(written, ScalarNode):
         return False
-    format_ = format_named(wanted[0])
-    version = format_.version_said(said.text)
+    format_ = format_named(expected[0])
+    version = format_.version_from_schema(written.text)
     if version is None or version < format_.first or version == format_.version:
         return False
-    cause, cure = format_.refusal(version, said.span.source.path)
-    sink.error("AE114", cause, said.span, help=(cure, "docs/formats.md says what changed in each version"))
+    cause, cure = format_.refusal(version, written.span.source.path)
+    diagnostics.error(
+        "AE114", cause, written.span, help=(cure, "docs/formats.md says what changed in each version")
+    )
     return True
 
 
 @dataclass(frozen=True, slots=True)
 class _FieldLocation:
-    """What a value belongs to: its field's name, "" at the top, and the key that holds it."""
+    """Field that a value belongs to: its name, "" at the top, and the key that holds it."""
 
     name: str
     key_span: SourceSpan | None
@@ -104,10 +117,10 @@ class _FieldLocation:
 
 
 class _Decoder:
-    """Decodes by hint; None stands for "reported", as no hint admits the value None."""
+    """Decoder by hints. None stands for "reported", as no hint admits the value None."""
 
-    def __init__(self, sink: Diagnostics) -> None:
-        self._sink = sink
+    def __init__(self, diagnostics: Diagnostics) -> None:
+        self._diagnostics = diagnostics
 
     def value(self, node: Node, hint: Any, location: _FieldLocation) -> Any:
         for option in admitted_forms(hint):
@@ -128,12 +141,12 @@ class _Decoder:
             self._missing_value(node, hint, location)
             return
         headline = f"{location.prefix}expected {_describe_hint(hint)}, found {_describe_node(node)}"
-        self._sink.error("AE103", headline, _first_line_span(node), f"this is {_describe_node(node)}")
+        self._diagnostics.error("AE103", headline, _first_line_span(node), f"this is {_describe_node(node)}")
 
     def _missing_value(self, node: ScalarNode, hint: Any, location: _FieldLocation) -> None:
         at = node.span if node.text or location.key_span is None else location.key_span
         help_ = ("write the value, or leave the field out if it has a default",)
-        self._sink.error(
+        self._diagnostics.error(
             "AE104", f"{location.prefix}expected {_describe_hint(hint)}, found nothing", at, help=help_
         )
 
@@ -160,7 +173,7 @@ class _Decoder:
                 form = PATTERNS[mark.name]
                 headline = f"{location.prefix}{quoted(node.text)} is not a well-formed {mark.name}"
                 help_ = (f"write {form.words}, as in `{form.example}`",)
-                self._sink.error("AE105", headline, node.span, help=help_)
+                self._diagnostics.error("AE105", headline, node.span, help=help_)
                 return False
         return True
 
@@ -169,7 +182,7 @@ class _Decoder:
         if node.text in words:
             return node.text
         headline = f"{location.prefix}{quoted(node.text)} is not one of the allowed words"
-        self._sink.error(
+        self._diagnostics.error(
             "AE110",
             headline,
             node.span,
@@ -182,32 +195,36 @@ class _Decoder:
             return True
         headline = f"{location.prefix}expected {_SCALARS[base]}, found quoted text"
         help_ = "remove the quotes" if node.style in ("'", '"') else "write the value on the line of its key"
-        self._sink.error("AE109", headline, node.span, help=(help_,))
+        self._diagnostics.error("AE109", headline, node.span, help=(help_,))
         return False
 
     def _boolean(self, node: ScalarNode, location: _FieldLocation) -> BooleanField | None:
         if node.text in ("true", "false"):
             return BooleanField(node.text == "true", node.span, node)
         headline = f"{location.prefix}expected `true` or `false`, found {quoted(node.text)}"
-        self._sink.error("AE106", headline, node.span, help=("write `true` or `false`, in lower case",))
+        self._diagnostics.error(
+            "AE106", headline, node.span, help=("write `true` or `false`, in lower case",)
+        )
         return None
 
     def _quantity(
         self, node: ScalarNode, base: type, marks: tuple[Any, ...], location: _FieldLocation
     ) -> Any:
-        """An `IntegerField` or `NumberField` within its bounds."""
+        """Decode an `IntegerField` or `NumberField` within its bounds."""
         code, regex, example = (
             ("AE107", _INTEGER, "20") if base is IntegerField else ("AE108", _NUMBER, "0.25` or `1e-3")
         )
         if len(node.text) > _LONGEST_LITERAL or not regex.fullmatch(node.text):
             headline = f"{location.prefix}expected {_SCALARS[base]}, found {quoted(node.text)}"
-            self._sink.error(code, headline, node.span, help=(f"write decimal digits, as in `{example}`",))
+            self._diagnostics.error(
+                code, headline, node.span, help=(f"write decimal digits, as in `{example}`",)
+            )
             return None
         value = int(node.text) if base is IntegerField else Fraction(node.text)
         for mark in marks:
             if isinstance(mark, ValueBounds) and not _is_within(value, mark):
                 headline = f"{location.prefix}{quoted(node.text)} is outside its bounds"
-                self._sink.error("AE111", headline, node.span, help=(f"write a value {_range(mark)}",))
+                self._diagnostics.error("AE111", headline, node.span, help=(f"write a value {_range(mark)}",))
                 return None
         return base(value, node.span, node)
 
@@ -215,7 +232,7 @@ class _Decoder:
         (item_hint, _) = get_args(base)
         items = []
         for item in node.items:
-            if self._sink.is_full:
+            if self._diagnostics.is_full:
                 return None
             items.append(self.value(item, item_hint, _FieldLocation(location.name, None)))
         if not self._check_length(node, len(items), marks, location) or None in items:
@@ -227,7 +244,7 @@ class _Decoder:
         items = []
         is_whole = self._check_length(node, len(node.entries), marks, location)
         for key, item in node.entries:
-            if self._sink.is_full:
+            if self._diagnostics.is_full:
                 return None
             is_named = self._matches(key, marks, location)
             value = self.value(item, item_hint, _FieldLocation(key.text, key.span))
@@ -240,7 +257,9 @@ class _Decoder:
             if isinstance(mark, LengthBounds) and not _is_within(count, ValueBounds(mark.lo, mark.hi)):
                 headline = f"{location.prefix}{count} entries are not allowed here"
                 help_ = (f"write a number of entries {_range(ValueBounds(mark.lo, mark.hi))}",)
-                self._sink.error("AE112", headline, location.key_span or _first_line_span(node), help=help_)
+                self._diagnostics.error(
+                    "AE112", headline, location.key_span or _first_line_span(node), help=help_
+                )
                 return False
         return True
 
@@ -248,7 +267,7 @@ class _Decoder:
         fields = fields_of(schema)
         values: dict[str, Any] = {}
         for key, item in node.entries:
-            if self._sink.is_full:
+            if self._diagnostics.is_full:
                 return None
             if key.text in fields:
                 known = fields[key.text]
@@ -267,7 +286,7 @@ class _Decoder:
 
     def _unknown(self, key: ScalarNode, fields: dict[str, SchemaField], location: _FieldLocation) -> None:
         within = f" in {quoted(location.name)}" if location.name else ""
-        self._sink.error(
+        self._diagnostics.error(
             "AE101",
             f"unknown field {quoted(key.text)}{within}",
             key.span,
@@ -283,14 +302,14 @@ class _Decoder:
     ) -> None:
         first_key = node.entries[0][0].span if node.entries else _first_line_span(node)
         within = f" in {quoted(location.name)}" if location.name else ""
-        for name, wanted in fields.items():
-            if wanted.is_required and wanted.attribute not in values:
-                doc = f" ({wanted.doc})" if wanted.doc else ""
-                self._sink.error(
+        for name, field in fields.items():
+            if field.is_required and field.attribute not in values:
+                doc = f" ({field.doc})" if field.doc else ""
+                self._diagnostics.error(
                     "AE102",
                     f"the field `{name}` is missing{within}",
                     location.key_span or first_key,
-                    help=(f"add `{name}: {wanted.example}`{doc}",),
+                    help=(f"add `{name}: {field.example}`{doc}",),
                 )
 
 
@@ -313,7 +332,7 @@ def _describe_node(node: Node) -> str:
 
 
 def _first_line_span(node: Node) -> SourceSpan:
-    """What to underline for a whole node: its first line."""
+    """Return the span to underline for a whole node: its first line."""
     span = node.span
     line_end = span.source.text.find("\n", span.start, span.end)
     return span if line_end < 0 else SourceSpan(span.source, span.start, line_end)

@@ -1,7 +1,7 @@
-"""What an `ecm.yaml` says, unresolved: the schema is the types below, closed.
+"""Schema of `ecm.yaml`, unresolved and closed.
 
-`E = (C, S, M, P, D)` of the paper: capabilities, skills, models and tools, permissions,
-dependencies and metadata; and the planning rules of its tasks.
+`E = (C, S, M, P, D)` of the paper: capabilities, skills, models and tools, permissions, dependencies and
+metadata; and the planning rules of its tasks.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Skill:
 
 @dataclass(frozen=True)
 class Capability:
-    """What skills provide; a step that names it runs any one of them, so each must then do alone."""
+    """Something that skills provide; a step that names it runs any one of them, so each must do alone."""
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "what the robot can then do"})
@@ -120,7 +120,7 @@ class PlanningRule:
 
 @dataclass(frozen=True)
 class TaskInvariant:
-    """What stays measured all through a task, whatever outcomes its skills have."""
+    """Condition that stays measured all through a task, whatever outcomes its skills have."""
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "its name, as in `wrapped-before-cooked`"})
@@ -169,7 +169,7 @@ class Permissions(Access):
 
 @dataclass(frozen=True)
 class Dependencies:
-    """What the module needs around it."""
+    """Versions of AEROS and other modules that the module needs."""
 
     span: SourceSpan
     aeros: TextField = field(metadata={"doc": 'the runtimes it works with, as in `aeros: ">=0.1,<0.2"`'})

@@ -1,8 +1,8 @@
-"""The faults file: what goes wrong in simulation, when and how often.
+"""Schema of the faults file: what goes wrong in simulation, when and how often.
 
-Each kind of fault is defined once, as simulators use it: in SI, durations in control ticks.  The type of each
-field carries a mark that says how a file writes it; `written_form` derives the schema of the file from that,
-and `aeros.sim.faults.faults_file` the values from the file.
+Each kind of fault is defined once, as simulators use it: in SI, durations in control ticks. The type of each
+field carries a mark that says how a file writes it. `written_form` derives the schema of the file from the
+marks, and `aeros.sim.faults.faults_file` reads the values.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _STRONGEST: Final = 10
 
 @dataclass(frozen=True)
 class _Mark:
-    """Marks a field of a fault; `form` is what the file's decoder makes of what is written there."""
+    """Mark of a field of a fault; `form` is the type that the file's decoder gives the written value."""
 
     doc: str
     form: ClassVar[Any] = TextField
@@ -50,7 +50,7 @@ class _Mark:
 
 @dataclass(frozen=True)
 class Known(_Mark):
-    """A name of something that is known; `among` is the field of `Surroundings` that lists them."""
+    """Name of a known object; `among` is the field of `Surroundings` that lists them."""
 
     among: Literal["things", "quantities"]
     noun: str
@@ -59,22 +59,22 @@ class Known(_Mark):
 
 @dataclass(frozen=True)
 class Amount(_Mark):
-    """A number with a unit, from 0 to `most` in SI."""
+    """Number with a unit, from 0 to `most` in SI."""
 
     dimension: Dimension
     most: int
 
 
 class Deviation(_Mark):
-    """A number with the unit of the quantity that the field `quantity` names."""
+    """Number with the unit of the quantity that the fault concerns."""
 
 
 class Duration(_Mark):
-    """A time with a unit, rounded to control ticks."""
+    """Time with a unit, rounded to control ticks."""
 
 
 class Share(_Mark):
-    """A number from 0 to 1."""
+    """Number from 0 to 1."""
 
     form = Probability
 
@@ -89,14 +89,28 @@ Mark = Known | Amount | Deviation | Duration | Share | Direction
 
 
 def marks_of(kind: type) -> dict[str, Mark]:
-    """Return how a file writes each field of a kind of fault, by the field's name."""
+    """Return how a file writes each field of a kind of fault.
+
+    Args:
+        kind: dataclass of the kind, one of `KINDS`.
+
+    Returns:
+        The mark of each field, by its name.
+    """
     hints = get_type_hints(kind, include_extras=True)
     return {one.name: split_annotated(admitted_forms(hints[one.name])[0])[1][0] for one in fields(kind)}
 
 
 @cache
 def written_form(kind: type) -> type:
-    """Derive the schema that a file declares a kind of fault by; fields with a default are optional."""
+    """Derive the schema that a file declares a kind of fault by; fields with a default are optional.
+
+    Args:
+        kind: dataclass of the kind, with a mark on each field.
+
+    Returns:
+        A dataclass of the same name with a field `span`; cached.
+    """
     declared: list[tuple[str, Any, Any]] = []
     for one, mark in zip(fields(kind), marks_of(kind).values(), strict=True):
         if one.default is MISSING:
@@ -108,7 +122,7 @@ def written_form(kind: type) -> type:
 
 
 class Written(Generic[_T]):
-    """`Written[Slip]` is a `PadFrictionFault` as a file declares it, before its values are known."""
+    """`Written[Kind]` is the schema of a kind of fault as a file declares it, before its values are known."""
 
     def __class_getitem__(cls, kind: type) -> type:
         return written_form(kind)
@@ -210,7 +224,7 @@ KINDS: Final[dict[str, type[Any]]] = {
 
 @dataclass(frozen=True)
 class FaultTrigger:
-    """What a fault's rate is per: exactly one of `skill`, `look` and `every`."""
+    """Opportunities that a fault's rate counts: exactly one of `skill`, `look` and `every`."""
 
     span: SourceSpan
     skill: Annotated[TextField, Pattern("dotted")] | None = field(

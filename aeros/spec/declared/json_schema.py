@@ -1,8 +1,8 @@
-"""The schemas of declared files as JSON Schema 2020-12, so that editors complete and check them.
+"""JSON Schema 2020-12 of declared files, so that editors complete and check them.
 
-Every file that `decode` accepts is valid; unknown and missing fields, wrong kinds of value, malformed
-names, unknown words and numbers out of bounds are not.  What only the characters of a file show is left
-to `aeros verify`: quotes around a number, `1e0` for an integer, a key that is written twice.
+Every file that `decode` accepts is valid. Unknown and missing fields, wrong kinds of value, malformed names,
+unknown words and numbers out of bounds are invalid. Only `aeros verify` reports errors that the parsed values
+do not show: quotes around a number, `1e0` for an integer, a key that is written twice.
 """
 
 from __future__ import annotations
@@ -43,7 +43,14 @@ _TITLES: Final = {
 
 
 def json_schema_of(name: str) -> dict[str, Any]:
-    """The JSON Schema of a declared file, as data that `json.dumps` takes."""
+    """Build the JSON Schema of a declared file.
+
+    Args:
+        name: name of the file's schema, one of `FILES`.
+
+    Returns:
+        Data for `json.dumps`.
+    """
     root = FILES[name]
     definitions: dict[str, Any] = {}
     record = _record(root, definitions)

@@ -1,4 +1,4 @@
-"""What a people file says, unresolved: who walks where while a robot works in simulation.
+"""Schema of a people file, unresolved: who walks where while a robot works in simulation.
 
 Lengths and times are still text; `aeros.sim.bullet.people_file` gives them meaning.
 """

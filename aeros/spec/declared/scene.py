@@ -1,4 +1,4 @@
-"""What a scene file says, unresolved: what stands and lies about besides a task's own things.
+"""Schema of a scene file, unresolved: bodies that stand and lie about besides a task's own things.
 
 Lengths, angles and masses are still text; `aeros.sim.bullet.scene_file` gives them meaning.
 """

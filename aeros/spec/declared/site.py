@@ -1,4 +1,4 @@
-"""What a site file says, unresolved: the schema is the types below, closed.
+"""Schema of a site file, unresolved and closed.
 
 Names and units are still text; `elaborate.site` gives them meaning.
 """
@@ -139,7 +139,7 @@ class JointInvariant:
 
 @dataclass(frozen=True)
 class MotionKind:
-    """How the motion of an action kind answers to the action's parameters."""
+    """Meaning of an action kind's parameters for its motion."""
 
     span: SourceSpan
     tool_ends_at: Identifier | None = field(
@@ -213,7 +213,7 @@ class Barrier:
 
 @dataclass(frozen=True)
 class MotionPolicy:
-    """What the whole trajectory of an action is decided by, before anything moves."""
+    """Limits by which the whole trajectory of an action is decided, before anything moves."""
 
     span: SourceSpan
     on: Named[MotionKind] = field(metadata={"doc": "the action kinds that move the robot"})
@@ -231,7 +231,7 @@ class MotionPolicy:
 
 @dataclass(frozen=True)
 class Access:
-    """What a module may be permitted to touch."""
+    """Actuators, sensors, channels and computing devices that a module may be permitted to use."""
 
     span: SourceSpan
     key_span: SourceSpan | None
@@ -289,7 +289,7 @@ class ModuleLimits:
 
 @dataclass(frozen=True)
 class AuditPolicy:
-    """How the audit record is kept."""
+    """Durability of the audit record."""
 
     span: SourceSpan
     durability: ChoiceField[Literal["every-record", "before-motion", "batched"]] = field(
@@ -303,7 +303,7 @@ class AuditPolicy:
 
 @dataclass(frozen=True)
 class IsolationPolicy:
-    """Where the code of modules runs, and behind what."""
+    """Isolation of module code: where it runs, and behind which layers."""
 
     span: SourceSpan
     require: tuple[ChoiceField[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
@@ -325,7 +325,7 @@ class IsolationPolicy:
 
 @dataclass(frozen=True)
 class McpPolicy:
-    """What clients of `aeros mcp`, such as language models, may have done."""
+    """Permissions of clients of `aeros mcp`, such as language models."""
 
     span: SourceSpan
     execute: ChoiceField[Literal["approval", "allowed", "denied"]] | None = field(

@@ -1,7 +1,7 @@
-"""A diagnostic is data: a registered code, a headline, the places it speaks of, and the way out.
+"""Diagnostics as data: a registered code, a headline, the places concerned, and what to do.
 
-Renderers only read it.  Whoever finds a problem reports it to a `Diagnostics` and goes on, so
-that one run shows every problem there is.
+Renderers only read them. Code that finds a problem reports it to a `Diagnostics` and continues, so that one
+run shows every problem.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 
 
 class Severity(Enum):
-    """Only an ERROR refuses; a WARNING and a NOTE inform."""
+    """Severity of a diagnostic. Only an ERROR refuses; a WARNING and a NOTE inform."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -27,7 +27,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class DiagnosticCode:
-    """One kind of problem: a stable id, a readable slug, the group of claims it belongs to."""
+    """One kind of problem: a stable id, a readable slug, and the group of claims it belongs to."""
 
     id: str
     slug: str
@@ -346,12 +346,12 @@ _TABLE: Final = (
 )
 
 CODES: Final[dict[str, DiagnosticCode]] = {code.id: code for code in _TABLE}
-"""Every code there is, by id, in order."""
+"""Every registered code by id, in order."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpanLabel:
-    """A place and what to say beside it; `text` may be empty."""
+    """Place and the text shown next to it; `text` may be empty."""
 
     span: SourceSpan
     text: str = ""
@@ -359,7 +359,7 @@ class SpanLabel:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """The text to put in place of what stands at `span`."""
+    """Replacement for the text at `span`."""
 
     span: SourceSpan
     text: str
@@ -367,11 +367,13 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One problem, told completely: what is wrong, where, and what to do.
+    """One complete problem: what is wrong, where, and what to do.
 
-    headline: lower case, one sentence, the user's names in backticks.
-    notes, help: one paragraph each; a line break inside is kept.
-    fix: what to write instead, where that is known to mend it.
+    Attributes:
+        headline: lower case, one sentence, the user's names in backticks.
+        notes: one paragraph each; a line break inside is kept.
+        help: likewise, each with something to do.
+        fix: the text to write instead, if it is known to solve the problem.
     """
 
     code: str
@@ -389,7 +391,7 @@ class Diagnostic:
 
     @property
     def sort_key(self) -> tuple[str, int, int, str, str]:
-        """Sorts by file, then position; a problem of no place comes first."""
+        """Key that sorts by file, then position; a problem without a place comes first."""
         if self.primary is None:
             return ("", -1, -1, self.code, self.headline)
         span = self.primary.span
@@ -397,10 +399,10 @@ class Diagnostic:
 
 
 class Diagnostics:
-    """Gathers what is wrong, each problem once; iterates in the order of files and positions.
+    """Collection of problems, each once; iterates in the order of files and positions.
 
-    A hostile file can hold a problem per character, so of each severity only the first `limit`
-    are kept: the rest is counted in `dropped`.
+    A hostile file can hold a problem per character, so only the first `limit` of each severity are kept; the
+    rest is counted in `dropped`.
     """
 
     def __init__(self, limit: int = 200) -> None:
@@ -410,7 +412,11 @@ class Diagnostics:
         self.dropped = 0
 
     def report(self, diagnostic: Diagnostic) -> None:
-        """Keep `diagnostic`, unless it is known already or its severity has reached the limit."""
+        """Keep a diagnostic, unless it is known already or its severity has reached the limit.
+
+        Args:
+            diagnostic: the problem.
+        """
         if diagnostic in self._kept:
             return
         if self._counts[diagnostic.severity] >= self._limit:
@@ -430,33 +436,54 @@ class Diagnostics:
         notes: Iterable[str] = (),
         help: Iterable[str] = (),  # noqa: A002  the name a reader of diagnostics expects
     ) -> None:
-        """Report an ERROR at one place."""
+        """Report an ERROR at one place.
+
+        Args:
+            code: registered id, as `AE101`.
+            headline: the problem, in one sentence.
+            at: its place; None if it has none.
+            label: text shown next to that place.
+            secondary: further places.
+            notes: explanations.
+            help: what to do.
+
+        Raises:
+            MisuseError: the code is not registered.
+        """
         primary = None if at is None else SpanLabel(at, label)
         self.report(Diagnostic(code, headline, primary, tuple(secondary), tuple(notes), tuple(help)))
 
     def extend(self, others: Diagnostics) -> None:
-        """Report all that `others` has gathered, and count what it has dropped."""
+        """Report all problems of another collection, and count those that it dropped.
+
+        Args:
+            others: the other collection.
+        """
         for diagnostic in others._kept:
             self.report(diagnostic)
         self.dropped += others.dropped
 
     @property
     def has_errors(self) -> bool:
-        """Whether anything refuses."""
+        """True if anything is refused."""
         return self._counts[Severity.ERROR] > 0
 
     @property
     def is_full(self) -> bool:
-        """Whether further errors would only be counted: time to stop looking."""
+        """True if further errors would only be counted, so that looking on is pointless."""
         return self._counts[Severity.ERROR] >= self._limit
 
     def raise_if_errors(self) -> None:
-        """Raise a `UserError` with everything gathered if anything of it refuses."""
+        """Refuse if there is an error.
+
+        Raises:
+            UserError: with all diagnostics, if any of them is an ERROR.
+        """
         if self.has_errors:
             raise UserError(self)
 
     def __iter__(self) -> Iterator[Diagnostic]:
-        return iter(sorted(self._kept, key=lambda found: found.sort_key))
+        return iter(sorted(self._kept, key=lambda diagnostic: diagnostic.sort_key))
 
     def __len__(self) -> int:
         return len(self._kept)
@@ -466,7 +493,15 @@ _LONGEST_NAME = 64  # difflib is quadratic, and no name of ours is longer
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> str | None:
-    """The candidate `name` was most likely meant to be, if one is near enough."""
+    """Suggest the candidate that a misspelt name probably stands for.
+
+    Args:
+        name: unknown name.
+        candidates: known names.
+
+    Returns:
+        The nearest candidate; None if none is near, or if the name has more than 64 characters.
+    """
     if len(name) > _LONGEST_NAME:
         return None
     nearest = difflib.get_close_matches(name, sorted(candidates), n=1, cutoff=0.6)
@@ -474,5 +509,13 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str | None:
 
 
 def quoted(text: str, longest: int = 60) -> str:
-    """The user's text in backticks, shortened so that it cannot drown the sentence around it."""
+    """Quote text of the user in backticks, shortened so that it does not swamp the sentence around it.
+
+    Args:
+        text: any text.
+        longest: greatest number of characters.
+
+    Returns:
+        The quoted text, with `…` at its end if it was shortened.
+    """
     return f"`{text}`" if len(text) <= longest else f"`{text[: longest - 1]}…`"

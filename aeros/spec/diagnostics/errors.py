@@ -1,4 +1,4 @@
-"""Every failure belongs to one of three families: the user's, the caller's, or ours."""
+"""Families of errors: the user's, the caller's, and errors of AEROS itself."""
 
 from __future__ import annotations
 
@@ -10,37 +10,40 @@ if TYPE_CHECKING:
 
 
 class UserError(Exception):
-    """What was written or asked for is refused; `diagnostics` say where and why."""
+    """File, claim or request that is refused. `diagnostics` say where and why."""
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
-        super().__init__("; ".join(f"{found.code}: {found.headline}" for found in self.diagnostics))
+        super().__init__("; ".join(f"{problem.code}: {problem.headline}" for problem in self.diagnostics))
 
     def __reduce__(self) -> tuple[type[UserError], tuple[tuple[Diagnostic, ...]]]:
-        # By what it was made of, and not by its words: another process may have raised it.
+        # Pickle the diagnostics, not the message: another process may have raised the error.
         return type(self), (self.diagnostics,)
 
 
 class UndecidedError(UserError):
-    """What was asked for is refused because the solver could not decide whether it is safe."""
+    """Request that is refused because the solver could not decide if it is safe."""
 
 
 class MisuseError(Exception):
-    """Code that calls AEROS broke the contract of what it called."""
+    """Breach of a function's contract by the code that calls AEROS."""
 
 
 class InternalError(Exception):
-    """AEROS itself is wrong: a state was reached that its own reasoning excludes."""
+    """Error of AEROS itself: a state was reached that its own reasoning excludes."""
 
 
 class DisagreementError(InternalError):
-    """Both solvers decided a question, and not the same: nothing of the run can be relied on.
+    """Two solvers that decided a question differently, so that nothing of the run can be relied on.
 
-    about: what asked it; script: the question.
+    Attributes:
+        about: purpose of the question.
+        script: the question, in SMT-LIB.
+        answers: the two answers.
     """
 
     def __init__(self, description: str, script: str, first: str, second: str) -> None:
-        super().__init__(f"of {description}, {first}, but {second}")
+        super().__init__(f"the solvers disagree about {description}: {first}, but {second}")
         self.about = description
         self.script = script
         self.answers = (first, second)

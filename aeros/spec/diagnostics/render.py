@@ -1,7 +1,7 @@
-"""A diagnostic becomes text for people or plain data for programs; neither changes what it says.
+"""Rendering of diagnostics as text for people or as plain data for programs; neither changes the content.
 
-Whatever a file holds is shown harmlessly: characters that move a cursor, reorder text or are
-invisible appear as escapes, so a hostile manifest cannot write to the terminal that reports it.
+Text from a file is shown harmlessly: characters that move a cursor, reorder text or are invisible appear as
+escapes, so a hostile manifest cannot write to the terminal that reports it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from aeros.spec.diagnostics.source import Source, SourceSpan
 LONGEST_LINE: Final = 160
 """Characters of a source line that are shown; a longer line is shown around its mark."""
 
-_BLOCK: Final = re.compile(r"[|>][-+0-9]*\s*(#.*)?")  # what stands above a text in a block
+_BLOCK: Final = re.compile(r"[|>][-+0-9]*\s*(#.*)?")  # header of a block scalar
 _MAX_LINES: Final = 8  # of a text in a block that are shown
 _LEAD: Final = 40  # characters shown before the mark in a shortened line
 _LONGEST_TEXT: Final = 4000  # characters of a headline, label or note that are shown
@@ -38,12 +38,28 @@ _COLOURS: Final = {
 
 
 def render_all(diagnostics: Iterable[Diagnostic], *, colour: bool = False) -> str:
-    """Every diagnostic as text, in the order given, with an empty line between two."""
+    """Render diagnostics as text.
+
+    Args:
+        diagnostics: diagnostics, in the order to show.
+        colour: colour the text with ANSI escapes.
+
+    Returns:
+        Their texts, with an empty line between two.
+    """
     return "\n".join(render_text(diagnostic, colour=colour) for diagnostic in diagnostics)
 
 
 def render_text(diagnostic: Diagnostic, *, colour: bool = False) -> str:
-    """The diagnostic as lines for a terminal; ends with a line break."""
+    """Render a diagnostic as lines for a terminal.
+
+    Args:
+        diagnostic: the diagnostic.
+        colour: colour the text with ANSI escapes.
+
+    Returns:
+        Headline, marked source lines, notes and help; ends with a line break.
+    """
     paint = _colour if colour else _plain
     severity = diagnostic.severity.value
     slug = CODES[diagnostic.code].slug
@@ -60,7 +76,14 @@ def render_text(diagnostic: Diagnostic, *, colour: bool = False) -> str:
 
 
 def render_json(diagnostic: Diagnostic) -> dict[str, Any]:
-    """The diagnostic as data that `json.dumps` takes; texts as they are, escaping is JSON's work."""
+    """Convert a diagnostic to data for `json.dumps`.
+
+    Args:
+        diagnostic: the diagnostic.
+
+    Returns:
+        Plain values. Texts are as they are; escaping is up to JSON.
+    """
     return {
         "code": diagnostic.code,
         "slug": CODES[diagnostic.code].slug,
@@ -75,7 +98,14 @@ def render_json(diagnostic: Diagnostic) -> dict[str, Any]:
 
 
 def escape_invisible(text: str) -> str:
-    """The text with every character that is not plainly visible written as an escape."""
+    """Replace every character that is not plainly visible by an escape.
+
+    Args:
+        text: any text.
+
+    Returns:
+        The harmless text, at most 4000 characters of it.
+    """
     shown = "".join(map(_safe_character, text[:_LONGEST_TEXT]))
     return shown if len(text) <= _LONGEST_TEXT else shown + "…"
 
@@ -112,7 +142,7 @@ def _colour(text: str, role: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _LabelMark:
-    """One label on its first line: offsets within the line, the sign drawn, its colour."""
+    """Mark of one label on its first line: offsets within the line, the sign drawn, its colour."""
 
     start: int
     end: int
@@ -138,7 +168,7 @@ class _Row:
 
 
 def _snippets(diagnostic: Diagnostic, paint: Paint) -> list[str]:
-    """The location line and the marked source lines, the primary label's file first."""
+    """Render the location line and the marked source lines, the primary label's file first."""
     if diagnostic.primary is None:
         labels = [(label, False) for label in diagnostic.secondary]
     else:
@@ -163,13 +193,14 @@ def _role(severity: Severity, is_primary: bool) -> str:
 
 
 def _location(span: SourceSpan, arrow: str, width: int, paint: Paint) -> str:
-    return f"{' ' * width}{paint(arrow, 'gutter')} {escape_invisible(span.source.path)}:{span.line}:{span.column}"
+    place = f"{escape_invisible(span.source.path)}:{span.line}:{span.column}"
+    return f"{' ' * width}{paint(arrow, 'gutter')} {place}"
 
 
 def _marks(label: SpanLabel, sign: str, role: str) -> list[tuple[int, list[_LabelMark]]]:
-    """The label's part on its first line, by line; of a text in a block, its part on each line of that.
+    """Place the marks of a label on its first line or, for a block scalar, on each line of its text.
 
-    What else goes on below the first line is not drawn.
+    Nothing is drawn below the first line of other labels.
     """
     span = label.span
     line_start = span.source.line_start(span.line)
@@ -204,7 +235,7 @@ def _marked_lines(source: Source, marks: dict[int, list[_LabelMark]], width: int
 
 
 def _window(text: str, marks: list[_LabelMark]) -> tuple[str, Callable[[int], int]]:
-    """The part of a line to show, made safe, and where on the screen each offset of it lies."""
+    """Cut out the part of a line to show, made safe; map each offset of it to its column on the screen."""
     low, high = 0, len(text)
     if high > LONGEST_LINE:
         low = max(0, min((marks[0].start if marks else 0) - _LEAD, high - LONGEST_LINE))
@@ -218,14 +249,14 @@ def _window(text: str, marks: list[_LabelMark]) -> tuple[str, Callable[[int], in
 
 
 def _width(character: str) -> int:
-    """Columns a terminal gives to one character that is already safe."""
+    """Return the columns that a terminal gives to one character that is already safe."""
     if unicodedata.category(character) in ("Mn", "Me"):
         return 0
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
 
 
 def _rows_below(marks: list[_LabelMark], column_of: Callable[[int], int]) -> list[_Row]:
-    """The row of carets and dashes with the last label on it, then a row for each other label."""
+    """Draw the row of carets and dashes with the last label on it, then a row for each other label."""
     placed = [(column_of(m.start), max(column_of(m.end), column_of(m.start) + 1), m) for m in marks]
     first = _Row()
     for start, end, mark in sorted(placed, key=lambda item: item[2].sign == "^"):  # carets over dashes

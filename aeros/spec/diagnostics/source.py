@@ -1,7 +1,7 @@
-r"""Text that was read, and places in it: offsets count characters, lines and columns start at 1.
+r"""Source texts and places in them: offsets count characters; lines and columns start at 1.
 
-A line ends at "\n" and nowhere else, so a place is the same in every editor whatever other
-separators a file holds.
+A line ends at "\n" and nowhere else, so a place is the same in every editor, whatever other separators a file
+holds.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from aeros.spec.diagnostics.errors import MisuseError
 
 @dataclass(frozen=True, order=True)
 class Source:
-    """One text and the path it is shown under."""
+    """Text and the path it is shown under."""
 
     path: str
     text: str = field(repr=False)
@@ -31,36 +31,77 @@ class Source:
 
     @property
     def line_count(self) -> int:
-        r"""How many lines there are; an empty text has one, as has a text without any "\n"."""
+        r"""Number of lines; an empty text has one, as has a text without any "\n"."""
         return len(self._starts)
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Line and column of `offset`, both from 1; the end of the text has a position too."""
+        """Convert an offset to line and column.
+
+        Args:
+            offset: offset of a character, or the length of the text.
+
+        Returns:
+            Line and column, both from 1.
+
+        Raises:
+            MisuseError: the offset is outside the text.
+        """
         if not 0 <= offset <= len(self.text):
             raise MisuseError(f"offset {offset} is outside {self.path}")
         line = bisect_right(self._starts, offset)
         return line, offset - self._starts[line - 1] + 1
 
     def line_start(self, line: int) -> int:
-        """Offset of the first character of `line`."""
+        """Return the offset of a line.
+
+        Args:
+            line: number of the line, from 1.
+
+        Returns:
+            Offset of its first character.
+
+        Raises:
+            MisuseError: there is no such line.
+        """
         if not 1 <= line <= self.line_count:
             raise MisuseError(f"{self.path} has no line {line}")
         return self._starts[line - 1]
 
     def line_text(self, line: int) -> str:
-        r"""The characters of `line` without the line break, "\r\n" included."""
+        r"""Return the text of a line.
+
+        Args:
+            line: number of the line, from 1.
+
+        Returns:
+            Its characters, without the line break ("\n" or "\r\n").
+
+        Raises:
+            MisuseError: there is no such line.
+        """
         start = self.line_start(line)
         end = self._starts[line] - 1 if line < self.line_count else len(self.text)
         return self.text[start:end].removesuffix("\r")
 
     def span(self, start: int, end: int) -> SourceSpan:
-        """The characters from `start` up to, not including, `end`."""
+        """Make a span of this text.
+
+        Args:
+            start: offset of the first character.
+            end: offset after the last character.
+
+        Returns:
+            The span.
+
+        Raises:
+            MisuseError: an offset is outside the text, or `end` is before `start`.
+        """
         return SourceSpan(self, start, end)
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class SourceSpan:
-    """The characters of `source` from `start` up to, not including, `end`; empty when equal."""
+    """Characters of `source` from `start` up to, not including, `end`; empty if these are equal."""
 
     source: Source
     start: int
@@ -72,7 +113,7 @@ class SourceSpan:
 
     @property
     def text(self) -> str:
-        """The characters themselves."""
+        """Characters of the span."""
         return self.source.text[self.start : self.end]
 
     @property
@@ -96,7 +137,17 @@ class SourceSpan:
         return self.source.position(self.end)[1]
 
     def merge(self, other: SourceSpan) -> SourceSpan:
-        """The smallest span that holds both."""
+        """Return the smallest span that contains both.
+
+        Args:
+            other: another span of the same source.
+
+        Returns:
+            The span.
+
+        Raises:
+            MisuseError: `other` is of another source.
+        """
         if other.source != self.source:
             raise MisuseError("spans of two sources have no common cover")
         return SourceSpan(self.source, min(self.start, other.start), max(self.end, other.end))

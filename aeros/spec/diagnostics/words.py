@@ -1,4 +1,4 @@
-"""Text as words: in one case, in one spelling of each character, and whole."""
+"""Splitting of text into words, in one case and one Unicode spelling."""
 
 from __future__ import annotations
 
@@ -7,10 +7,16 @@ from itertools import groupby
 
 
 def normalized_words(text: str) -> tuple[str, ...]:
-    """The words of `text`: runs of letters with their marks, digits and `_`, whatever case they are in.
+    """Split text into words, casefolded and in Unicode form NFKC.
 
-    Marks belong to their letters: a vowel sign is as much of a word as a vowel, and é is é however it is
+    Marks belong to their letters: a vowel sign is as much part of a word as a vowel, and é is é however it is
     composed.
+
+    Args:
+        text: any text.
+
+    Returns:
+        The words: runs of letters with their marks, digits and `_`.
     """
     folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", text).casefold())
     return tuple("".join(run) for is_word, run in groupby(folded, _is_of_word) if is_word)

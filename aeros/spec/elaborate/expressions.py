@@ -132,7 +132,9 @@ def _report_errors(
         diagnostics.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
     except ExpressionTypeError as fault:
         secondary = (
-            () if fault.beside is None else (SpanLabel(_span(expression, fault.beside[0]), fault.beside[1]),)
+            ()
+            if fault.related is None
+            else (SpanLabel(_span(expression, fault.related[0]), fault.related[1]),)
         )
         diagnostics.error(
             fault.code,

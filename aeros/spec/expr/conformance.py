@@ -1,7 +1,6 @@
-"""The conformance suite: every back end decides random and boundary cases as `semantics.py` does.
+"""Conformance suite: every back end decides random and boundary cases as `semantics.py` does.
 
-A run that met no comparison that is hard to decide, or only one truth value, is no evidence and fails as
-well.
+A run fails too if it met no near tie, or only one truth value: such a run is no evidence.
 
 Needs hypothesis, a test extra: nothing in `aeros` imports this module.
 """
@@ -20,12 +19,12 @@ from aeros.spec.expr.lower import lower, values_by_scalar
 from aeros.spec.expr.random_conditions import VARIABLES, ConditionCase, Ranges, Raw, cases, exact_environment
 from aeros.spec.expr.semantics import evaluate, is_true
 
-_NEAR_TIE_TOLERANCE = Fraction(1, 2**48)  # of the two sides: nearer than this is a hard comparison
+_NEAR_TIE_TOLERANCE = Fraction(1, 2**48)  # relative: sides nearer than this are hard to compare
 
 
 @dataclass
 class CaseCoverage:
-    """What a run met."""
+    """Counts of the cases that a run met: conditions that are true, that are false, and near ties."""
 
     true: int = 0
     false: int = 0
@@ -33,11 +32,11 @@ class CaseCoverage:
 
 
 class Backend(Protocol):
-    """A way to decide a condition at given values."""
+    """Way to decide a condition at given values."""
 
     @property
     def name(self) -> str:
-        """Shown when it fails."""
+        """Name that error messages show."""
 
     def decide(
         self,
@@ -46,20 +45,40 @@ class Backend(Protocol):
         ranges: Ranges,
         values: Mapping[str, Raw],
     ) -> bool:
-        """Whether `term` holds at `values`, which are inside `ranges`."""
+        """Decide `term` at one point.
+
+        Args:
+            term: boolean term over `variables`, well typed, without past-time operators.
+            variables: every variable of the vocabulary, by name.
+            ranges: closed range (SI) of each real scalar variable, by its name.
+            values: measured value of each variable, inside `ranges`.
+
+        Returns:
+            The truth value of `term`.
+        """
 
 
 class BackendConformanceError(AssertionError):
-    """A back end differs from the definition, or a run was too easy to be evidence."""
+    """Back end that differs from the definition, or a run that was too easy to be evidence."""
 
 
 def check_backend(
     backend: Backend, max_examples: int = 200, *, seeded: bool = True, shrink: bool = True
 ) -> CaseCoverage:
-    """Raise `BackendConformanceError` unless `backend` decides every generated case as `semantics.evaluate` does.
+    """Compare a back end with `semantics.evaluate` on generated cases.
 
-    seeded: the same cases on every run; otherwise new ones.
-    shrink: look for a smaller failing case before reporting.
+    Args:
+        backend: the back end under test.
+        max_examples: number of cases.
+        seeded: take the same cases on every run; otherwise new ones.
+        shrink: look for a smaller failing case before reporting.
+
+    Returns:
+        Counts of the cases that the run met.
+
+    Raises:
+        BackendConformanceError: a decision differs from the definition, or the run met no true condition, no false
+            condition or no near tie.
     """
     coverage = CaseCoverage()
     phases = (Phase.generate, Phase.shrink) if shrink else (Phase.generate,)
@@ -90,7 +109,14 @@ def check_backend(
 
 
 def is_near_tie(case: ConditionCase) -> bool:
-    """Whether some comparison of the case has sides that are equal or nearly so, and not both constant."""
+    """Say if the two sides of some comparison in the case are equal or nearly so.
+
+    Args:
+        case: condition with a value for each variable. Its quantifiers are expanded.
+
+    Returns:
+        True if two sides differ by at most 2**-48 of the sum of their magnitudes.
+    """
     scalars = values_by_scalar(VARIABLES, exact_environment(case.values))
     pending = [lower(case.term)]
     while pending:

@@ -1,4 +1,7 @@
-"""Functions and comparisons that are written but are no terms: what stands for them."""
+"""Expansion of functions and norm comparisons into terms.
+
+They can be written in the expression language, but the term language has no nodes for them.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +15,41 @@ from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import Dimension
 
 ARITY = {"abs": 1, "norm": 1, "min": 2, "max": 2, "distance": 2, "dot": 2, "vec": 3, "clamp": 3}
-"""How many arguments each function takes."""
+"""Number of arguments of each function."""
 
 
 @dataclass(frozen=True, slots=True)
 class Norm:
-    """The irrational value sqrt(squared); only a comparison may consume it."""
+    """Irrational value sqrt(squared). Only a comparison may consume it."""
 
     squared: t.Term
     dimension: Dimension
 
 
 def dot(left: t.Term, right: t.Term) -> t.Term:
-    """The scalar product of two vectors."""
+    """Build the scalar product of two vectors.
+
+    Args:
+        left: vector term.
+        right: vector term.
+
+    Returns:
+        Real term, the sum of the three products of components.
+    """
     products = [t.Multiply(t.Component(left, axis), t.Component(right, axis)) for axis in range(3)]
     return t.Add(t.Add(products[0], products[1]), products[2])
 
 
 def expand_function(name: str, arguments: list[t.Term]) -> t.Term:
-    """The function `name` of real numbers."""
+    """Build the term for a call of a function of real numbers.
+
+    Args:
+        name: `abs`, `min`, `max`, `clamp` or `vec`.
+        arguments: real terms, as many as `ARITY` says, of one dimension.
+
+    Returns:
+        Real term, or the vector term of `vec`.
+    """
     match name:
         case "abs":
             return t.Absolute(arguments[0])
@@ -45,7 +64,18 @@ def expand_function(name: str, arguments: list[t.Term]) -> t.Term:
 
 
 def compare_norm(op: str, left: t.Term | Norm, right: t.Term | Norm) -> t.Term:
-    """`sqrt(a) op b` over the reals, without the root; `>` and `>=` were turned round before."""
+    """Build a comparison with `sqrt(squared)` over the reals, without the root.
+
+    `sqrt(a) <= b` means `0 <= b and a <= b*b`; `b <= sqrt(a)` means `b < 0 or b*b <= a`.
+
+    Args:
+        op: `<`, `<=`, `==` or `!=`. The caller has turned `>` and `>=` round by swapping the sides.
+        left: left side. At least one side is a `Norm`.
+        right: right side.
+
+    Returns:
+        Boolean term without roots, equivalent over the reals.
+    """
     if isinstance(left, Norm) and isinstance(right, Norm):
         squares = t.Compare(
             cast('OneOf["<", "<=", "=="]', "==" if op == "!=" else op), left.squared, right.squared

@@ -1,7 +1,7 @@
-"""Exact rationals as doubles that keep to their range.
+"""Conversion of exact rationals to doubles that stay inside their range.
 
-The double nearest to 1/10 is larger than 1/10, and every bound is exact; so the value that stands
-exactly on its bound is rounded inwards, or it would be denied.
+The double nearest to 1/10 is larger than 1/10, and bounds are exact. So a value exactly on its bound is
+rounded inwards; otherwise it would be denied.
 """
 
 from __future__ import annotations
@@ -13,7 +13,15 @@ from typing import Any
 
 
 def adjacent_doubles(value: Fraction) -> tuple[float, float]:
-    """The largest double <= value and the smallest double >= value; infinite beyond the doubles."""
+    """Return the doubles just below and just above a rational.
+
+    Args:
+        value: any rational.
+
+    Returns:
+        The largest double <= value and the smallest double >= value: equal if `value` is a double, infinite
+        beyond the range of doubles.
+    """
     try:
         nearest = float(value)
     except OverflowError:
@@ -27,9 +35,18 @@ def adjacent_doubles(value: Fraction) -> tuple[float, float]:
 
 
 def nearest_double_in_range(value: Fraction, bounds: tuple[Fraction, Fraction] | None) -> float:
-    """The double nearest to `value`, or the next one inwards where rounding would leave the closed `bounds`.
+    """Round a rational to a double without leaving its range.
 
-    A `value` outside `bounds` stays outside.
+    Args:
+        value: rational inside the range of doubles.
+        bounds: closed range (low, high) in the unit of `value`; None for no range.
+
+    Returns:
+        The double nearest to `value`, or the next one inwards where rounding would leave `bounds`. A `value`
+        outside `bounds` stays outside.
+
+    Raises:
+        OverflowError: `value` is beyond the range of doubles.
     """
     nearest = float(value)
     if bounds is not None:
@@ -42,7 +59,14 @@ def nearest_double_in_range(value: Fraction, bounds: tuple[Fraction, Fraction] |
 
 
 def to_doubles(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Exact values by name as code outside the proofs takes them: every rational as the nearest double."""
+    """Round all rationals in a mapping to the nearest doubles, for code that does not compute exactly.
+
+    Args:
+        values: exact values by name; tuples are converted element by element.
+
+    Returns:
+        The same mapping with doubles in place of fractions. Other values stay as they are.
+    """
     return {name: _to_double(value) for name, value in values.items()}
 
 

@@ -1,4 +1,4 @@
-"""Whether a term of type real is a whole number whatever its variables are."""
+"""Check that a real term is a whole number for all values of its variables."""
 
 from __future__ import annotations
 
@@ -9,7 +9,15 @@ from aeros.spec.expr.types import FamilyType, IntegerType
 
 
 def is_integral(term: t.Term) -> bool:
-    """Whether `term` is whole for all values of its variables; False where that cannot be seen."""
+    """Say if a term is whole for all values of its variables.
+
+    Args:
+        term: real term.
+
+    Returns:
+        True if the structure of `term` shows that it is whole; False if not, even where it happens to be
+        whole.
+    """
     match term:
         case t.Literal(value=Fraction(denominator=1)):
             return True

@@ -1,8 +1,8 @@
-"""Typed terms → the scalar core: no vectors, families, tables, quantifiers or bound variables left.
+"""Lowering of typed terms to the scalar core.
 
-What back ends compile is small because this is where the language's conveniences end.  The core is
-a subset of the same terms, so `semantics.evaluate` gives both sides meaning, and the conformance
-suite holds `evaluate(lower(term), scalars_of(env)) == evaluate(term, env)`.
+The scalar core has no vectors, families, tables, quantifiers or bound variables, so back ends are small. It
+is a subset of the same terms, so `semantics.evaluate` gives both sides their meaning. The conformance suite
+checks `evaluate(lower(term), values_by_scalar(variables, env)) == evaluate(term, env)`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,15 @@ _Indices = Mapping[str, str]  # the member each bound variable stands for
 
 @lru_cache(4096)
 def scalar_variables(variable: t.Variable) -> tuple[t.Variable, ...]:
-    """The scalar variables that a variable is made of: `p.x`, `q[j1]`, or itself."""
+    """Return the scalar variables that a variable consists of.
+
+    Args:
+        variable: free variable of any type.
+
+    Returns:
+        `p.x`, `p.y`, `p.z` for a vector `p`; `q[member]` in index order for a family `q`; else the variable
+        itself.
+    """
     match variable.type:
         case VectorType(dimension=dimension):
             type_ = RealType(dimension)
@@ -38,7 +46,15 @@ def scalar_variables(variable: t.Variable) -> tuple[t.Variable, ...]:
 
 
 def values_by_scalar(variables: Mapping[str, t.Variable], env: Environment) -> dict[str, Value]:
-    """`env` by scalar variable."""
+    """Split an environment into values of scalar variables.
+
+    Args:
+        variables: declared variables by name.
+        env: value of each of them.
+
+    Returns:
+        Value of each scalar variable by its name, as `p.x` or `q[j1]`.
+    """
     scalars: dict[str, Value] = {}
     for name, variable in variables.items():
         parts = scalar_variables(variable)
@@ -49,16 +65,22 @@ def values_by_scalar(variables: Mapping[str, t.Variable], env: Environment) -> d
 
 
 def size_bounds(term: t.Term) -> tuple[int, int]:
-    """Bounds on the number of nodes and on the height of `lower(term)`, found without lowering.
+    """Bound the size of `lower(term)` without lowering.
 
-    A few characters can stand for more nodes than any machine holds: each `dot` repeats its vectors
-    six times, each quantifier its body once for each member.
+    A few characters can stand for more nodes than any machine holds: each `dot` repeats its vectors six
+    times, and each quantifier repeats its body once for each member.
+
+    Args:
+        term: typed term.
+
+    Returns:
+        Upper bounds on the number of nodes and on the height of the lowered term.
     """
     return _size_bounds(term, {})
 
 
 def _size_bounds(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
-    """As `size_bounds`; `known` is by identity, for shared sub-terms are many."""
+    """Do as `size_bounds`; `known` caches by identity, since many sub-terms are shared."""
     if id(term) in known:
         return known[id(term)]
     parts = [_size_bounds(child, known) for child in t.children(term)]
@@ -79,9 +101,16 @@ def _size_bounds(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, 
 
 
 def lower(term: t.Term) -> t.Term:
-    """The scalar core of a boolean or real `term`, with constants folded."""
+    """Rewrite a term to the scalar core and fold constants.
+
+    Args:
+        term: boolean or real term without past-time operators.
+
+    Returns:
+        Equivalent term over scalar variables, cached.
+    """
     if isinstance(term, t.And):
-        # The rules of a site are joined anew for each skill and kind; each of them is lowered once.
+        # A site's rules are joined anew for each skill and action kind; each rule is lowered only once.
         return _junction([lower(operand) for operand in term.operands], neutral=True)
     return _lower(term)
 
@@ -186,7 +215,7 @@ def _select(family: t.Variable | t.ConstantTable, index: t.Term) -> t.Term:
 
 
 def _fold(term: t.Term) -> t.Term:
-    """`term` evaluated, if all its operands are constants."""
+    """Evaluate `term` if all its operands are constants."""
     if not all(isinstance(child, t.Literal) for child in t.children(term)):
         return term
     value = evaluate(term, {})
@@ -214,7 +243,7 @@ def _negate(term: t.Term) -> t.Term:
 
 
 def _junction(parts: list[t.Term], *, neutral: bool) -> t.Term:
-    """Conjunction (`neutral` true) or disjunction of `parts`, flattened."""
+    """Build the conjunction (`neutral` true) or disjunction of `parts`, flattened."""
     node = t.And if neutral else t.Or
     flat: list[t.Term] = []
     for part in parts:

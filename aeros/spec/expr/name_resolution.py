@@ -1,4 +1,4 @@
-"""What names mean where they stand: indices, variables, constants, members, inputs and parameters."""
+"""Resolution of names: indices, variables, constants, members, inputs and parameters."""
 
 from __future__ import annotations
 
@@ -12,11 +12,24 @@ from aeros.spec.expr.types import EnumType, IntegerType, RealType, Type, VectorT
 from aeros.spec.expr.units import NUMBER
 
 Bound = Mapping[str, t.BoundVariable]
-"""The indices of the quantifiers around, by name."""
+"""Indices of the enclosing quantifiers, by name."""
 
 
 def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) -> tuple[t.Term, Type]:
-    """What a name alone means, and its type; `hint` decides which enum a member is of."""
+    """Resolve a name that stands alone.
+
+    Args:
+        node: the name.
+        scope: declared names.
+        bound: indices of the enclosing quantifiers, by name.
+        hint: type that the context expects; it chooses the enum of a bare member.
+
+    Returns:
+        The term and its type.
+
+    Raises:
+        ExpressionTypeError: the name is not declared, or is a member of several enums and no hint decides.
+    """
     text = node.text
     if text in bound:
         return bound[text], bound[text].type
@@ -51,7 +64,18 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
 
 
 def resolve_attribute(node: s.Attribute, scope: Scope) -> tuple[t.Term, Type] | None:
-    """What `inputs.NAME` or `ROLE.PARAMETER` means, and its type; None if it is neither."""
+    """Resolve `inputs.NAME` or `ROLE.PARAMETER`.
+
+    Args:
+        node: the attribute expression.
+        scope: declared inputs and roles.
+
+    Returns:
+        The variable and its type; None if the base is neither `inputs` nor a role.
+
+    Raises:
+        ExpressionTypeError: the input or parameter is not declared.
+    """
     if not isinstance(node.base, s.Name):
         return None
     base, text = node.base.text, node.name.text
@@ -69,19 +93,42 @@ def resolve_attribute(node: s.Attribute, scope: Scope) -> tuple[t.Term, Type] | 
 
 
 def value_type(type_: Type) -> Type:
-    """The type that a variable of `type_` is read as."""
+    """Return the type that a variable is read as.
+
+    Args:
+        type_: declared type.
+
+    Returns:
+        A dimensionless real for an integer; otherwise `type_`.
+    """
     return RealType(NUMBER) if isinstance(type_, IntegerType) else type_
 
 
 def not_a_member(name: s.Name, enum: EnumType) -> ExpressionTypeError:
-    """The fault of a name that is no member of `enum`."""
+    """Build the error for a name that is no member of an enum.
+
+    Args:
+        name: the name, with its place.
+        enum: the enum that was expected.
+
+    Returns:
+        The error, which lists the members or suggests the nearest one.
+    """
     members = ", ".join(f"`{member}`" for member in enum.members)
     cure = suggest_names(name.text, enum.members) or f"{enum} is one of {members}"
     return ExpressionTypeError("AE202", f"`{name.text}` is not a member of {enum}", name.extent, cure=cure)
 
 
 def suggest_names(name: str, candidates: Iterable[str]) -> str | None:
-    """The cure of a name that is nearly one of `candidates`."""
+    """Suggest a similar name.
+
+    Args:
+        name: unknown name.
+        candidates: names that are declared.
+
+    Returns:
+        A help text that proposes the nearest candidate; None if none is near.
+    """
     candidate = did_you_mean(name, candidates)
     return None if candidate is None else f"did you mean `{candidate}`?"
 

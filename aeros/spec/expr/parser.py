@@ -1,4 +1,7 @@
-"""Expression text → surface syntax.  Recursive descent; each method's docstring is its grammar rule."""
+"""Parser from expression text to surface syntax.
+
+Recursive descent. The docstring of each method of `_Parser` is its grammar rule.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ _COMPARISONS = ("<", "<=", "==", "!=", ">=", ">")
 
 
 class ExpressionSyntaxError(Exception):
-    """The text is not an expression; `extent` is where, `help` a cure if one is known."""
+    """Text that is not an expression: `extent` says where, `help` what to do, if that is known."""
 
     def __init__(self, message: str, extent: TextRange, help_: str | None = None) -> None:
         super().__init__(message)
@@ -49,7 +52,17 @@ class _Token:
 
 
 def parse(text: str) -> s.Node:
-    """The syntax tree of `text`; raises `ExpressionSyntaxError` where it is not an expression."""
+    """Parse an expression.
+
+    Args:
+        text: expression of at most `MAX_LENGTH` characters.
+
+    Returns:
+        Its syntax tree, at most `MAX_HEIGHT` high.
+
+    Raises:
+        ExpressionSyntaxError: the text is not an expression, is too long or is nested too deeply.
+    """
     if len(text) > MAX_LENGTH:
         raise ExpressionSyntaxError(
             f"this expression has {len(text)} characters; {MAX_LENGTH} are allowed",
@@ -62,7 +75,7 @@ def parse(text: str) -> s.Node:
 
 
 def _check_height(root: s.Node) -> None:
-    """Refuse trees that later, recursive passes could not walk; a long sum is as high as it is long."""
+    """Refuse trees that the later, recursive passes cannot walk; a long sum is as high as it is long."""
     pending = [(root, 1)]
     while pending:
         node, height = pending.pop()
@@ -81,18 +94,18 @@ def _tokens(text: str) -> list[_Token]:
     tokens: list[_Token] = []
     position = 0
     while position < len(text):
-        found = _TOKEN.match(text, position)
-        if found is None:
+        match = _TOKEN.match(text, position)
+        if match is None:
             raise _unexpected_character(text, position)
-        kind, end = found.lastgroup or "", found.end()
+        kind, end = match.lastgroup or "", match.end()
         if kind == "number":
             unit, end = _unit_after(text, end)
-            tokens.append(_Token("number", found.group(), TextRange(position, end), unit))
+            tokens.append(_Token("number", match.group(), TextRange(position, end), unit))
         elif kind == "word":
-            actual = "keyword" if found.group() in KEYWORDS else "word"
-            tokens.append(_Token(actual, found.group(), TextRange(position, end)))
+            actual = "keyword" if match.group() in KEYWORDS else "word"
+            tokens.append(_Token(actual, match.group(), TextRange(position, end)))
         elif kind == "symbol":
-            tokens.append(_Token("symbol", found.group(), TextRange(position, end)))
+            tokens.append(_Token("symbol", match.group(), TextRange(position, end)))
         position = end
     tokens.append(_Token("end", "", TextRange(len(text), len(text))))
     return tokens
@@ -108,7 +121,7 @@ def _unexpected_character(text: str, position: int) -> ExpressionSyntaxError:
 
 
 def _unit_after(text: str, end: int) -> tuple[Unit, int]:
-    """The unit that follows a numeral, after at most one blank, unless it is the head of a longer word."""
+    """Find the unit after a numeral and at most one blank, unless it is the head of a longer word."""
     start = end + 1 if text[end : end + 1] == " " else end
     if text[start : start + 1] == "%" or text[start : start + 1].isalpha():
         matched = match_unit(text, start)
@@ -330,7 +343,7 @@ class _Parser:
         return node
 
     def _text_since(self, start: _Token) -> TextRange:
-        """All that was read from `start` on, the brackets around operands included."""
+        """Return the range of all text read from `start` on, including the brackets around operands."""
         return TextRange(start.extent.start, self._tokens[self._position - 1].extent.end)
 
     @property
@@ -359,5 +372,5 @@ class _Parser:
 
     def _fault(self, expected: str) -> ExpressionSyntaxError:
         token = self._next
-        found = "the expression ends here" if token.kind == "end" else f"found `{token.text}`"
-        return ExpressionSyntaxError(f"{expected}, but {found}", token.extent)
+        instead = "the expression ends here" if token.kind == "end" else f"found `{token.text}`"
+        return ExpressionSyntaxError(f"{expected}, but {instead}", token.extent)

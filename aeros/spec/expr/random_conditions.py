@@ -1,10 +1,10 @@
-"""Cases for the expression language: random well-typed conditions, each with ranges and values.
+"""Test cases for the expression language: random well-typed conditions, each with ranges and values.
 
-They hold every kind of node, every type, ranges from subnormal to near overflow, and values where
-deciding is hard: ends of ranges, constants of the term and their neighbouring doubles, -0.0,
-subnormals, and comparisons whose two sides are equal, or equal but for less than a rounding error.
+They contain every kind of node, every type, ranges from subnormal to near overflow, and values where deciding
+is hard: ends of ranges, constants of the term and the doubles next to them, -0.0, subnormals, and comparisons
+whose sides are equal or differ by less than a rounding error.
 
-Needs hypothesis, a test extra: nothing in `aeros` imports this module but the conformance suite.
+Needs hypothesis, a test extra: in `aeros`, only the conformance suite imports this module.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ _CONSTANTS = tuple(
 
 @dataclass(frozen=True)
 class ConditionCase:
-    """A well-typed condition, the ranges of its real scalars, and a value for each variable."""
+    """Well-typed condition, ranges of its real scalars, and a value for each variable."""
 
     term: t.Term
     ranges: Ranges
@@ -90,12 +90,26 @@ class ConditionCase:
 
 
 def exact_environment(values: Mapping[str, Raw]) -> Environment:
-    """`values` as the rationals that the doubles denote."""
+    """Convert measured values to the rationals that the doubles denote.
+
+    Args:
+        values: measured values by variable.
+
+    Returns:
+        Exact values by variable.
+    """
     return {name: _exact(value) for name, value in values.items()}
 
 
 def to_scalars(values: Mapping[str, Raw]) -> dict[str, float | bool | str]:
-    """`values` by scalar variable."""
+    """Split measured values into values of scalar variables.
+
+    Args:
+        values: measured value of each of `VARIABLES`.
+
+    Returns:
+        Value of each scalar variable by its name.
+    """
     scalars = values_by_scalar(VARIABLES, cast("Environment", values))
     return cast("dict[str, float | bool | str]", scalars)
 
@@ -108,7 +122,14 @@ def _exact(value: Raw) -> Value:
 
 @st.composite
 def cases(draw: st.DrawFn) -> ConditionCase:
-    """Conditions with values; half of them with a comparison made hard for these values."""
+    """Generate conditions with values; half of them have a comparison made hard for these values.
+
+    Args:
+        draw: provided by hypothesis.
+
+    Returns:
+        A strategy for cases.
+    """
     ranges = draw(vocabulary_ranges())
     builder = _TermGenerator(draw)
     easy = builder.boolean(draw(st.integers(1, 4)))
@@ -117,30 +138,51 @@ def cases(draw: st.DrawFn) -> ConditionCase:
         return ConditionCase(easy, ranges, values)
     hard = builder.near_tie(exact_environment(values))
     joins: list[Callable[[t.Term, t.Term], t.Term]] = [
-        lambda one, _: one,
-        lambda one, other: t.And((one, other)),
-        lambda one, other: t.Or((other, one)),
-        lambda one, other: t.Implies(one, other),
-        lambda one, other: t.Conditional(one, other, t.Not(other)),
+        lambda hard, _: hard,
+        lambda hard, easy: t.And((hard, easy)),
+        lambda hard, easy: t.Or((easy, hard)),
+        lambda hard, easy: t.Implies(hard, easy),
+        lambda hard, easy: t.Conditional(hard, easy, t.Not(easy)),
     ]
     return ConditionCase(draw(st.sampled_from(joins))(hard, easy), ranges, values)
 
 
 @st.composite
 def conditions(draw: st.DrawFn) -> t.Term:
-    """Well-typed boolean terms over `VARIABLES`."""
+    """Generate well-typed boolean terms over `VARIABLES`.
+
+    Args:
+        draw: provided by hypothesis.
+
+    Returns:
+        A strategy for boolean terms.
+    """
     return _TermGenerator(draw).boolean(draw(st.integers(1, 4)))
 
 
 @st.composite
 def reals(draw: st.DrawFn) -> t.Term:
-    """Well-typed real terms over `VARIABLES`, in metres."""
+    """Generate well-typed real terms over `VARIABLES`, in metres.
+
+    Args:
+        draw: provided by hypothesis.
+
+    Returns:
+        A strategy for real terms.
+    """
     return _TermGenerator(draw).real(draw(st.integers(1, 4)), LENGTH)
 
 
 @st.composite
 def vocabulary_ranges(draw: st.DrawFn) -> Ranges:
-    """One range for each declared variable, shared by its scalars as in a vocabulary."""
+    """Generate one range for each declared variable; its scalars share it, as in a vocabulary.
+
+    Args:
+        draw: provided by hypothesis.
+
+    Returns:
+        A strategy for closed ranges (SI) by name of the real scalar variable.
+    """
     return {
         scalar.name: bounds
         for variable in VARIABLES.values()
@@ -153,7 +195,16 @@ def vocabulary_ranges(draw: st.DrawFn) -> Ranges:
 
 @st.composite
 def environments(draw: st.DrawFn, term: t.Term, ranges: Ranges) -> Mapping[str, Raw]:
-    """Values inside `ranges`, often at a boundary of `term` or of double arithmetic."""
+    """Generate values inside ranges, often at a boundary of a term or of double arithmetic.
+
+    Args:
+        draw: provided by hypothesis.
+        term: its constants are drawn often, and the doubles next to them.
+        ranges: closed range of each real scalar variable.
+
+    Returns:
+        A strategy for one measured value per variable.
+    """
     special = _constants_of(term) | {Fraction(0), Fraction(1, 2**1074), Fraction(-1, 2**1022)}
     return {name: draw(_value(variable, ranges, special)) for name, variable in VARIABLES.items()}
 
@@ -174,7 +225,7 @@ def _value(variable: t.Variable, ranges: Ranges, special: set[Fraction]) -> st.S
 
 
 def _double(low: Fraction, high: Fraction, special: set[Fraction]) -> st.SearchStrategy[float]:
-    """Doubles in the closed range: any, its ends, and those nearest to the special values."""
+    """Generate doubles in the closed range: any, its ends, and those nearest to the special values."""
     least, greatest = _double_inside(low, math.inf), _double_inside(high, -math.inf)
     near = {double for value in (low, high, *special) for double in _neighbouring_doubles(value)}
     near = {double for double in near if least <= double <= greatest}
@@ -188,7 +239,7 @@ def _double(low: Fraction, high: Fraction, special: set[Fraction]) -> st.SearchS
 
 @cache
 def _neighbouring_doubles(value: Fraction) -> tuple[float, ...]:
-    """The double nearest to `value` and the two beside it."""
+    """Return the double nearest to `value` and its two neighbours."""
     if abs(value) > Fraction(10) ** 308:
         return ()
     double = float(value)
@@ -197,27 +248,27 @@ def _neighbouring_doubles(value: Fraction) -> tuple[float, ...]:
 
 @cache
 def _double_inside(end: Fraction, inwards: float) -> float:
-    """The double nearest to `end` that is not outside it."""
+    """Return the double nearest to `end` that is not outside it."""
     nearest = float(end)
     outside = Fraction(nearest) < end if inwards > 0 else Fraction(nearest) > end
     return math.nextafter(nearest, inwards) if outside else nearest
 
 
 def _constants_of(term: t.Term) -> set[Fraction]:
-    found: set[Fraction] = set()
+    constants: set[Fraction] = set()
     pending = [term]
     while pending:
         current = pending.pop()
         pending.extend(t.children(current))
         if isinstance(current, t.Literal) and isinstance(current.value, Fraction):
-            found.add(current.value)
+            constants.add(current.value)
         elif isinstance(current, t.ConstantTable):
-            found.update(current.values)
-    return found
+            constants.update(current.values)
+    return constants
 
 
 class _TermGenerator:
-    """Draws well-typed terms; `depth` is how many more levels may be nested."""
+    """Generator of well-typed terms. `depth` is the number of levels that may still be nested."""
 
     def __init__(self, draw: st.DrawFn) -> None:
         self._draw = draw
@@ -230,7 +281,7 @@ class _TermGenerator:
         return tuple(self.boolean(depth) for _ in range(self._draw(st.integers(0, 3))))
 
     def boolean(self, depth: int) -> t.Term:
-        """A condition."""
+        """Draw a condition."""
         if depth <= 0:
             return self._pick(
                 lambda: VARIABLES["a"],
@@ -274,7 +325,7 @@ class _TermGenerator:
         return body
 
     def comparison(self, depth: int) -> t.Term:
-        """Two reals compared."""
+        """Draw a comparison of two reals."""
         dimension = self._draw(st.sampled_from((NUMBER, LENGTH, _AREA)))
         return t.Compare(self._op(), self.real(depth, dimension), self.real(depth, dimension))
 
@@ -282,7 +333,7 @@ class _TermGenerator:
         return self._draw(st.sampled_from(("<", "<=", "==")))
 
     def near_tie(self, env: Environment) -> t.Term:
-        """A comparison whose sides are equal under `env`, or differ by less than they can be computed to."""
+        """Draw a comparison whose sides are equal under `env`, or differ by less than rounding errors."""
         one, two, three = (self.real(self._draw(st.sampled_from((0, 0, 1))), LENGTH) for _ in range(3))
         factor = self.real(self._draw(st.sampled_from((0, 1))), NUMBER)
         sums = (t.Add(t.Add(one, two), three), t.Add(one, t.Add(two, three)))
@@ -304,12 +355,12 @@ class _TermGenerator:
         return t.Compare(self._op(), left, right)
 
     def _adjacent_value(self, value: Fraction) -> Fraction:
-        """`value`, or a number so near that rounding can hide the difference."""
+        """Draw `value`, or a number so near that rounding can hide the difference."""
         relative = self._draw(st.sampled_from((Fraction(0), Fraction(1, 2**53), Fraction(-1, 2**60))))
         return value + value * relative
 
     def real(self, depth: int, dimension: Dimension) -> t.Term:
-        """A real of `dimension`: a number, a length or an area."""
+        """Draw a real term of `dimension`: a number, a length or an area."""
         if depth <= 0:
             return self._pick(
                 lambda: t.Literal(self._draw(st.sampled_from(_CONSTANTS)), RealType(dimension)),
@@ -352,7 +403,7 @@ class _TermGenerator:
         return t.Multiply(self.real(depth, NUMBER), self.real(depth, dimension))
 
     def vector(self, depth: int) -> t.Term:
-        """A vector in metres."""
+        """Draw a vector term in metres."""
         if depth <= 0:
             return self._draw(st.sampled_from((VARIABLES["p"], VARIABLES["q"])))
         below = depth - 1
@@ -365,7 +416,7 @@ class _TermGenerator:
         )
 
     def enum(self, depth: int, enum: EnumType) -> t.Term:
-        """A member: fixed, measured, bound by a quantifier around it, or chosen."""
+        """Draw a member: a constant, a variable, an enclosing quantifier's index, or a choice of two."""
         leaves: list[t.Term] = [t.Literal(member, enum) for member in enum.members]
         leaves += [variable for variable in VARIABLES.values() if variable.type == enum] * 2
         leaves += [index for index in self._bound if index.type == enum] * 3

@@ -1,4 +1,4 @@
-"""What the names of an expression may mean where it stands, and the fault of one that means nothing."""
+"""Names that an expression may use, and the error for an expression that does not type-check."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aeros.spec.expr.types import EnumType
 
 @dataclass(frozen=True, slots=True)
 class AxisAlignedBox:
-    """An axis-aligned closed box in the world frame W; corners in metres."""
+    """Closed axis-aligned box in the world frame W. Corners in metres."""
 
     lower: tuple[Fraction, Fraction, Fraction]
     upper: tuple[Fraction, Fraction, Fraction]
@@ -21,10 +21,16 @@ class AxisAlignedBox:
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """What the names of an expression may mean.
+    """Names that an expression may use, with their meaning.
 
-    roles: parameters by name, of each action that a joint rule speaks of.
-    past: whether past-time operators may look back.
+    Attributes:
+        variables: state variables and, where an action is decided, its parameters.
+        inputs: inputs of the skill, written `inputs.NAME`.
+        constants: constant terms of the site.
+        enums: enumerations, which are also the sets of quantifiers.
+        volumes: boxes in W that `in` tests.
+        roles: parameters by name, of each action that a joint rule speaks of.
+        past: True if past-time operators are allowed.
     """
 
     variables: Mapping[str, t.Variable]
@@ -37,7 +43,16 @@ class Scope:
 
 
 class ExpressionTypeError(Exception):
-    """An expression that parses but means nothing: code, where, what stands beside it, and the cure."""
+    """Expression that parses but does not type-check.
+
+    Attributes:
+        code: id of the diagnostic.
+        message: the problem, in one sentence.
+        extent: where it is.
+        label: text shown at `extent`.
+        related: a second place with its label, as the other side of a comparison; None if there is none.
+        cure: what to do; None if that is not known.
+    """
 
     def __init__(
         self,
@@ -46,7 +61,7 @@ class ExpressionTypeError(Exception):
         extent: TextRange,
         *,
         label: str = "",
-        beside: tuple[TextRange, str] | None = None,
+        related: tuple[TextRange, str] | None = None,
         cure: str | None = None,
     ) -> None:
         super().__init__(message)
@@ -54,5 +69,5 @@ class ExpressionTypeError(Exception):
         self.message = message
         self.extent = extent
         self.label = label
-        self.beside = beside
+        self.related = related
         self.cure = cure

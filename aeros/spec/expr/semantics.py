@@ -1,13 +1,12 @@
-"""What a term means: the exact, slow interpreter.  This is the definition; back ends agree with it.
+"""Exact, slow interpreter of terms: the definition that all back ends agree with.
 
-Values are bool, `Fraction` (SI; a double is the rational it denotes), enum members as str,
-3-tuples of `Fraction` for vectors, and tuples in index order for families.  Evaluation is total:
-every well-typed term has a value under every environment that gives its free variables values of
-their types.  There is no division, and no operand that could fail, so stopping early cannot hide
-anything.
+Values are bool, `Fraction` (SI; a double is the rational it denotes), enum members as str, 3-tuples of
+`Fraction` for vectors, and tuples in index order for families. Evaluation is total: every well-typed term has
+a value under every environment that gives its free variables values of their types. There is no division, and
+no operand can fail, so stopping early cannot hide an error.
 
-Past-time operators look back along a trace: the moments at which the state was measured, up to the
-present one.  Without a trace the present moment is the first.
+Past-time operators look back along a trace: the measured states up to and including the present one. Without
+a trace, the present state is the first.
 """
 
 from __future__ import annotations
@@ -24,20 +23,27 @@ Environment = Mapping[str, Value]
 
 
 class TimedState(NamedTuple):
-    """What was measured at one time, in seconds."""
+    """State measured at one time, in seconds."""
 
     time: Fraction
     values: Environment
 
 
 Trace = Sequence[TimedState]
-"""Moments in order of time; the last is the present."""
+"""States in order of time; the last is the present one."""
 
 
 def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
-    """The value of `term` where `env` gives each free variable's value by name.
+    """Compute the value of a term.
 
-    trace: what past-time operators look back along; its last moment is that of `env`.
+    Args:
+        term: well-typed term.
+        env: value of each free variable and of each enclosing quantifier's index, by name.
+        trace: states that past-time operators look back along; the last one is `env`. Empty if there is no
+            past.
+
+    Returns:
+        Truth value, exact real (SI), enum member, vector or family.
     """
     match term:
         case t.Literal(value=value):
@@ -100,14 +106,23 @@ def evaluate(term: t.Term, env: Environment, trace: Trace = ()) -> Value:
 
 
 def is_true(term: t.Term, env: Environment, trace: Trace = ()) -> bool:
-    """Whether the boolean `term` is true under `env`."""
+    """Evaluate a boolean term.
+
+    Args:
+        term: well-typed boolean term.
+        env: value of each free variable, by name.
+        trace: states that past-time operators look back along, as in `evaluate`.
+
+    Returns:
+        The truth value of `term`.
+    """
     return cast("bool", evaluate(term, env, trace))
 
 
 def _evaluate_since(
     sustained: t.Term, reset: t.Term, window_s: Fraction | None, env: Environment, trace: Trace
 ) -> bool:
-    """Looks back moment by moment, until `reset` held, or `kept` did not, or time is up."""
+    """Look back state by state until `reset` held, `sustained` did not hold, or the window ends."""
     for end in range(len(trace), 0, -1):
         if window_s is not None and _age_of_last(trace, end) > window_s:
             return False
@@ -119,12 +134,12 @@ def _evaluate_since(
 
 
 def _age_of_last(trace: Trace, end: int) -> Fraction:
-    """Seconds from the last moment of `trace[:end]` to the present."""
+    """Return the seconds from the last state of `trace[:end]` to the present."""
     return trace[-1].time - trace[end - 1].time
 
 
 def _held_at_end(term: t.Term, env: Environment, then: Trace) -> bool:
-    """Whether `term` held at the last moment of `then`; indices keep the members they have in `env`."""
+    """Evaluate `term` at the last state of `then`; quantifier indices keep the members they have in `env`."""
     return is_true(term, {**env, **then[-1].values}, then)
 
 

@@ -1,4 +1,4 @@
-"""Which parts of a condition are not as required: each quantity, its value, the bound it does not keep."""
+"""Explanation of a condition that does not hold: each violated bound with the measured value."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from aeros.spec.expr.units import NUMBER, Dimension
 from aeros.spec.expr.unparse import unparse
 
 _LIMIT: Final = {"<=": "at most", "<": "below", "==": "exactly"}
-"""What the right side is to the left one, by the comparison that was to hold."""
+"""Relation that the left side must have to the right one, by the comparison that must hold."""
 
 _MIRRORED_PHRASES: Final = {"<=": "at least", "<": "above", "==": "exactly"}
-"""The same of the left side to the right one."""
+"""Relation that the right side must have to the left one."""
 
 _NEGATED: Final = {"<=": "above", "<": "at least", "==": "other than"}
 _NEGATED_MIRRORED_PHRASES: Final = {"<=": "below", "<": "at most", "==": "other than"}
@@ -28,12 +28,15 @@ _DIGITS: Final = (4, 6, 9, 17)
 
 @dataclass(frozen=True, slots=True)
 class UnmetBound:
-    """One part of a condition that is not as required.
+    """One part of a condition that does not hold as required.
 
-    quantity: as an expression; empty where the condition is never met, whatever is measured.
-    value, bound: float in SI, bool or word; a value of None is not known, and `reason` says why.
-    asked: what the value is to be to the bound, as in `at most`.
-    unit: of both, SI; empty of truth values, words and bare numbers.
+    Attributes:
+        quantity: an expression; empty if no state can meet the condition.
+        value: measured value: float in SI, bool or word; None if it is not known, and `reason` says why.
+        required_op: relation of the value to the bound that was required, as `at most`.
+        bound: float in SI, bool or word.
+        unit: SI unit of value and bound; empty for truth values, words and bare numbers.
+        reason: why the value is not known.
     """
 
     quantity: str
@@ -54,50 +57,62 @@ class UnmetBound:
         return f"{self.quantity} is {value} ({self.required_op} {bound})"
 
     def formatted_values(self) -> tuple[str, str]:
-        """Value and bound, of numbers as many digits as tell them apart."""
+        """Format value and bound with as many digits as it takes for them to differ.
+
+        Returns:
+            The two texts, with unit; equal only if 17 digits do not separate them.
+        """
         for digits in _DIGITS:
-            told = _format_value(self.value, self.unit, digits), _format_value(self.bound, self.unit, digits)
-            if told[0] != told[1]:
+            texts = _format_value(self.value, self.unit, digits), _format_value(self.bound, self.unit, digits)
+            if texts[0] != texts[1]:
                 break
-        return told
+        return texts
 
 
 def unmet_bounds(term: t.Term, values: Mapping[str, Any]) -> tuple[UnmetBound, ...]:
-    """Why `term` does not hold at `values`: exact values by variable, or float, bool or str by scalar one."""
+    """Explain why a condition does not hold.
+
+    Args:
+        term: condition without past-time operators.
+        values: exact values by variable, or float, bool or str by scalar variable.
+
+    Returns:
+        The parts that do not hold, each once; empty if `term` holds.
+    """
     exact = {name: _exact(value) for name, value in values.items()}
-    return tuple(dict.fromkeys(_violated_parts(lower(term), exact, wanted=True)))
+    return tuple(dict.fromkeys(_violated_parts(lower(term), exact, expected=True)))
 
 
-def _violated_parts(term: t.Term, values: Environment, *, wanted: bool) -> Iterator[UnmetBound]:
-    """The parts of a term of the scalar core that are on account of its not being as `wanted`."""
+def _violated_parts(term: t.Term, values: Environment, *, expected: bool) -> Iterator[UnmetBound]:
+    """Yield the parts of a scalar-core term that keep it from being as required."""
     match term:
         case t.Not(operand=operand):
-            yield from _violated_parts(operand, values, wanted=not wanted)
+            yield from _violated_parts(operand, values, expected=not expected)
         case t.And(operands=operands) | t.Or(operands=operands):
             for operand in operands:
-                if is_true(operand, values) is not wanted:
-                    yield from _violated_parts(operand, values, wanted=wanted)
+                if is_true(operand, values) is not expected:
+                    yield from _violated_parts(operand, values, expected=expected)
         case t.Compare(op=op, left=left, right=right):
             is_turned = _blame_priority(left) < _blame_priority(right)
             words = (
                 (_MIRRORED_PHRASES if is_turned else _LIMIT)
-                if wanted
+                if expected
                 else (_NEGATED_MIRRORED_PHRASES if is_turned else _NEGATED)
             )
             measured, bound = (right, left) if is_turned else (left, right)
             measured, limit = _isolate_measured(measured, evaluate(bound, values))
             value, unit = _value(measured, values)
-            told = float(limit) if isinstance(limit, Fraction) else limit
-            yield UnmetBound(_format_quantity(measured), value, words[op], told, unit)
+            shown_limit = float(limit) if isinstance(limit, Fraction) else limit
+            yield UnmetBound(_format_quantity(measured), value, words[op], shown_limit, unit)
         case t.Literal():
-            yield UnmetBound("", not wanted, "exactly", wanted)
+            yield UnmetBound("", not expected, "exactly", expected)
         case _:
-            yield UnmetBound(_format_quantity(term), not wanted, "exactly", wanted)
+            yield UnmetBound(_format_quantity(term), not expected, "exactly", expected)
 
 
 def _blame_priority(term: t.Term) -> int:
-    """What is measured is compared with what was asked for, and that with constants."""
-    roles = {one.role for one in t.variables_of(term).values()}
+    """Rank a side of a comparison: measured values before requested ones, and these before constants."""
+    roles = {variable.role for variable in t.variables_of(term).values()}
     return 2 if t.VariableRole.STATE in roles else len(roles)
 
 
@@ -107,7 +122,7 @@ def _format_quantity(term: t.Term) -> str:
 
 
 def _isolate_measured(measured: t.Term, limit: Any) -> tuple[t.Term, Any]:
-    """The same bound of what is measured alone, without the constants added to it."""
+    """Move constants that are added to the measured quantity over to the bound."""
     match measured:
         case t.Add(left=part, right=t.Literal(value=Fraction() as added)):
             return _isolate_measured(part, limit - added)
@@ -116,7 +131,7 @@ def _isolate_measured(measured: t.Term, limit: Any) -> tuple[t.Term, Any]:
 
 
 def _value(term: t.Term, values: Environment) -> tuple[float | bool | str, str]:
-    """Its value, and the unit of that."""
+    """Return the value of a term and its unit."""
     value = evaluate(term, values)
     if isinstance(value, Fraction):
         dimension = _dimension(term)
@@ -131,7 +146,7 @@ def _format_value(value: float | bool | str | None, unit: str, digits: int) -> s
 
 
 def _dimension(term: t.Term) -> Dimension:
-    """Of a real term of the scalar core."""
+    """Return the dimension of a real term of the scalar core."""
     match term:
         case t.Multiply(left=left, right=right):
             return _dimension(left) * _dimension(right)

@@ -1,4 +1,4 @@
-"""Surface syntax of the expression language: what was written, untyped, with offsets into its text."""
+"""Surface syntax of the expression language: untyped nodes with offsets into the text."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class BooleanLiteral:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A name, resolved by the checker."""
+    """Name that the type checker resolves."""
 
     text: str
     extent: TextRange
@@ -141,7 +141,8 @@ class Quantifier:
 class PastOperator:
     """`previously`, `once`, `historically`, `since` or `count within` of conditions, oldest operand last.
 
-    within: how far it looks back, a duration; None where it looks back to the first moment.
+    Attributes:
+        window: duration that it looks back; None to look back to the first state.
     """
 
     op: str
@@ -169,7 +170,14 @@ Node = (
 
 
 def children(node: Node) -> Iterator[Node]:
-    """The direct sub-expressions of `node`."""
+    """Yield the direct sub-expressions of a node.
+
+    Args:
+        node: any expression.
+
+    Yields:
+        Its operands, in the order of the fields.
+    """
     for field in fields(node):
         value = getattr(node, field.name)
         if isinstance(value, Node):

@@ -1,7 +1,7 @@
-"""Typed terms: what every condition of a site or a manifest becomes, and all that back ends see.
+"""Typed terms: the form of every condition of a site or a manifest, and the input of all back ends.
 
-A term is well typed by construction of `check.py`; back ends rely on it.  `semantics.py` is what
-a term means; `lower.py` rewrites a term to the scalar core that the back ends compile.
+`typecheck.py` builds only well-typed terms, and back ends rely on it. `semantics.py` defines their meaning.
+`lower.py` rewrites a term to the scalar core, which back ends compile.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from aeros.spec.expr.types import BOOL, EnumType, FamilyType, ScalarType, Type
 
 
 class VariableRole(Enum):
-    """Where a variable's value comes from."""
+    """Source of a variable's value."""
 
     STATE = "state"  # measured, by vocabulary name
     PARAMETER = "parameter"  # of the action that is decided
@@ -26,7 +26,7 @@ class VariableRole(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A constant: bool, exact real in SI, or enum member."""
+    """Constant: bool, exact real in SI, or enum member."""
 
     value: bool | Fraction | str
     type: ScalarType
@@ -34,19 +34,21 @@ class Literal:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A free variable; `name` is unique within one vocabulary and action kind."""
+    """Free variable. `name` is unique within one vocabulary and action kind."""
 
     name: str
     type: Type
     role: VariableRole
 
     def __hash__(self) -> int:
-        return hash(self.name)  # the rest seldom differs where the name does not, and takes ten times as long
+        return hash(
+            self.name
+        )  # equal names seldom differ in the rest, and hashing it too takes ten times as long
 
 
 @dataclass(frozen=True, slots=True)
 class BoundVariable:
-    """The index that a quantifier runs through its set."""
+    """Index of a quantifier, which takes each member of its set."""
 
     name: str
     type: EnumType
@@ -54,7 +56,7 @@ class BoundVariable:
 
 @dataclass(frozen=True, slots=True)
 class ConstantTable:
-    """A constant family: one SI value for each member of its index set, in order."""
+    """Constant family: one SI value for each member of its index set, in order."""
 
     name: str
     type: FamilyType
@@ -95,14 +97,14 @@ class Not:
 
 @dataclass(frozen=True, slots=True)
 class And:
-    """Conjunction; true when empty."""
+    """Conjunction. True if it has no operands."""
 
     operands: tuple[Term, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Or:
-    """Disjunction; false when empty."""
+    """Disjunction. False if it has no operands."""
 
     operands: tuple[Term, ...]
 
@@ -185,17 +187,19 @@ class Aggregate:
 
 @dataclass(frozen=True, slots=True)
 class Previously:
-    """Whether `operand` held at the moment before; false at the first."""
+    """True if `operand` held in the previous state; false in the first state."""
 
     operand: Term
 
 
 @dataclass(frozen=True, slots=True)
 class Since:
-    """Whether `trigger` held at some moment, at most `window_s` seconds ago, and `kept` at each one after it.
+    """`trigger` held in some state, and `sustained` held in every later state up to the present one.
 
-    within: None where it may be any time ago.  `once c` is `true since c`, and `historically c` is
-    `not once not c`.
+    `once c` is `true since c`, and `historically c` is `not once not c`.
+
+    Attributes:
+        window_s: greatest age in seconds of the state in which `trigger` held; None for any age.
     """
 
     sustained: Term
@@ -205,14 +209,14 @@ class Since:
 
 @dataclass(frozen=True, slots=True)
 class Occurrences:
-    """At how many moments, at most `window_s` seconds ago, `operand` held."""
+    """Number of states at most `window_s` seconds ago in which `operand` held."""
 
     operand: Term
     window_s: Fraction
 
 
 PastTerm = Previously | Since | Occurrences
-"""What depends on moments before the present one."""
+"""Terms that depend on states before the present one."""
 
 Term = (
     Literal
@@ -244,7 +248,14 @@ FALSE = Literal(False, BOOL)
 
 
 def children(term: Term) -> Iterator[Term]:
-    """The direct sub-terms of `term`."""
+    """Yield the direct sub-terms of a term.
+
+    Args:
+        term: any term.
+
+    Yields:
+        Its operands, in the order of the fields.
+    """
     for name in _FIELDS[type(term)]:
         value = getattr(term, name)
         if type(value) in _KINDS:
@@ -258,8 +269,15 @@ _FIELDS: Final = {kind: tuple(field.name for field in fields(kind)) for kind in 
 
 
 def variables_of(term: Term) -> dict[str, Variable]:
-    """Every free variable of `term` by name, in order of first occurrence."""
-    while isinstance(term, Not):  # most are asked about before and after they are negated
+    """Collect the free variables of a term.
+
+    Args:
+        term: any term. The result is cached by its identity.
+
+    Returns:
+        A new mapping of variables by name, in order of first occurrence.
+    """
+    while isinstance(term, Not):  # most terms are looked up both plain and negated
         term = term.operand
     known = _FREE_VARIABLES_CACHE.get(id(term))
     if known is None:
@@ -270,25 +288,35 @@ def variables_of(term: Term) -> dict[str, Variable]:
 
 
 _FREE_VARIABLES_CACHE: Final[dict[int, tuple[Term, dict[str, Variable]]]] = {}
-"""By identity, as comparing terms costs as much as walking them; each is held, so that it stays itself."""
+"""Free variables by the term's identity, since comparing terms costs as much as walking them.
+
+Each term is kept with its variables, so that its identity is not reused."""
 
 
 def _variables_of(term: Term) -> dict[str, Variable]:
-    found: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
     pending = [term]
     while pending:
         current = pending.pop()
         if isinstance(current, Variable):
-            found.setdefault(current.name, current)
+            variables.setdefault(current.name, current)
             continue
         if isinstance(current, Literal):
             continue
         pending.extend(reversed(list(children(current))))
-    return found
+    return variables
 
 
 def substitute(term: Term, replacements: Mapping[str, Term]) -> Term:
-    """`term` with each free variable and outer index that `replacements` names replaced by its term."""
+    """Replace variables in a term.
+
+    Args:
+        term: any term.
+        replacements: terms by name of a free variable, or of an index bound outside `term`.
+
+    Returns:
+        The term with each of these names replaced.
+    """
     if isinstance(term, Variable | BoundVariable):
         return replacements.get(term.name, term)
     changed: dict[str, Any] = {}
@@ -302,7 +330,14 @@ def substitute(term: Term, replacements: Mapping[str, Term]) -> Term:
 
 
 def conjunction(*terms: Term) -> Term:
-    """The conjunction of `terms`, without needless nesting."""
+    """Join conditions by `and`, without needless nesting.
+
+    Args:
+        terms: boolean terms.
+
+    Returns:
+        Their conjunction, flattened and without `true`; a single condition stays as it is.
+    """
     flat: list[Term] = []
     for term in terms:
         flat.extend(term.operands if isinstance(term, And) else (term,))

@@ -1,9 +1,9 @@
-"""Surface syntax → typed terms: names resolve and types and dimensions agree, or a fault says where.
+"""Type checker from surface syntax to typed terms; an error says where types or dimensions disagree.
 
-Sugar ends here: `>`, `!=`, chains, subtraction, division by a constant, `norm`, `distance`, `dot`,
-`clamp` and membership become the few nodes of `terms.py`.  `norm(v)` and `distance(a, b)` have
-irrational values, so they may stand only beside a comparison, where `norm(v) <= r` means
-`0 <= r and v·v <= r²`, which is exact.
+Syntactic sugar ends here: `>`, `!=`, chains, subtraction, division by a constant, `norm`, `distance`, `dot`,
+`clamp` and membership become the few nodes of `terms.py`. `norm(v)` and `distance(a, b)` have irrational
+values. So they may stand only on one side of a comparison, where `norm(v) <= r` means `0 <= r and v·v <= r²`,
+which is exact.
 """
 
 from __future__ import annotations
@@ -44,7 +44,20 @@ class _TypedTerm:
 
 
 def check(node: s.Node, scope: Scope, expected: Type, checker: _TypeChecker | None = None) -> t.Term:
-    """The typed term of `node`, which must be of type `expected`; raises `ExpressionTypeError`."""
+    """Type-check an expression against an expected type.
+
+    Args:
+        node: parsed expression.
+        scope: names that it may use.
+        expected: type that it must have. For an integer, a real that is always whole will do.
+        checker: checker whose results are asked for later; None for a new one.
+
+    Returns:
+        The typed term.
+
+    Raises:
+        ExpressionTypeError: the expression does not type-check or has another type.
+    """
     term, type_ = infer(node, scope, expected, checker)
     if isinstance(expected, IntegerType) and type_ == RealType(NUMBER):
         if not is_integral(term):
@@ -58,7 +71,21 @@ def check(node: s.Node, scope: Scope, expected: Type, checker: _TypeChecker | No
 def infer(
     node: s.Node, scope: Scope, hint: Type | None = None, checker: _TypeChecker | None = None
 ) -> tuple[t.Term, Type]:
-    """The typed term of `node` and its type; `hint` tells which enum a bare member is of."""
+    """Type-check an expression and infer its type.
+
+    Args:
+        node: parsed expression.
+        scope: names that it may use.
+        hint: type that chooses the enum of a bare member; None if none is expected.
+        checker: checker whose results are asked for later; None for a new one.
+
+    Returns:
+        The typed term and its type.
+
+    Raises:
+        ExpressionTypeError: the expression does not type-check, or its scalar core would have more than
+            `MAX_SIZE` nodes or be higher than `MAX_HEIGHT`.
+    """
     checker = checker or _TypeChecker(scope, {})
     typed = checker.check(node, hint)
     term = checker.require_rational(typed)
@@ -75,15 +102,24 @@ def infer(
 
 _ConditionPart = tuple[t.Term, s.TextRange]
 Parts = tuple[_ConditionPart, ...]
-"""Conditions, each with its own extent."""
+"""Conditions, each with its place in the text."""
 
 
 def check_condition(node: s.Node, scope: Scope) -> tuple[t.Term, Parts, Parts, Parts]:
-    """`check(node, scope, BOOL)`, the conjuncts that it is made of, its premises and its alternatives.
+    """Type-check a condition and split it into parts that can be explained one by one.
 
-    Conjuncts: the operands of `and`, and each pair of a comparison chain; their conjunction is the term.
-    The term is false where all premises are true and all alternatives false: the conjuncts of what stands
-    before `implies`, and the operands of `or`.
+    Args:
+        node: parsed condition.
+        scope: names that it may use.
+
+    Returns:
+        (term, conjuncts, premises, alternatives). The conjuncts are the operands of `and` and each pair of a
+        comparison chain; their conjunction is the term. The premises are the conjuncts before `implies`, the
+        alternatives the operands of `or`: the term is false where all premises are true and all alternatives
+        false.
+
+    Raises:
+        ExpressionTypeError: the expression is no condition or does not type-check.
     """
     checker = _TypeChecker(scope, {})
     term = check(node, scope, BOOL, checker)
@@ -95,10 +131,10 @@ class _TypeChecker:
     def __init__(self, scope: Scope, bound: Mapping[str, t.BoundVariable]) -> None:
         self._scope = scope
         self._bound = bound
-        self._terms: dict[int, tuple[_TypedTerm, ...]] = {}  # by identity, of what is asked for later
+        self._terms: dict[int, tuple[_TypedTerm, ...]] = {}  # by identity of the node
 
     def conjuncts(self, node: s.Node) -> Iterator[_ConditionPart]:
-        """The conjuncts of a condition that was checked."""
+        """Yield the conjuncts of a condition that was checked."""
         if isinstance(node, s.Junction) and node.op == "and":
             for operand in node.operands:
                 yield from self.conjuncts(operand)
@@ -106,7 +142,7 @@ class _TypeChecker:
             yield from ((self.require_rational(typed), typed.extent) for typed in self._terms[id(node)])
 
     def implication(self, node: s.Node) -> tuple[list[_ConditionPart], list[_ConditionPart]]:
-        """The premises and the alternatives of a condition that was checked."""
+        """Return the premises and the alternatives of a condition that was checked."""
         premises: list[_ConditionPart] = []
         alternatives: list[_ConditionPart] = []
         pending = [node]
@@ -123,7 +159,7 @@ class _TypeChecker:
         return premises, alternatives
 
     def check(self, node: s.Node, hint: Type | None = None) -> _TypedTerm:
-        """`node` typed; `hint` is the type its neighbour has, which decides a bare enum member."""
+        """Type `node`; `hint` is the type of its neighbour, which chooses the enum of a bare member."""
         typed = self._typed(node, hint)
         self._terms.setdefault(id(node), (typed,))
         return typed
@@ -171,7 +207,7 @@ class _TypeChecker:
                 return self._past(node)
 
     def require_rational(self, typed: _TypedTerm) -> t.Term:
-        """The term of `typed`, which must not be a bare `norm` or `distance`."""
+        """Return the term of `typed`, which must not be a bare `norm` or `distance`."""
         if isinstance(typed.term, Norm):
             raise ExpressionTypeError(
                 "AE203",
@@ -182,9 +218,9 @@ class _TypeChecker:
         return typed.term
 
     def _attribute(self, node: s.Attribute) -> _TypedTerm:
-        found = resolve_attribute(node, self._scope)
-        if found is not None:
-            return _TypedTerm(*found, node.extent)
+        resolved = resolve_attribute(node, self._scope)
+        if resolved is not None:
+            return _TypedTerm(*resolved, node.extent)
         base = self.check(node.base)
         axis = _AXES.get(node.name.text)
         if not isinstance(base.type, VectorType) or axis is None:
@@ -254,7 +290,7 @@ class _TypeChecker:
             f"{left.type} is {doing} {right.type}",
             right.extent,
             label=str(right.type),
-            beside=(left.extent, str(left.type)),
+            related=(left.extent, str(left.type)),
             cure="give both sides the same unit" if units else None,
         )
 
@@ -321,7 +357,7 @@ class _TypeChecker:
         return _TypedTerm(parts[0] if len(parts) == 1 else t.And(parts), BOOL, node.extent)
 
     def _operand_hint(self, operands: tuple[s.Node, ...]) -> Type | None:
-        """The type of the first operand that is a declared name: decides a leading enum member."""
+        """Return the type of the first operand that is a declared name, to choose a leading member's enum."""
         for operand in operands:
             match operand:
                 case s.Name(text=name) if name in self._bound:
@@ -419,9 +455,9 @@ class _TypeChecker:
             cure = suggest_names(node.set.text, self._scope.enums) or "declare it under the site's `enums`"
             raise ExpressionTypeError("AE202", f"`{node.set.text}` is not a set", node.set.extent, cure=cure)
         name = node.index.text
-        taken = name in self._bound or name in self._scope.variables or name in self._scope.constants
-        member = any(name in enum.members for enum in self._scope.enums.values())
-        if taken or member or name == "inputs":
+        is_declared = name in self._bound or name in self._scope.variables or name in self._scope.constants
+        is_member = any(name in enum.members for enum in self._scope.enums.values())
+        if is_declared or is_member or name == "inputs":
             raise ExpressionTypeError(
                 "AE202",
                 f"`{name}` already has a meaning here",
@@ -466,7 +502,7 @@ class _TypeChecker:
         return _TypedTerm(term, BOOL, node.extent)
 
     def _measured_condition(self, node: s.Node, op: str) -> t.Term:
-        """A condition on what is measured, and on nothing else: only that has a past."""
+        """Type a condition on state variables alone: only these have a past."""
         term = self._bool(node)
         for variable in t.variables_of(term).values():
             if variable.role is not t.VariableRole.STATE:

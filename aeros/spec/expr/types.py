@@ -29,7 +29,7 @@ class RealType:
 
 @dataclass(frozen=True, slots=True)
 class IntegerType(RealType):
-    """A whole number: what a variable can be declared as, and read as the bare real number that it is."""
+    """Whole number. Variables are declared with it; expressions read it as a dimensionless real."""
 
     dimension: Dimension = NUMBER
 

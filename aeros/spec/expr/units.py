@@ -1,7 +1,7 @@
-"""Units and dimensions: every quantity is held in SI, exactly, and knows its dimension.
+"""Units and dimensions: every quantity is held exactly, in SI, with its dimension.
 
-Angle is a dimension of its own, so degrees and radians can be told apart from bare numbers.
-The degree is irrational in radians; here π is the 36-digit decimal below, by definition.
+Angle is a dimension of its own, so degrees and radians differ from bare numbers. The degree is irrational in
+radians; by definition, π is the 36-digit decimal below.
 
 Source of factors: BIPM, The International System of Units, 9th edition, tables 4 and 8.
 """
@@ -50,7 +50,7 @@ def _power(base: str, exponent: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A written unit: `1 unit = factor` in SI units of `dimension`."""
+    """Unit as written: `1 unit = factor` in SI units of `dimension`."""
 
     text: str
     factor: Fraction
@@ -105,40 +105,63 @@ DIMENSIONLESS = Unit("1", Fraction(1), NUMBER)
 
 
 def unit_names() -> tuple[str, ...]:
-    """Every unit that can be written on its own."""
+    """List every unit that can be written on its own.
+
+    Returns:
+        Symbols, as `mm`, `kg` and `deg`.
+    """
     return tuple(_ATOMS)
 
 
 def match_unit(text: str, start: int) -> tuple[Unit, int] | None:
-    """The longest unit written at `start` and where it ends, or None.
+    """Match the longest unit at a position of a text.
 
     unit := atom ['^' int] (('*' | '/') atom ['^' int])*   without spaces, as in `mm/s` or `kg*m/s^2`
+
+    Args:
+        text: text that holds the unit.
+        start: offset of its first character.
+
+    Returns:
+        The unit and the offset of its end; None if no unit starts there.
     """
     factor, dimension, end = Fraction(1), NUMBER, start
-    while (found := _FACTOR.match(text, end)) is not None:
-        sign, name, power = found.groups()
+    while (match := _FACTOR.match(text, end)) is not None:
+        sign, name, power = match.groups()
         if name not in _ATOMS or bool(sign) != (end > start):
             break
         exponent = int(power or 1) * (-1 if sign == "/" else 1)
         atom_factor, atom_dimension = _ATOMS[name]
         factor *= atom_factor**exponent
         dimension *= atom_dimension**exponent
-        end = found.end()
+        end = match.end()
     if end == start:
         return None
     return Unit(text[start:end], factor, dimension), end
 
 
 def parse_unit(text: str) -> Unit | None:
-    """The unit that `text` is, whole, or None."""
+    """Parse a text that is a unit.
+
+    Args:
+        text: a unit and nothing else, as `mm/s`.
+
+    Returns:
+        The unit; None if the text is none.
+    """
     matched = match_unit(text, 0)
     return matched[0] if matched is not None and matched[1] == len(text) else None
 
 
 def parse_quantity(text: str) -> tuple[Fraction, Unit] | None:
-    """A number and its unit, as in `250 mm/s` or `-0.5`; None where `text` is neither.
+    """Parse a number with its unit.
 
-    The value returned is in the unit as written; multiply by its factor for SI.
+    Args:
+        text: as `250 mm/s` or `-0.5`, at most 200 characters.
+
+    Returns:
+        The number in the unit as written, and the unit (multiply by its factor for SI); None if the text is
+        no quantity.
     """
     number = _NUMBER.match(text) if len(text) <= _MAX_LENGTH else None
     if number is None:
@@ -149,19 +172,42 @@ def parse_quantity(text: str) -> tuple[Fraction, Unit] | None:
 
 
 def to_unit(value: Fraction, unit: Unit) -> Fraction:
-    """`value`, given in SI, as a number of `unit`."""
+    """Convert a value from SI to a unit.
+
+    Args:
+        value: value in SI.
+        unit: target unit, of the dimension of `value`.
+
+    Returns:
+        The number of units.
+    """
     return value if unit.factor == 1 else value / unit.factor  # fractions are slow, and most units are SI
 
 
 def format_quantity(value: Fraction, unit: Unit) -> str:
-    """`value`, given in SI, as a person would write it in `unit`; `≈` where digits were dropped."""
+    """Format a value as a person would write it.
+
+    Args:
+        value: value in SI.
+        unit: unit to show it in.
+
+    Returns:
+        Number and unit, with `≈` in front if digits were dropped.
+    """
     number = format_number(to_unit(value, unit))
     return number if unit.text == "1" else f"{number} {unit.text}"
 
 
 @lru_cache(4096)  # witnesses repeat a few values
 def format_number(value: Fraction) -> str:
-    """A decimal if the value has a short one, else a rounded decimal marked with `≈`."""
+    """Format a rational as a decimal.
+
+    Args:
+        value: any rational.
+
+    Returns:
+        The exact decimal if it is short, else one rounded to nine digits, marked with `≈`.
+    """
     if value.denominator == 1 and abs(value) < 10**12:
         return str(value.numerator)
     try:
@@ -172,7 +218,14 @@ def format_number(value: Fraction) -> str:
 
 
 def exact_decimal(value: Fraction) -> str | None:
-    """`value` as people write it, or None if it has no such form of at most twelve decimals."""
+    """Format a rational as an exact decimal.
+
+    Args:
+        value: any rational.
+
+    Returns:
+        The decimal, without trailing zeros; None if it needs more than twelve decimals.
+    """
     scaled = value * 10**12
     if scaled.denominator != 1:
         return None

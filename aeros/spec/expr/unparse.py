@@ -1,4 +1,4 @@
-"""Term → text of the expression language that means it: for names of what has only a meaning so far."""
+"""Text of a term in the expression language, for terms that nobody wrote."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ from aeros.spec.expr.units import NUMBER, TIME, Dimension, exact_decimal
 
 
 def unparse(term: t.Term) -> str:
-    """The term as text in SI units, every operand of more than a name in brackets."""
+    """Write a term as an expression that means it.
+
+    Args:
+        term: any term.
+
+    Returns:
+        Text in SI units, with brackets around every operand that is more than a name.
+    """
     match term:
         case t.Literal(value=bool(value)):
             return "true" if value else "false"

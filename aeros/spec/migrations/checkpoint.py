@@ -19,12 +19,32 @@ def to_2(_text: str) -> NoReturn:
 
 
 def to_3(text: str) -> str:
-    """Add `ended`, null: version 2 kept checkpoints only of tasks that had not ended."""
+    """Add `ended`, null: version 2 kept checkpoints only of tasks that had not ended.
+
+    Args:
+        text: checkpoint of version 2.
+
+    Returns:
+        The checkpoint in version 3.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
     return _rewritten(text, 3, lambda body: {**body, "ended": None})
 
 
 def to_4(text: str) -> str:
-    """Give classes and fields the names that the code has had since version 4."""
+    """Give classes and fields the names that the code has had since version 4.
+
+    Args:
+        text: checkpoint of version 3.
+
+    Returns:
+        The checkpoint in version 4.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
     return _rewritten(text, 4, lambda body: _renamed_fields("Checkpoint", _renamed(body)))
 
 

@@ -1,7 +1,7 @@
-"""A file format with its versions, and the errors for files of versions that this program does not read.
+"""File format with its versions, and the errors for files of versions that this program does not read.
 
-A file says its version in `schema`: `aeros/NAME/N`, or N alone.  A YAML file has to say it, as have the
-JSON files that always had it; other JSON files and lines without `schema` are of version 1.
+A file states its version in `schema`: `aeros/NAME/N`, or N alone. A YAML file must state it, as must the JSON
+files that always had it. Other JSON files and lines without `schema` are of version 1.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Step = Callable[[str], str]
 
 
 class Kind(Enum):
-    """Where a file of a format holds its version."""
+    """Place of the version in a file of a format."""
 
     YAML = "`schema` in YAML"
     JSON = "`schema` in JSON"
@@ -31,19 +31,21 @@ class Kind(Enum):
 
 
 class UnmigratableError(Exception):
-    """A file cannot be rewritten to the next version; the message gives the reason and the cure."""
+    """File that cannot be rewritten to the next version; the message gives the reason and the cure."""
 
 
 class FormatVersionError(Exception):
-    """A file has a version that this program does not read; the message gives file, cause and cure."""
+    """File of a version that this program does not read; the message gives file, cause and cure."""
 
 
 @dataclass(frozen=True, slots=True)
 class Version:
     """One version of a format.
 
-    change: what the version changed, for docs/formats.md.
-    step: rewrites a file of the previous version; None for the first version, and for databases.
+    Attributes:
+        change: what the version changed, for docs/formats.md.
+        step: function that rewrites a file of the previous version; None for the first version, and for
+            databases.
     """
 
     change: str
@@ -54,15 +56,16 @@ class Version:
 class Format:
     """One file format.
 
-    title: what a file of it is, for people.
-    files: patterns of file names, `ecm.yaml`; empty where any name will do.
-    kind: where the version is.
-    versions: all of them, the first one first.
-    keys: keys that every file has, which tell it from other files of the same name; `schema` is one of them
-        where a file without it is damaged.
-    cure: how an older file becomes one of the current version, where `aeros migrate` does not do it.
-    first: number of the first version.
-    is_numbered: whether `schema` is the number alone.
+    Attributes:
+        title: what a file of it is, for people.
+        files: patterns of file names, `ecm.yaml`; empty if any name will do.
+        kind: place of the version.
+        versions: all of them, the first one first.
+        keys: keys that every file has, which distinguish it from other files of the same name; `schema` is
+            one of them if a file without it is damaged.
+        cure: how to get a file of the current version, if `aeros migrate` does not do it.
+        first: number of the first version.
+        is_numbered: `schema` is the number alone.
     """
 
     name: str
@@ -86,19 +89,40 @@ class Format:
         return self.schema_of(self.version)
 
     def schema_of(self, version: int) -> str | int:
-        """Value of `schema` in a file of that version."""
+        """Return the value of `schema` in a file of a version.
+
+        Args:
+            version: number of the version.
+
+        Returns:
+            The number itself, or `aeros/NAME/N`.
+        """
         return version if self.is_numbered else f"aeros/{self.name}/{version}"
 
     def step_to(self, version: int) -> Step | None:
-        """The step from the version before `version`."""
+        """Return the step from the previous version.
+
+        Args:
+            version: version that the step leads to.
+
+        Returns:
+            The step; None for a database.
+
+        Raises:
+            MisuseError: no step leads to that version.
+        """
         if not self.first < version <= self.version:
             raise MisuseError(f"no step leads to version {version} of format {self.name}")
         return self.versions[version - self.first].step
 
-    def version_said(self, schema: Any) -> int | None:
-        """The version that the value of `schema` means; None where it names none of this format.
+    def version_from_schema(self, schema: Any) -> int | None:
+        """Read the version from the value of `schema`.
 
-        schema: None where the file has no `schema`.
+        Args:
+            schema: value of `schema`; None if the file has none.
+
+        Returns:
+            The version; None if the value names no version of this format.
         """
         if schema is None:
             return None if self.kind is Kind.YAML or "schema" in self.keys else 1
@@ -108,11 +132,26 @@ class Format:
         return parsed[1] if parsed is not None and parsed[0] == self.name else None
 
     def version_of(self, content: Any) -> int | None:
-        """The version of parsed JSON; None where its `schema` names none of this format."""
-        return self.version_said(content.get("schema") if isinstance(content, dict) else None)
+        """Read the version of parsed JSON.
+
+        Args:
+            content: parsed file or line.
+
+        Returns:
+            The version; None if its `schema` names no version of this format.
+        """
+        return self.version_from_schema(content.get("schema") if isinstance(content, dict) else None)
 
     def require_current(self, content: Any, path: object) -> None:
-        """Raise `FormatVersionError` where `content`, parsed JSON of the file `path`, has another version."""
+        """Refuse a file of another version than the current one.
+
+        Args:
+            content: parsed JSON of the file.
+            path: path of the file, for the message.
+
+        Raises:
+            FormatVersionError: the file has another version, or none.
+        """
         version = self.version_of(content)
         if version is not None and version != self.version:
             cause, cure = self.refusal(version, path)
@@ -121,7 +160,15 @@ class Format:
             raise FormatVersionError(f"`{path}` cannot be read: its `schema` is not `{self.schema}`")
 
     def refusal(self, version: int, path: object) -> tuple[str, str]:
-        """Why a file of that version, not the current one, is not read, and what to do about it."""
+        """Explain why a file of another version is not read.
+
+        Args:
+            version: version of the file, not the current one.
+            path: path of the file, for the message.
+
+        Returns:
+            The cause, and what to do.
+        """
         if version > self.version:
             cause, cure = "was written by a newer AEROS, and this one", "install a newer AEROS"
         else:
@@ -130,6 +177,13 @@ class Format:
 
 
 def parse_schema(text: Any) -> tuple[str, int] | None:
-    """Name and version of `aeros/NAME/N`; None for anything else."""
-    found = _SCHEMA.fullmatch(text) if isinstance(text, str) else None
-    return None if found is None else (found[1], int(found[2]))
+    """Parse a value of `schema`.
+
+    Args:
+        text: any value.
+
+    Returns:
+        Name and version of `aeros/NAME/N`; None for anything else.
+    """
+    match = _SCHEMA.fullmatch(text) if isinstance(text, str) else None
+    return None if match is None else (match[1], int(match[2]))

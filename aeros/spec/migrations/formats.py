@@ -1,7 +1,7 @@
-"""Registry of the files that AEROS writes or reads.
+"""Registry of the file formats that AEROS writes or reads.
 
 To change a format: append a `Version` with its step here, let reader and writer follow, regenerate
-docs/formats.md (`AEROS_UPDATE_GOLDEN=1 pytest tests/repo/test_formats.py`).
+docs/formats.md (`AEROS_UPDATE_GOLDEN=1 pytest tests/repo/test_formats_page.py`).
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ RESULTS: Final = Format(
 )
 TRACE: Final = Format(
     name="trace",
-    title="what the agent told in a run",
+    title="events of a run, as the agent reported them",
     files=("trace.jsonl",),
     kind=Kind.JSON_LINES,
     versions=_FIRST,
@@ -118,7 +118,7 @@ TRACE: Final = Format(
 )
 MEASURED: Final = Format(
     name="measured",
-    title="what was measured in a run",
+    title="measured state of a run",
     files=("measured.jsonl",),
     kind=Kind.JSON_LINES,
     versions=_FIRST,
@@ -177,5 +177,15 @@ FORMATS: Final = (
 
 
 def format_named(name: str) -> Format:
-    """The format of that name."""
-    return next(one for one in FORMATS if one.name == name)
+    """Look up a format.
+
+    Args:
+        name: name of a format in `FORMATS`.
+
+    Returns:
+        The format.
+
+    Raises:
+        StopIteration: there is no such format.
+    """
+    return next(format_ for format_ in FORMATS if format_.name == name)

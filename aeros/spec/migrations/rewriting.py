@@ -36,31 +36,47 @@ class Rewritten:
 
     @property
     def is_changed(self) -> bool:
-        """Whether the text was of an older version."""
+        """True if the text was of an older version."""
         return self.version < self.format.version
 
 
 def has_known_name(path: PurePath) -> bool:
-    """Whether a file of this name may be of a format that `aeros migrate` knows."""
+    """Say if a file of this name may be of a format that `aeros migrate` knows.
+
+    Args:
+        path: path of the file; only the name counts.
+
+    Returns:
+        True for every YAML file and for the JSON files of AEROS.
+    """
     return path.suffix in (".yaml", ".yml") or any(
         fnmatchcase(path.name, pattern)
-        for one in formats.FORMATS
-        for pattern in one.files
-        if one.kind in (Kind.YAML, Kind.JSON, Kind.JSON_LINES)
+        for format_ in formats.FORMATS
+        for pattern in format_.files
+        if format_.kind in (Kind.YAML, Kind.JSON, Kind.JSON_LINES)
     )
 
 
 def format_of(path: PurePath, text: str) -> Format | None:
-    """The format of the text of a file; None where it is none of AEROS.
+    """Find the format of a file.
+
+    Args:
+        path: path of the file.
+        text: text of the file.
+
+    Returns:
+        The format; None if it is none of AEROS.
 
     Raises:
         UserError: a YAML file is not well-formed.
     """
     if path.suffix in (".yaml", ".yml"):
         return _yaml_format(path, text)
-    for one in formats.FORMATS:
-        if one.kind in (Kind.JSON, Kind.JSON_LINES) and any(fnmatchcase(path.name, p) for p in one.files):
-            return one if _is_of(one, text) else None
+    for format_ in formats.FORMATS:
+        if format_.kind in (Kind.JSON, Kind.JSON_LINES) and any(
+            fnmatchcase(path.name, pattern) for pattern in format_.files
+        ):
+            return format_ if _is_of(format_, text) else None
     return None
 
 
@@ -97,30 +113,31 @@ def rewrite(path: PurePath, text: str, format_: Format) -> Rewritten:
 
 
 def _yaml_format(path: PurePath, text: str) -> Format | None:
-    of_yaml = [one for one in formats.FORMATS if one.kind is Kind.YAML]
-    named = next((one for one in of_yaml if path.name in one.files), None)
-    if named is None and _SCHEMA.search(text) is None:
-        return None  # some other YAML, perhaps with what AEROS refuses
-    found = schema_of(text, str(path))
-    parsed = None if found is None else parse_schema(found[0])
-    said = None if parsed is None else next((one for one in of_yaml if one.name == parsed[0]), None)
-    return said or named
+    yaml_formats = [format_ for format_ in formats.FORMATS if format_.kind is Kind.YAML]
+    by_file_name = next((format_ for format_ in yaml_formats if path.name in format_.files), None)
+    if by_file_name is None and _SCHEMA.search(text) is None:
+        return None  # some other YAML, which may use features that AEROS refuses
+    schema = schema_of(text, str(path))
+    parsed = None if schema is None else parse_schema(schema[0])
+    if parsed is None:
+        return by_file_name
+    return next((format_ for format_ in yaml_formats if format_.name == parsed[0]), by_file_name)
 
 
 def _version(text: str, format_: Format, path: PurePath) -> int | None:
     if format_.kind is Kind.YAML:
-        found = schema_of(text, str(path))
-        return None if found is None else format_.version_said(found[0])
+        schema = schema_of(text, str(path))
+        return None if schema is None else format_.version_from_schema(schema[0])
     if format_.kind is Kind.JSON_LINES:
-        return _oldest(format_.version_of(one) for one in _lines(text))
+        return _oldest(format_.version_of(line) for line in _lines(text))
     return format_.version_of(_parsed(text))
 
 
 def _oldest(versions: Iterable[int | None]) -> int | None:
-    """The oldest version of any line, unless a line has none: files may be appended to by newer programs."""
-    found = list(versions)
-    known = [one for one in found if one is not None]
-    return None if len(known) < len(found) else min(known, default=1)
+    """Return the oldest version of any line; None if a line has none, as newer programs may append."""
+    of_lines = list(versions)
+    known = [version for version in of_lines if version is not None]
+    return None if len(known) < len(of_lines) else min(known, default=1)
 
 
 def _lines(text: str) -> Iterator[Any]:
@@ -129,7 +146,7 @@ def _lines(text: str) -> Iterator[Any]:
 
 
 def _is_of(format_: Format, text: str) -> bool:
-    """Whether the text has what every file of the format has."""
+    """Say if the text has the keys that every file of the format has."""
     first = text.partition("\n")[0] if format_.kind is Kind.JSON_LINES else text
     content = _parsed(first)
     if isinstance(content, dict):

@@ -1,4 +1,4 @@
-"""Edits of YAML text by the places of its nodes; comments, quotes, layout and all other bytes stay."""
+"""Edits of YAML text at the places of its nodes. Comments, quotes, layout and all other bytes stay."""
 
 from __future__ import annotations
 
@@ -18,26 +18,35 @@ _QUOTES = ("'", '"')
 
 
 def parse(text: str, path: str = "") -> Node:
-    """The document of `text`; raises `UserError` where it is not well-formed.
+    """Parse YAML text.
 
     Args:
         text: YAML.
         path: file that error messages name.
+
+    Returns:
+        The root node.
+
+    Raises:
+        UserError: `text` is not well-formed.
     """
-    sink = Diagnostics()
-    node = read_yaml(Source(path, text), sink)
+    diagnostics = Diagnostics()
+    node = read_yaml(Source(path, text), diagnostics)
     if node is None:
-        raise UserError(sink)
+        raise UserError(diagnostics)
     return node
 
 
 def rename_key(text: str, path: Sequence[str], new: str) -> str:
-    """`text` with another name for a key, wherever it is written.
+    """Rename a key wherever a path leads to it.
 
     Args:
         text: YAML.
         path: keys from the top to the one to rename; `EACH` stands for every entry of a mapping or list.
         new: the new name, a plain word.
+
+    Returns:
+        The edited text.
 
     Raises:
         UnmigratableError: the new name is written in the same mapping already.
@@ -55,29 +64,49 @@ def rename_key(text: str, path: Sequence[str], new: str) -> str:
 
 
 def set_value(text: str, path: Sequence[str], new: str) -> str:
-    """`text` with another single value, wherever `path` leads to one.
+    """Replace a single value wherever a path leads to one.
 
     Args:
         text: YAML.
-        path: as `rename_key` has it, to the key of the value.
+        path: keys from the top to the key of the value, as in `rename_key`.
         new: the new value, a plain word.
+
+    Returns:
+        The edited text.
+
+    Raises:
+        UserError: `text` is not well-formed.
     """
     nodes = [node for node in _nodes_at(parse(text), path) if isinstance(node, ScalarNode)]
     return _edited(text, [(node.span, _quoted_like(node, new)) for node in nodes])
 
 
 def yaml_step(schema: str, edit: Step) -> Step:
-    """Make a step of an edit of the text, which leaves `schema` to it.
+    """Make a migration step from an edit of the text.
 
     Args:
         schema: value of `schema` in the version that the step leads to, `aeros/ecm/2`.
         edit: rewrites everything else.
+
+    Returns:
+        A step that does the edit and sets `schema`.
     """
     return lambda text: set_value(edit(text), ["schema"], schema)
 
 
 def schema_of(text: str, path: str = "") -> tuple[str, SourceSpan] | None:
-    """The value of `schema` at the top of the document and its place; None where there is none."""
+    """Find the value of `schema` at the top of a document.
+
+    Args:
+        text: YAML.
+        path: file that error messages name.
+
+    Returns:
+        The value and its place; None if there is none.
+
+    Raises:
+        UserError: `text` is not well-formed.
+    """
     for node in _nodes_at(parse(text, path), ["schema"]):
         if isinstance(node, ScalarNode):
             return node.text, node.span
@@ -93,8 +122,8 @@ def _nodes_at(node: Node, path: Sequence[str]) -> Iterator[Node]:
         inner = [value for key, value in node.entries if head in (EACH, key.text)]
     else:
         inner = list(node.items) if isinstance(node, SequenceNode) and head == EACH else []
-    for one in inner:
-        yield from _nodes_at(one, rest)
+    for child in inner:
+        yield from _nodes_at(child, rest)
 
 
 def _quoted_like(node: ScalarNode, new: str) -> str:

@@ -1,25 +1,30 @@
-"""Why something was not done or was broken off, as data: for planners, for memory, and for people."""
+"""Causes of a denial, halt or failure as data, for planners, for memory and for people."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr.shortfall import UnmetBound
 
+_WRITTEN_NAMES: Final = {"location": "at", "required_op": "asked", "reason": "why"}
+"""Names of fields in records, which outlive the names in code."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """One reason.
+    """One reason for a denial, halt or failure.
 
-    kind: what stood in the way, as in `rule`, `hold` or `precondition`; `docs/supervision.md` lists them.
-    rule: what it is called: an invariant, a skill, or what the reason is about.
-    text: the condition as it is written, or the reason in words.
-    source: on whose authority, where it is a rule of the site; at: the file and line where it is written.
-    shortfalls: the parts of the condition that were not as required, with what was measured.
-    code: of the gate's reason.
+    Attributes:
+        kind: kind of obstacle, as `rule`, `hold` or `precondition`; `docs/supervision.md` lists them.
+        rule: name of the invariant or skill, or of the subject of the reason.
+        text: the condition as it is written, or the reason in words.
+        source: authority for a rule of the site.
+        location: file and line where it is written.
+        shortfalls: parts of the condition that did not hold as required, with the measured values.
+        code: code of the gate's reason.
     """
 
     kind: str
@@ -36,21 +41,33 @@ class Cause:
 
 
 def file_and_line(span: SourceSpan) -> str:
-    """The file and line of something that is written."""
+    """Format the place of a span.
+
+    Args:
+        span: place in a file.
+
+    Returns:
+        `PATH:LINE`, with the line of the first character.
+    """
     return f"{span.source.path}:{span.line}"
 
 
 def causes_to_json(causes: Iterable[Cause]) -> list[dict[str, Any]]:
-    """Encode causes as JSON values for audit records, whose field names stay as they are."""
-    return [
-        {name: value for name, value in asdict(cause, dict_factory=_written).items() if value != ""}
-        for cause in causes
-    ]
+    """Convert causes for records.
+
+    Args:
+        causes: causes, in order.
+
+    Returns:
+        A JSON object for each, without its empty strings.
+    """
+    return [_written(asdict(cause)) for cause in causes]
 
 
-_WRITTEN_NAMES: Final = {"location": "at", "required_op": "asked", "reason": "why"}
-"""Names that records have for fields of `Cause` and `UnmetBound`, where they differ from the code's."""
-
-
-def _written(fields: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    return {_WRITTEN_NAMES.get(name, name): value for name, value in fields}
+def _written(cause: Mapping[str, Any]) -> dict[str, Any]:
+    named = {_WRITTEN_NAMES.get(name, name): value for name, value in cause.items() if value != ""}
+    named["shortfalls"] = tuple(
+        {_WRITTEN_NAMES.get(name, name): value for name, value in part.items()}
+        for part in cause["shortfalls"]
+    )
+    return named

@@ -1,8 +1,8 @@
-"""Composition graphs, resolved: steps over a module's skills, in sequence, in parallel, by condition.
+"""Resolved composition graphs: steps over a module's skills, in sequence, in parallel and by condition.
 
-Put together of `parts`.  A step runs its skill.  After a failure outcome its handler runs, if it has one,
-and it is tried again while `retry` lasts; then, or when the handler fails for good, the whole composition
-stops as failed.  `par` succeeds when all its branches have.
+A graph consists of the parts of `step_graph`. A step runs its skill. After a failure outcome its handler
+runs, if it has one, and the step is tried again while `retry` lasts. After that, or when the handler fails
+for good, the whole composition stops as failed. `par` succeeds when all its branches have.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model import step_graph
 
 STOP_ON_FAILURE = "stop"
-"""As `on_failure`: the composition stops as failed, and says so."""
+"""Value of `on_failure` with which the composition stops as failed and reports it."""
 
 
 @dataclass(frozen=True)
 class OutputReference:
-    """The output of an earlier step that an input takes."""
+    """Reference of an input to the output of an earlier step."""
 
     step: str
     output: str
@@ -32,8 +32,11 @@ class OutputReference:
 class Step:
     """One invocation of a skill, in a body or as a handler.
 
-    inputs: constants in SI, defaults included.
-    on_failure: the handler run between two tries, `STOP_ON_FAILURE`, or None where nothing is said.
+    Attributes:
+        inputs: constants in SI, with defaults.
+        output_references: the output that each other input takes, by name of the input.
+        retry: number of further tries after a failure.
+        on_failure: the handler run between two tries, `STOP_ON_FAILURE`, or None if nothing is declared.
     """
 
     id: str
@@ -46,7 +49,7 @@ class Step:
 
     @property
     def handler(self) -> str | None:
-        """The name of its handler, if it has one."""
+        """Name of the handler, if the step has one."""
         return None if self.on_failure == STOP_ON_FAILURE else self.on_failure
 
 
@@ -55,10 +58,12 @@ Part: TypeAlias = step_graph.Part[Step]
 
 @dataclass(frozen=True)
 class Composition:
-    """A named graph, and what must be measured before it starts.
+    """Named graph of steps with its precondition.
 
-    precondition_span: None where there is no precondition.
-    handlers: by name; a skill named under `on_failure` is a handler of that name.
+    Attributes:
+        precondition: condition on the state that must be measured before it starts.
+        precondition_span: None if there is no precondition.
+        handlers: handlers by name; a skill named under `on_failure` is a handler of that name.
     """
 
     id: str
@@ -70,7 +75,15 @@ class Composition:
 
 
 def handlers_of(step: Step, handlers: Mapping[str, Step]) -> Iterator[Step]:
-    """Every handler that a failure of `step` may lead to, each once."""
+    """Yield the handlers that a failure of a step may lead to.
+
+    Args:
+        step: step of a body, or a handler.
+        handlers: all handlers of the composition, by name.
+
+    Yields:
+        Each of them once, in the order they run.
+    """
     seen: set[str] = set()
     name = step.handler
     while name is not None and name not in seen:

@@ -1,8 +1,11 @@
-"""Hold-conditions: what must be measured as long as a skill runs, and what may be measured once it was not.
+"""Hold-conditions of skills, and the outcomes of a run that loses its hold-condition.
 
-What breaks one comes from outside, at any moment.  So a run may end by it as it began, or with any of the
-declared effects, and each predicate that it reads may then have any value that some skill brings about.
-What no skill brings about is the world's to bring back, and is taken to be as before.
+A hold-condition must be measured as long as the skill runs; once it is not, the skill is halted.
+
+The cause of a loss comes from outside, at any time. So a run that loses its hold-condition may end in the
+state in which it began, or with any of the declared effects. Each predicate that the hold-condition reads may
+then have any value that some skill brings about. A predicate that no skill brings about is assumed to be as
+before: only the world can restore it.
 """
 
 from __future__ import annotations
@@ -18,24 +21,32 @@ from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.model.model import ActionCondition, Conjunct, Outcome, Skill
 
 HOLD_LOST: Final = "unheld"
-"""What a run that its hold-condition ended is said to come to, where outcomes are named."""
+"""Name of the outcome of a run that lost its hold-condition."""
 
 MAX_COMBINATIONS: Final = 64
-"""Combinations of values that the predicates of a hold-condition may have; all are gone through."""
+"""Greatest number of combinations of values that a hold-condition's predicates may have; all are tried."""
 
 
 def start_condition(
     precondition: ActionCondition | None, hold: ActionCondition | None
 ) -> ActionCondition | None:
-    """The precondition with what the hold-condition says of predicates: a skill does not start to be halted.
+    """Join the precondition of a skill with the predicates of its hold-condition.
 
-    What it says of quantities is measured at the start as well, by the supervisor; nothing proves that.
+    So no skill starts only to be halted. The supervisor also measures the quantities of the hold-condition at
+    the start, but nothing is proved about these.
+
+    Args:
+        precondition: declared precondition; None for none.
+        hold: declared hold-condition; None for none.
+
+    Returns:
+        The conjunction; None if there is nothing to require.
     """
-    parts = () if hold is None else tuple(one for one in hold.conjuncts if _reads_only_predicates(one))
+    parts = () if hold is None else tuple(part for part in hold.conjuncts if _reads_only_predicates(part))
     if not parts:
         return precondition
-    term = t.conjunction(*(one.term for one in parts))
-    text = " and ".join(_parenthesize(one.span.text) for one in parts)
+    term = t.conjunction(*(part.term for part in parts))
+    text = " and ".join(_parenthesize(part.span.text) for part in parts)
     if precondition is None:
         first, last = parts[0], parts[-1]
         return ActionCondition(term, text, first.span.merge(last.span), parts)
@@ -48,48 +59,62 @@ def start_condition(
 
 
 def hold_loss_outcomes(skill: Skill, settable: Collection[str]) -> tuple[Outcome, ...]:
-    """Every way in which a run of `skill` may end by its hold-condition, as failures of probability 0.
+    """List the ways in which a run of a skill may end by losing its hold-condition.
 
-    No plan counts on one, and each is to be provided for.
-    settable: what some skill brings about, by vocabulary name.
+    They are failures of probability 0: no plan counts on one, but plans must provide for each.
+
+    Args:
+        skill: the skill.
+        settable: state variables that some skill brings about, by name.
+
+    Returns:
+        One outcome per combination of effects; empty if the skill has no hold-condition.
     """
     if skill.hold_condition is None:
         return ()
-    values = {name: each for name, each in _values(skill.hold_condition).items() if name in settable}
-    happened: list[Mapping[str, Any]] = [{}]
-    happened += [one.effects for one in skill.outcomes.values() if one.probability != 0]
-    found: list[Mapping[str, Any]] = []
-    for effects in happened:
+    values = {name: options for name, options in _values(skill.hold_condition).items() if name in settable}
+    effects_so_far: list[Mapping[str, Any]] = [{}]
+    effects_so_far += [outcome.effects for outcome in skill.outcomes.values() if outcome.probability != 0]
+    combinations: list[Mapping[str, Any]] = []
+    for effects in effects_so_far:
         for chosen in product(*values.values()):
             after = {**effects, **dict(zip(values, chosen, strict=True))}
-            if after not in found:
-                found.append(after)
-    return tuple(Outcome(HOLD_LOST, effects, True, Fraction(0), None) for effects in found)
+            if after not in combinations:
+                combinations.append(after)
+    return tuple(Outcome(HOLD_LOST, effects, True, Fraction(0), None) for effects in combinations)
 
 
 def count_combinations(hold: ActionCondition) -> int:
-    """How many combinations of values its predicates have."""
+    """Count the combinations of values that the predicates of a hold-condition have.
+
+    Args:
+        hold: the hold-condition.
+
+    Returns:
+        The number of combinations; 1 if it reads no predicate.
+    """
     return prod(len(values) for values in _values(hold).values())
 
 
 def _values(hold: ActionCondition) -> dict[str, tuple[Any, ...]]:
-    """The values of each predicate that it reads."""
-    found: dict[str, tuple[Any, ...]] = {}
-    for name, one in sorted(t.variables_of(hold.term).items()):
-        if one.role is t.VariableRole.STATE:
-            match one.type:
+    """Return the possible values of each predicate that a hold-condition reads."""
+    values: dict[str, tuple[Any, ...]] = {}
+    for name, variable in sorted(t.variables_of(hold.term).items()):
+        if variable.role is t.VariableRole.STATE:
+            match variable.type:
                 case BoolType():
-                    found[name] = (False, True)
+                    values[name] = (False, True)
                 case EnumType(members=members):
-                    found[name] = members
-    return found
+                    values[name] = members
+    return values
 
 
 def _reads_only_predicates(part: Conjunct) -> bool:
-    """Whether it reads no quantity that is measured."""
-    read = t.variables_of(part.term).values()
+    """Say if a conjunct reads no measured quantity."""
+    variables = t.variables_of(part.term).values()
     return all(
-        one.role is not t.VariableRole.STATE or isinstance(one.type, BoolType | EnumType) for one in read
+        variable.role is not t.VariableRole.STATE or isinstance(variable.type, BoolType | EnumType)
+        for variable in variables
     )
 
 

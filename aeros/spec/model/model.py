@@ -1,6 +1,6 @@
-"""The resolved model: sites and modules with names, types and units settled.  Frozen, and all in SI.
+"""Resolved model of sites and modules: names, types and units are settled. Frozen, and all in SI.
 
-Built by `elaborate` alone; obligations, the gate and planners read it.
+Only `elaborate` builds it; obligations, the gate and planners read it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Ranges = Mapping[str, tuple[Fraction, Fraction]]
 
 
 class Risk(IntEnum):
-    """Ordered levels of risk; a skill's is at least that of every action kind it asks for."""
+    """Ordered levels of risk. A skill's risk is at least that of every action kind it asks for."""
 
     LOW = 1
     MEDIUM = 2
@@ -37,15 +37,16 @@ class Risk(IntEnum):
 
 @dataclass(frozen=True)
 class Declared:
-    """A declared variable: its term, its unit for people, and its bounds.
+    """Declared variable: its term, its unit for people, and its bounds.
 
-    range: closed, in SI, of the value, of each component of a vector or of each member of a family;
-        present for reals and vectors.
-    max_age: seconds after which a measured value is unknown; None for parameters and inputs.
-    sensor: what measures it; None for parameters and inputs.
-    default: of an input, in SI; None where a step must give it.
-    range_span: where the bounds are written.
-    facts: what holds of it in every state, beside its range.
+    Attributes:
+        range: closed range (SI) of the value, of each component of a vector or of each member of a family;
+            present for reals and vectors.
+        max_age: seconds after which a measured value is unknown; None for parameters and inputs.
+        sensor: sensor that measures it; None for parameters and inputs.
+        default_value: default of an input, in SI; None if a step must give it.
+        range_span: where the bounds are written.
+        known_facts: conditions that hold of it in every state, in addition to its range.
     """
 
     variable: t.Variable
@@ -60,45 +61,61 @@ class Declared:
 
     @property
     def name(self) -> str:
-        """As written in expressions; inputs as `inputs.NAME`."""
+        """Name in expressions; `inputs.NAME` for an input."""
         return self.variable.name
 
     @cached_property
     def double_range(self) -> tuple[float, float]:
-        """The least and the greatest double in `range`; infinite where there is none."""
+        """Least and greatest double in `range`; infinite if there is none."""
         if self.range is None:
             return -inf, inf
         return adjacent_doubles(self.range[0])[1], adjacent_doubles(self.range[1])[0]
 
 
 def ranges_of(declared: Iterable[Declared]) -> dict[str, tuple[Fraction, Fraction]]:
-    """The closed range of each real scalar variable."""
+    """Collect the ranges of variables.
+
+    Args:
+        declared: declared variables.
+
+    Returns:
+        The closed range (SI) of each real scalar variable, by its name.
+    """
     return {
-        scalar.name: one.range
-        for one in declared
-        for scalar in scalar_variables(one.variable)
-        if isinstance(scalar.type, RealType) and one.range is not None
+        scalar.name: entry.range
+        for entry in declared
+        for scalar in scalar_variables(entry.variable)
+        if isinstance(scalar.type, RealType) and entry.range is not None
     }
 
 
 def relevant_facts(
     terms: Sequence[t.Term], known: Mapping[str, Declared]
 ) -> tuple[tuple[Declared, ...], tuple[t.Term, ...]]:
-    """Which of the variables, by name, the terms depend on, and the terms with all facts about those."""
-    found: dict[str, Declared] = {}
+    """Collect the variables that terms depend on, and all known facts about them.
+
+    Args:
+        terms: boolean terms.
+        known: declared variables by name.
+
+    Returns:
+        The variables, in the order of `known`, and the terms followed by the facts. Variables of facts count
+        too.
+    """
+    relevant: set[str] = set()
     pending, whole = list(terms), list(terms)
     while pending:
         for name in t.variables_of(pending.pop()):
-            if name in known and name not in found:
-                found[name] = known[name]
+            if name in known and name not in relevant:
+                relevant.add(name)
                 pending += known[name].known_facts
                 whole += known[name].known_facts
-    return tuple(one for name, one in known.items() if name in found), tuple(whole)
+    return tuple(entry for name, entry in known.items() if name in relevant), tuple(whole)
 
 
 @dataclass(frozen=True)
 class ActionKind:
-    """A kind of action, what it moves, the least risk it carries, and its parameters."""
+    """Kind of action: the actuators it moves, the least risk it carries, and its parameters."""
 
     name: str
     actuators: frozenset[str]
@@ -118,13 +135,15 @@ class Conjunct:
 
 @dataclass(frozen=True)
 class Rule:
-    """An invariant of Φ, as a term for each action kind it governs.
+    """Invariant of Φ, as a term for each action kind it governs.
 
-    attenuations: by action kind, the term each reducible parameter is set to when the rule alone
-        stands in the way.
-    conjuncts: by action kind, what its term is the conjunction of.
-    premises, alternatives: by action kind, conditions such that the rule denies what makes all premises true
-        and all alternatives false.
+    Attributes:
+        attenuations: by action kind, the term that each reducible parameter is set to when only this rule
+            denies.
+        conjuncts: by action kind, the conditions that its term is the conjunction of.
+        premises: by action kind; the rule denies a state and action that make all premises true and all
+            alternatives false.
+        alternatives: by action kind, see `premises`.
     """
 
     id: str
@@ -140,17 +159,25 @@ class Rule:
     alternatives: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
 
     def constrains_action(self, kind: str) -> bool:
-        """Whether it constrains the action itself, and not only the state in which it is asked for."""
+        """Say if the rule constrains the action itself, not only the state in which it is asked for.
+
+        Args:
+            kind: action kind that the rule governs.
+
+        Returns:
+            True if the rule reads a parameter of the action, or no variable at all.
+        """
         roles = {variable.role for variable in t.variables_of(self.terms[kind]).values()}
         return t.VariableRole.PARAMETER in roles or not roles
 
 
 @dataclass(frozen=True)
 class JointRule:
-    """An invariant about two simultaneous actions; a parameter `p` of the role `a` is the variable `a.p`.
+    """Invariant about two simultaneous actions. A parameter `p` of the role `a` is the variable `a.p`.
 
-    roles: the two roles, in order, and the action kind of each.
-    conjuncts: what the term is the conjunction of.
+    Attributes:
+        roles: the two roles, in order, and the action kind of each.
+        conjuncts: the conditions that the term is the conjunction of.
     """
 
     id: str
@@ -166,10 +193,11 @@ class JointRule:
 
 @dataclass(frozen=True)
 class History:
-    """A past-time condition of the rules, as a variable of its own that the runtime keeps up to date.
+    """Past-time condition of the rules, as a variable that the runtime keeps up to date.
 
-    declared: the variable; its name is the condition's text, its facts hold of it whatever happened.
-    term: its operands are over state variables and histories that stand before it.
+    Attributes:
+        declared: the variable; its name is the condition's text, and its known facts always hold.
+        term: past-time term; its operands are over state variables and earlier histories.
     """
 
     declared: Declared
@@ -186,7 +214,14 @@ class Access:
     compute: frozenset[str] = frozenset()
 
     def merge(self, other: Access) -> Access:
-        """What either allows."""
+        """Join two sets of permissions.
+
+        Args:
+            other: further permissions.
+
+        Returns:
+            The access that either of them allows.
+        """
         return Access(
             self.actuators | other.actuators,
             self.sensors | other.sensors,
@@ -197,7 +232,7 @@ class Access:
 
 @dataclass(frozen=True)
 class OperatorOverride:
-    """An operator override; a field that is None matches everything."""
+    """Operator override, which blocks actions. A field that is None matches everything."""
 
     id: str
     reason: str
@@ -208,11 +243,20 @@ class OperatorOverride:
 
     @property
     def identity(self) -> tuple[str | None, ...]:
-        """All that it says, wherever that is written."""
+        """All its content, wherever it is written."""
         return self.id, self.reason, self.module, self.skill, self.action
 
     def matches(self, module: str, skill: str, action: str) -> bool:
-        """Whether an action of this kind, asked for by this skill, is blocked."""
+        """Say if the override blocks an action.
+
+        Args:
+            module: module that asks for it.
+            skill: skill that asks for it.
+            action: action kind.
+
+        Returns:
+            True if every field matches.
+        """
         pairs = ((self.module, module), (self.skill, skill), (self.action, action))
         return all(mine is None or mine == theirs for mine, theirs in pairs)
 
@@ -230,7 +274,7 @@ class Quota:
 
 @dataclass(frozen=True)
 class ModuleLimits:
-    """Bounds on time-outs (seconds), retries of a step, re-plans of a task, and planning (seconds)."""
+    """Limits on timeouts (s), retries of a step, re-plans of a task, and planning time (s)."""
 
     skill_timeout: Fraction
     retries: int
@@ -239,20 +283,22 @@ class ModuleLimits:
 
 
 class Durability(Enum):
-    """When what is recorded must have reached the medium; the site's choice."""
+    """Point in time by which audit records must be on the storage medium; the site chooses it."""
 
     EVERY_RECORD = "every-record"  # before anything else happens
-    BEFORE_MOTION = "before-motion"  # before anything moves; what moves nothing may be lost with the power
-    BATCHED = "batched"  # many at a time; with the power, records of what has moved may be lost
+    BEFORE_MOTION = "before-motion"  # before anything moves; a power cut may lose records of other actions
+    BATCHED = "batched"  # many at a time; a power cut may lose records of motions that have happened
 
 
 @dataclass(frozen=True)
 class IsolationPolicy:
-    """Where the code of modules runs: isolated, unless the module is trusted.
+    """Isolation of module code: every module runs isolated unless it is trusted.
 
-    require: layers without which isolation is too weak.
-    refuses: whether a host that lacks one runs no isolated module; else it only warns.
-    answer_within: seconds that skill code may compute before each action.
+    Attributes:
+        required_layers: layers without which isolation is too weak.
+        refuses_missing: a host that lacks one runs no isolated module; otherwise it only warns.
+        trusted_modules: modules whose code runs in the runtime's own process.
+        answer_timeout_s: seconds that skill code may compute before each action.
     """
 
     required_layers: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
@@ -262,7 +308,7 @@ class IsolationPolicy:
 
 
 class Execute(Enum):
-    """Whether a verified plan is executed because a client of `aeros mcp` asks for it."""
+    """Rule for executing a verified plan when a client of `aeros mcp` asks for it."""
 
     APPROVAL = "approval"  # once the operator has approved it
     ALLOWED = "allowed"
@@ -271,10 +317,11 @@ class Execute(Enum):
 
 @dataclass(frozen=True)
 class McpPolicy:
-    """What clients of `aeros mcp` may have done.
+    """Permissions of clients of `aeros mcp`.
 
-    most_steps: of one plan.
-    skills: as MODULE.SKILL, those that a plan may have; None for all active ones.
+    Attributes:
+        max_steps: greatest number of steps of one plan.
+        skills: skills (MODULE.SKILL) that a plan may have; None for all active ones.
     """
 
     execute: Execute = Execute.APPROVAL
@@ -284,7 +331,14 @@ class McpPolicy:
 
 @dataclass(frozen=True)
 class MotionKind:
-    """Which parameters say where tool (W), joints and base (W, x and y) end, and how fast it all may be."""
+    """Meaning of an action kind's parameters for its motion.
+
+    Attributes:
+        tool_target: parameter with the tool's target, a vector in W.
+        base_target: parameters with x and y of the base's target in W.
+        peak_speed: parameter that bounds the speed of the motion.
+        joint_target: parameter with the target of each joint, in order.
+    """
 
     tool_target: str | None
     base_target: tuple[str, str] | None
@@ -294,9 +348,10 @@ class MotionKind:
 
 @dataclass(frozen=True)
 class Barrier:
-    """A volume that `links` (None: all) keep out of or, if `keep_inside`, inside of, in every motion.
+    """Volume that `links` (None: all) keep out of or, if `keep_inside`, inside of, in every motion.
 
-    in_base: its corners are measured from the robot's base, not in W.
+    Attributes:
+        is_in_base_frame: the corners of `box` are in the robot's base frame, not in W.
     """
 
     id: str
@@ -310,7 +365,7 @@ class Barrier:
 
 @dataclass(frozen=True)
 class ToolLimits:
-    """Of the tool point: speed, acceleration and jerk, in each of translation and rotation, SI."""
+    """Limits of the tool point: (speed, acceleration, jerk) of translation and of rotation, in SI."""
 
     translation: tuple[Fraction, Fraction, Fraction]
     rotation: tuple[Fraction, Fraction, Fraction]
@@ -318,12 +373,18 @@ class ToolLimits:
 
 @dataclass(frozen=True)
 class MotionPolicy:
-    """What the whole trajectory of an action is decided by.  SI.
+    """Limits by which the whole trajectory of an action is decided, in SI.
 
-    starts_at: the state variable, a family, that measures the joints.
-    lowest, highest, rates: of each joint; the rates are speed, acceleration and jerk.
-    clearance: what links keep from barriers: room for what the paths do not say, as tracking error.
-    base: speed and acceleration of a base that drives.
+    Attributes:
+        start_variable: state variable, a family, that measures the joints.
+        start_tolerance: greatest distance of a motion's start from the measured joints.
+        end_tolerance: greatest distance of a motion's end from the requested target.
+        lowest: lowest position of each joint.
+        highest: highest position of each joint.
+        joint_limits: speeds, accelerations and jerks, one of each per joint.
+        clearance: least distance of links from barriers: room for deviations from the path, as tracking
+            error.
+        base_limits: speed and acceleration of a mobile base.
     """
 
     kinds: Mapping[str, MotionKind]
@@ -341,12 +402,13 @@ class MotionPolicy:
 
 @dataclass(frozen=True)
 class Site:
-    """A site: vocabulary, Φ, Π.  `digest` is the SHA-256 of its file, in hexadecimal.
+    """Site: vocabulary, Φ, Π. `digest` is the SHA-256 of its file, in hexadecimal.
 
-    policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in
-        the file, as in `policy/limits/retries` and `resources/arm`.
-    stops_at_undeclared: whether a task ends where a skill has run to its end and come to what it does not
-        declare; else the agent plans again.
+    Attributes:
+        policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in the
+            file, as in `policy/limits/retries` and `resources/arm`.
+        stops_on_undeclared_outcome: a task ends if a skill runs to its end with an outcome that it does not
+            declare; otherwise the agent plans again.
     """
 
     id: str
@@ -377,29 +439,50 @@ class Site:
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:
-        """Everything that rules read of the state: what is measured, and the histories of it."""
-        return {**self.state, **{one.declared.name: one.declared for one in self.histories}}
+        """Variables of the state that rules may read: measured ones and histories of them."""
+        return {**self.state, **{history.declared.name: history.declared for history in self.histories}}
 
     def access_of(self, module: str) -> Access:
-        """Everything that `module` may be permitted to touch."""
+        """Return everything that a module may be permitted to touch.
+
+        Args:
+            module: name of the module.
+
+        Returns:
+            The access of all modules and what the site grants this one.
+        """
         return self.access.merge(self.grants.get(module, Access()))
 
     def with_overrides(self, blocks: Sequence[OperatorOverride]) -> Site:
-        """The site with further operator overrides, and the digest that says which."""
+        """Add operator overrides.
+
+        Args:
+            blocks: the overrides.
+
+        Returns:
+            The site with them, and with a digest that depends on them; the same site if there are none.
+        """
         if not blocks:
             return self
-        said = json.dumps([self.digest, *(one.identity for one in blocks)])
-        digest = hashlib.sha256(said.encode()).hexdigest()
+        content = json.dumps([self.digest, *(block.identity for block in blocks)])
+        digest = hashlib.sha256(content.encode()).hexdigest()
         return replace(self, blocks=(*self.blocks, *blocks), digest=digest)
 
     def rules_for_kind(self, kind: str) -> tuple[Rule, ...]:
-        """The invariants that govern actions of `kind`."""
+        """Return the invariants that govern actions of a kind.
+
+        Args:
+            kind: action kind.
+
+        Returns:
+            The invariants, in the order of the site file.
+        """
         return tuple(rule for rule in self.rules if kind in rule.terms)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One way a skill may end: what is measured then, and whether it counts as failure."""
+    """One way a skill may end: the measured effects, and if it counts as a failure."""
 
     id: str
     effects: Mapping[str, Any]
@@ -410,9 +493,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class ActionCondition:
-    """A condition on actions of one kind: of an envelope or of a permission.
+    """Condition on actions of one kind, in an envelope or a permission.
 
-    conjuncts: what the term is the conjunction of.
+    Attributes:
+        conjuncts: the conditions that the term is the conjunction of.
     """
 
     term: t.Term
@@ -423,12 +507,17 @@ class ActionCondition:
 
 @dataclass(frozen=True)
 class Skill:
-    """A skill with its envelope by action kind.  `timeout` in seconds.
+    """Skill with its envelope by action kind.
 
-    precondition: what must be measured for it to start; what `hold_condition` says of predicates is part of
-        it.
-    hold: what must be measured as long as it runs.
-    idempotent: run twice it does no more than run once, by its author's word.
+    Attributes:
+        precondition: condition that must be measured before it starts, including the predicates of
+            `hold_condition`.
+        envelope: condition on the actions that it may ask for, by action kind.
+        timeout: seconds after which it is halted.
+        runtime_checked: invariants that the envelope does not imply and the gate decides, and where each is
+            listed.
+        idempotent: by its author's word, running it twice does no more than running it once.
+        hold_condition: condition that must be measured as long as it runs.
     """
 
     id: str
@@ -452,7 +541,7 @@ class Skill:
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
-        """The outcomes that are no failure."""
+        """Outcomes that are no failure."""
         return tuple(outcome for outcome in self.outcomes.values() if not outcome.failure)
 
 
@@ -471,7 +560,7 @@ class PlanningRule:
 
 @dataclass(frozen=True)
 class TaskInvariant:
-    """A task invariant: a condition on state that is to hold from the start of a task to its end."""
+    """Condition on the state that must hold from the start of a task to its end."""
 
     id: str
     term: t.Term
@@ -481,10 +570,11 @@ class TaskInvariant:
 
 @dataclass(frozen=True)
 class Task:
-    """A task: the words that route to it, its goal and its planning rules in order.
+    """Task: the words that route to it, its goal, and its planning rules in order.
 
-    initial: what is typically measured at the start, by state variable, SI; what a plant without
-        physics starts from.
+    Attributes:
+        initial: typical value (SI) of each state variable at the start; a simulator without physics starts
+            from it.
     """
 
     id: str
@@ -502,12 +592,14 @@ class Task:
 
 @dataclass(frozen=True)
 class Ecm:
-    """An Embodied Capability Module.
+    """Embodied Capability Module.
 
-    manifest_digest, code_digest: SHA-256, in hexadecimal, of the manifest and of its code files.
-    model_digests: likewise of each file that a model or tool names, by its path in the module.
-    requires: other modules it depends on, by name, with a PEP 440 specifier.
-    runtime: the versions of AEROS it works with, a PEP 440 specifier.
+    Attributes:
+        manifest_digest: SHA-256 of the manifest, in hexadecimal.
+        code_digest: SHA-256 of its code files.
+        model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
+        required_modules: other modules it depends on, by name, with a PEP 440 specifier.
+        required_aeros_version: versions of AEROS it works with, a PEP 440 specifier.
     """
 
     id: str
@@ -530,11 +622,15 @@ class Ecm:
     model_digests: Mapping[str, str] = field(default_factory=dict)
 
     def providers(self, name: str) -> tuple[str, ...]:
-        """The skills any of which may run where a step names `name`, a skill or a capability of skills alone.
+        """Return the skills any of which may run where a step names a skill or a capability.
 
-        Empty where it is neither.
+        Args:
+            name: name of a skill, or of a capability that skills alone provide.
+
+        Returns:
+            Names of the skills; empty if `name` is neither.
         """
         if name in self.skills:
             return (name,)
         providers = self.capabilities.get(name, ())
-        return providers if all(one in self.skills for one in providers) else ()
+        return providers if all(provider in self.skills for provider in providers) else ()

@@ -1,4 +1,4 @@
-"""What graphs of steps are put together with, whatever a step is.
+"""Generic graphs of steps, and walks over them.
 
 Σ ::= step | Σ ; Σ | Σ ∥ Σ | if c then Σ else Σ
 """
@@ -18,7 +18,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class Seq(Generic[S]):
-    """Parts one after the other; nothing at all when empty."""
+    """Parts that run one after the other; it does nothing if empty."""
 
     parts: tuple[Part[S], ...]
 
@@ -28,7 +28,7 @@ class Seq(Generic[S]):
 
 @dataclass(frozen=True, slots=True)
 class Par(Generic[S]):
-    """Parts at the same time; it fails with the first branch that fails for good."""
+    """Parts that run at the same time. It fails with the first branch that fails for good."""
 
     branches: tuple[Part[S], ...]
     span: SourceSpan
@@ -39,9 +39,10 @@ class Par(Generic[S]):
 
 @dataclass(frozen=True, slots=True)
 class If(Generic[S]):
-    """`then` where the condition is measured as true, `otherwise` where as false; else it fails.
+    """Choice: `then` if the condition is measured as true, `otherwise` if as false; else it fails.
 
-    otherwise: None where the condition is claimed to be always true.
+    Attributes:
+        otherwise: None if the condition is claimed to be always true.
     """
 
     condition: t.Term
@@ -59,14 +60,28 @@ Part: TypeAlias = Seq[S] | Par[S] | If[S] | S
 
 
 def walk_parts(part: Part[S]) -> Iterator[Part[S]]:
-    """`part` and everything inside it, from the outside in, in the order written."""
+    """Yield a part and everything inside it.
+
+    Args:
+        part: graph.
+
+    Yields:
+        Each part before its own parts, in the order written.
+    """
     yield part
     for inner in children_of(part):
         yield from walk_parts(inner)
 
 
 def children_of(part: Part[S]) -> tuple[Part[S], ...]:
-    """What `part` is directly made of; a step, of nothing."""
+    """Return the direct parts of a part.
+
+    Args:
+        part: graph.
+
+    Returns:
+        Its parts, in the order written; none for a step.
+    """
     match part:
         case Seq(parts=inner) | Par(branches=inner):
             return inner
@@ -77,19 +92,34 @@ def children_of(part: Part[S]) -> tuple[Part[S], ...]:
 
 
 def steps_of(part: Part[S]) -> Iterator[S]:
-    """The steps of `part`, in the order written."""
-    for one in walk_parts(part):
-        if not isinstance(one, Seq | Par | If):
-            yield one
+    """Yield the steps of a graph.
+
+    Args:
+        part: graph.
+
+    Yields:
+        The steps, in the order written.
+    """
+    for inner in walk_parts(part):
+        if not isinstance(inner, Seq | Par | If):
+            yield inner
 
 
 def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
-    """The same graph of what its steps become, in the order written."""
+    """Replace each step of a graph.
+
+    Args:
+        part: graph.
+        become: function from a step to its replacement, called in the order written.
+
+    Returns:
+        A graph of the same shape.
+    """
     match part:
         case Seq(parts=inner):
-            return Seq(tuple(map_graph_steps(one, become) for one in inner))
+            return Seq(tuple(map_graph_steps(child, become) for child in inner))
         case Par(branches=inner, span=span):
-            return Par(tuple(map_graph_steps(one, become) for one in inner), span)
+            return Par(tuple(map_graph_steps(child, become) for child in inner), span)
         case If(condition=condition, text=text, then=then, otherwise=otherwise, span=span):
             other = None if otherwise is None else map_graph_steps(otherwise, become)
             return If(condition, text, map_graph_steps(then, become), other, span)

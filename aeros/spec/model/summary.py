@@ -1,4 +1,4 @@
-"""What other modules, and all modules together, have to know of a module: as much as fits a line of JSON."""
+"""Summaries of a module and a site for claims about several modules; each fits a line of JSON."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TaskPhrase:
-    """A word that routes to a task, casefolded, and where it is written."""
+    """Word that routes to a task, casefolded, and where it is written."""
 
     task: str
     word: str
@@ -25,12 +25,16 @@ class TaskPhrase:
 
 @dataclass(frozen=True)
 class ModuleSummary:
-    """A module as others see it.
+    """Module as other modules see it.
 
-    manifest_digest, code_digest, model_digests: as in its model.
-    skills, capabilities: their names.
-    ways: every word that routes to one of its tasks.
-    written: by state variable, the values that some skill leaves it with on success, as text.
+    Attributes:
+        manifest_digest: as in its model.
+        code_digest: as in its model.
+        model_digests: as in its model.
+        skills: names of its skills.
+        capabilities: names of its capabilities.
+        task_phrases: every word that routes to one of its tasks.
+        effect_values: by state variable, the values that some skill leaves it with on success, as text.
     """
 
     id: str
@@ -51,7 +55,7 @@ class ModuleSummary:
 
 @dataclass(frozen=True)
 class BlockSummary:
-    """A module, or a skill of it, that an operator override names, and where that is written."""
+    """Module, or skill of a module, that an operator override names, and where that is written."""
 
     id: str
     module: str
@@ -61,10 +65,11 @@ class BlockSummary:
 
 @dataclass(frozen=True)
 class SiteSummary:
-    """A site as claims about all modules together see it.
+    """Site as claims about all modules together see it.
 
-    digest: as in its model.
-    grants: the modules that it names to grant them something, and where.
+    Attributes:
+        digest: as in its model.
+        grants: modules that the site grants something, and where.
     """
 
     id: str
@@ -74,26 +79,40 @@ class SiteSummary:
 
 
 def summarize_site(site: Site) -> SiteSummary:
-    """What claims about all modules together have to know of `site`."""
+    """Extract the parts of a site that claims about all modules read.
+
+    Args:
+        site: resolved site.
+
+    Returns:
+        The summary.
+    """
     return SiteSummary(
         site.id,
         site.digest,
         {name: site.grant_spans.get(name, site.span) for name in site.grants},
         tuple(
-            BlockSummary(one.id, one.module, one.skill, one.span or site.span)
-            for one in site.blocks
-            if one.module is not None
+            BlockSummary(block.id, block.module, block.skill, block.span or site.span)
+            for block in site.blocks
+            if block.module is not None
         ),
     )
 
 
 def summarize_module(ecm: Ecm) -> ModuleSummary:
-    """What others have to know of `ecm`."""
-    written: dict[str, frozenset[str]] = {}
+    """Extract the parts of a module that other modules read.
+
+    Args:
+        ecm: resolved module.
+
+    Returns:
+        The summary.
+    """
+    effect_values: dict[str, frozenset[str]] = {}
     for skill in ecm.skills.values():
         for outcome in skill.success_outcomes:
             for name, value in outcome.effects.items():
-                written[name] = written.get(name, frozenset()) | {_text(value)}
+                effect_values[name] = effect_values.get(name, frozenset()) | {_text(value)}
     return ModuleSummary(
         ecm.id,
         ecm.version,
@@ -107,7 +126,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
             for task in ecm.tasks.values()
             for word, span in zip(task.trigger_phrases, task.word_spans, strict=True)
         ),
-        written,
+        effect_values,
         dict(ecm.required_modules),
         dict(ecm.requires_spans),
         ecm.required_aeros_version,
@@ -117,15 +136,22 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
 
 
 def _text(value: Any) -> str:
-    """Different for different values of one type: a truth, a number or a member."""
+    """Format a truth, a number or a member; different values of one type get different texts."""
     if not isinstance(value, bool | Fraction | str):
         raise MisuseError(f"no effect has the value {value!r}")
     return str(value)
 
 
-def summary_to_json(presence: ModuleSummary | SiteSummary) -> Any:
-    """`presence` as values for `json.dumps`; every span is of one file."""
-    return {field.name: _packed(getattr(presence, field.name)) for field in fields(presence)}
+def summary_to_json(summary: ModuleSummary | SiteSummary) -> Any:
+    """Convert a summary for `json.dumps`.
+
+    Args:
+        summary: summary; all its spans are in one file.
+
+    Returns:
+        Plain values; a span is its start and end offset.
+    """
+    return {field.name: _packed(getattr(summary, field.name)) for field in fields(summary)}
 
 
 def _packed(value: Any) -> Any:
@@ -139,15 +165,29 @@ def _packed(value: Any) -> Any:
         case frozenset():
             return sorted(value)
         case tuple():
-            return [_packed(one) for one in value]
+            return [_packed(item) for item in value]
         case Mapping():
-            return {name: _packed(one) for name, one in value.items()}
+            return {name: _packed(item) for name, item in value.items()}
         case _:
             return value
 
 
 def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
-    """The presence that was packed; raises KeyError, TypeError or ValueError for anything else."""
+    """Read the summary of a module.
+
+    Args:
+        data: values that `summary_to_json` made.
+        manifest: the manifest, which the spans are in.
+
+    Returns:
+        The summary.
+
+    Raises:
+        KeyError: a field is missing.
+        TypeError: a field has another type, or there is an unknown field.
+        ValueError: a value is malformed.
+        MisuseError: a span lies outside the manifest.
+    """
 
     def span(pair: Any) -> SourceSpan:
         return SourceSpan(manifest, *pair)
@@ -158,8 +198,10 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "span": span(data["span"]),
             "skills": frozenset(data["skills"]),
             "capabilities": tuple(data["capabilities"]),
-            "ways": tuple(TaskPhrase(task, word, span(at)) for task, word, *at in data["ways"]),
-            "written": {name: frozenset(values) for name, values in data["written"].items()},
+            "task_phrases": tuple(
+                TaskPhrase(task, word, span(at)) for task, word, *at in data["task_phrases"]
+            ),
+            "effect_values": {name: frozenset(values) for name, values in data["effect_values"].items()},
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
             "runtime_span": span(data["runtime_span"]),
         }
@@ -167,7 +209,21 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
 
 
 def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
-    """As `module_summary_from_json`, of a site."""
+    """Read the summary of a site.
+
+    Args:
+        data: values that `summary_to_json` made.
+        file: the site file, which the spans are in.
+
+    Returns:
+        The summary.
+
+    Raises:
+        KeyError: a field is missing.
+        TypeError: a field has another type.
+        ValueError: a value is malformed.
+        MisuseError: a span lies outside the file.
+    """
     return SiteSummary(
         data["id"],
         data["digest"],

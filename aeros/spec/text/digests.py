@@ -1,7 +1,7 @@
-"""SHA-256 digests of what is certified: two different folders of code never have the same digest.
+"""SHA-256 digests of certified files: two different folders of code never have the same digest.
 
-Paths and contents are hashed with their lengths before them, so bytes cannot move from one file,
-or from a name, into another unnoticed.  (Assumes SHA-256 is collision-resistant.)
+Paths and contents are hashed with their lengths before them, so bytes cannot move from one file, or from a
+name, into another unnoticed. (Assumes that SHA-256 is collision-resistant.)
 """
 
 from __future__ import annotations
@@ -28,20 +28,41 @@ _CODE_FORMAT: Final = b"aeros/code/1\n"
 
 
 def file_digest(content: bytes) -> str:
-    """The SHA-256 of `content`, in hexadecimal."""
+    """Hash bytes.
+
+    Args:
+        content: content of a file.
+
+    Returns:
+        Its SHA-256, in hexadecimal.
+    """
     return hashlib.sha256(content).hexdigest()
 
 
 def text_digest(text: str) -> str:
-    """The SHA-256 of `text` as UTF-8, in hexadecimal."""
+    """Hash a text as UTF-8.
+
+    Args:
+        text: any text without surrogates.
+
+    Returns:
+        Its SHA-256, in hexadecimal.
+    """
     return file_digest(text.encode())
 
 
 def code_files(folder: str | Path) -> dict[str, bytes]:
-    """The content of every `*.py` file in `folder` and below, by path relative to it (`/` between parts).
+    """Read all code files of a module.
 
-    Raises OSError for a file that cannot be read, is no regular file (a link may lead anywhere, a
-    device may never end) or is too large.  A missing folder holds no files.
+    Args:
+        folder: folder of the module. A missing folder holds no files.
+
+    Returns:
+        Content of every `*.py` file in `folder` and below, by path relative to it (`/` between parts).
+
+    Raises:
+        OSError: a file cannot be read, is no regular file (a link may lead anywhere, a device may never end),
+            or is larger than `MAX_FILE`, or all are larger than `MAX_CODE`.
     """
     files: dict[str, bytes] = {}
     size = 0
@@ -58,7 +79,7 @@ def code_files(folder: str | Path) -> dict[str, bytes]:
 
 
 def _python_files(root: str) -> Iterator[str]:
-    """Whatever is named `*.py` below `root`, relative to it; OSError for a folder that cannot be read."""
+    """Yield all names `*.py` below `root`, relative to it; raise OSError for a folder that cannot be read."""
     if not os.path.isdir(root):
         return
     for here, folders, files in os.walk(root, onerror=_raise):
@@ -71,7 +92,14 @@ def _raise(error: OSError) -> None:
 
 
 def code_digest(files: Mapping[str, bytes]) -> str:
-    """The digest of `files` (see `code_files`), whatever order they are in."""
+    """Hash code files, in any order.
+
+    Args:
+        files: content by path, as `code_files` returns it.
+
+    Returns:
+        The digest, in hexadecimal.
+    """
     hasher = hashlib.sha256(_CODE_FORMAT)
     for name, content in sorted((os.fsencode(path), content) for path, content in files.items()):
         for part in (name, content):
@@ -81,10 +109,19 @@ def code_digest(files: Mapping[str, bytes]) -> str:
 
 
 def model_digest(folder: str | Path, name: str, at_most: int = MAX_MODELS) -> tuple[str, int]:
-    """The SHA-256 of the file `name`, a path relative to `folder`, and its size in bytes.
+    """Hash a model file, without reading all of it into memory.
 
-    It is never in memory as a whole.  Raises OSError for a path that leads out of the folder or through a
-    link, is no regular file or cannot be read, and for a file of more than `at_most` bytes.
+    Args:
+        folder: folder of the module.
+        name: path of the file, relative to `folder`.
+        at_most: greatest size in bytes.
+
+    Returns:
+        The SHA-256 of the file, in hexadecimal, and its size in bytes.
+
+    Raises:
+        OSError: the path leads out of the folder or through a link, is no regular file, cannot be read, or
+            the file has more than `at_most` bytes.
     """
     hasher, size = hashlib.sha256(), 0
     try:
@@ -104,9 +141,9 @@ _BLOCK: Final = 1024 * 1024
 
 
 def _open_below(folder: str | Path, parts: Sequence[str]) -> int:
-    """A descriptor of the regular file at `parts` below `folder`; no part of the way there is a link.
+    """Open the regular file at `parts` below `folder`, if no part of the path is a link.
 
-    Each part is looked at before it is opened, as opening a device can already do something.
+    Each part is examined before it is opened, since opening a device can already have an effect.
     """
     if not parts or ".." in parts or parts[0] == "/":
         raise OSError(errno.EINVAL, "it is not in the module's folder")

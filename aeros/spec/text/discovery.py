@@ -1,4 +1,4 @@
-"""Where things are: the site file that comes with AEROS, and the modules below a path."""
+"""Search for files: the site file that comes with AEROS, and the modules below a path."""
 
 from __future__ import annotations
 
@@ -13,14 +13,23 @@ MANIFEST = "ecm.yaml"
 
 
 def reference_site_path() -> Path:
-    """The site file that comes with AEROS: the Panda cell."""
+    """Return the site file that comes with AEROS: the Panda cell.
+
+    Returns:
+        Its path.
+    """
     return Path(aeros.__file__).parent / "sites" / "panda_cell.yaml"
 
 
-def module_folders(path: Path, sink: Diagnostics) -> list[Path]:
-    """The folders below `path` that hold a module, in order; reports when there is none.
+def module_folders(path: Path, diagnostics: Diagnostics) -> list[Path]:
+    """Find the modules at a path; report an error if there are none.
 
-    `path` may be a manifest, the folder of a module, or a folder of modules.
+    Args:
+        path: a manifest, the folder of a module, or a folder of modules.
+        diagnostics: receives the error.
+
+    Returns:
+        Folders of the modules, sorted.
     """
     if path.name == MANIFEST and path.is_file():
         return [path.parent]
@@ -30,16 +39,16 @@ def module_folders(path: Path, sink: Diagnostics) -> list[Path]:
         folders = sorted(_manifest_folders(path))
         if folders:
             return folders
-        sink.error("AE130", f"there is no `{MANIFEST}` in or below `{path}`")
+        diagnostics.error("AE130", f"there is no `{MANIFEST}` in or below `{path}`")
     else:
-        sink.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`")
+        diagnostics.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`")
     return []
 
 
 def _manifest_folders(path: Path) -> Iterator[Path]:
-    """Folders at `path` and below that have a manifest; hidden ones and links to folders are not looked into.
+    """Yield folders at `path` and below that have a manifest; skip hidden folders and links to folders.
 
-    `Path.rglob` takes several times as long, which is felt among a thousand modules.
+    `Path.rglob` takes several times as long, which is noticeable with a thousand modules.
     """
     for here, folders, files in os.walk(path):
         if (MANIFEST in files or MANIFEST in folders) and os.path.exists(os.path.join(here, MANIFEST)):

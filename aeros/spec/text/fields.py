@@ -1,4 +1,4 @@
-"""The types of a schema's fields: values with the place they were written at, and their forms."""
+"""Field types of a schema: values with the place they were written at, and the forms of names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class TextField:
-    """A piece of text as written, never interpreted."""
+    """Text as written, never interpreted."""
 
     value: str
     span: SourceSpan
@@ -29,7 +29,7 @@ class TextField:
 
 @dataclass(frozen=True, slots=True)
 class ExpressionField:
-    """A piece of text that is a term of the expression language, not parsed yet."""
+    """Text of an expression, not parsed yet."""
 
     value: str
     span: SourceSpan
@@ -41,7 +41,7 @@ class ExpressionField:
 
 @dataclass(frozen=True, slots=True)
 class BooleanField:
-    """`true` or `false`; read `value`, as a place has no truth."""
+    """`true` or `false`. Read `value`: the field itself has no truth value."""
 
     value: bool
     span: SourceSpan
@@ -80,7 +80,7 @@ class ChoiceField(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class MappingField(Generic[T]):
-    """A mapping whose keys the user names, in the order written."""
+    """Mapping whose keys the user names, in the order written."""
 
     items: tuple[tuple[TextField, T], ...] = ()
     span: SourceSpan | None = None
@@ -94,7 +94,7 @@ class MappingField(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """The form of a `TextField`, or of the keys of `MappingField`, by its name in `PATTERNS`."""
+    """Form of a `TextField`, or of the keys of a `MappingField`, by its name in `PATTERNS`."""
 
     name: str
 
@@ -105,7 +105,7 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True)
 class ValueBounds:
-    """The least and greatest `IntegerField` or `NumberField` allowed; None is no bound."""
+    """Least and greatest `IntegerField` or `NumberField` allowed; None is no bound."""
 
     lo: int | Fraction | None = None
     hi: int | Fraction | None = None
@@ -113,7 +113,7 @@ class ValueBounds:
 
 @dataclass(frozen=True, slots=True)
 class LengthBounds:
-    """The least and greatest number of entries of a list or `MappingField`; None is no bound."""
+    """Least and greatest number of entries of a list or `MappingField`; None is no bound."""
 
     lo: int = 0
     hi: int | None = None

@@ -1,4 +1,4 @@
-"""Files → text: regular, UTF-8 and not too large, or a reason in words."""
+"""Reading of text files: regular, UTF-8 and not too large, or an error that says why not."""
 
 from __future__ import annotations
 
@@ -14,10 +14,20 @@ MAX_BYTES: Final = 1 << 20
 
 
 def read_source(path: str | os.PathLike[str]) -> Source:
-    """The text of a regular UTF-8 file of at most `MAX_BYTES`; anything else is a `UserError`.
+    """Read a text file.
 
-    A byte order mark is dropped.  At most one byte more than allowed is ever read, and a pipe or
-    device is never opened for long enough to wait on it.
+    A byte order mark is dropped. At most one byte more than allowed is ever read, and a pipe or device is
+    never opened for long enough to wait on it.
+
+    Args:
+        path: path of the file, shown in diagnostics as it is.
+
+    Returns:
+        The text.
+
+    Raises:
+        UserError: the file cannot be read, is not a regular file, is not UTF-8, or is larger than
+            `MAX_BYTES`.
     """
     shown = os.fspath(path)
     try:
@@ -36,7 +46,7 @@ def read_source(path: str | os.PathLike[str]) -> Source:
 
 
 def _bytes_of(path: str) -> bytes:
-    """Up to `MAX_BYTES` + 1 bytes of a regular file."""
+    """Read up to `MAX_BYTES` + 1 bytes of a regular file."""
     # Asked before opening, as opening a device can already do something.
     _require_regular(os.stat(path).st_mode)
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -53,7 +63,14 @@ def _require_regular(mode: int) -> None:
 
 
 def too_large_error(path: str) -> Diagnostic:
-    """What to say of a file that is larger than `MAX_BYTES`."""
+    """Build the diagnostic for a file that is larger than `MAX_BYTES`.
+
+    Args:
+        path: path of the file.
+
+    Returns:
+        The diagnostic.
+    """
     return Diagnostic(
         "AE003",
         f"{quoted(path)} is larger than {MAX_BYTES:,} bytes",

@@ -1,4 +1,4 @@
-"""YAML nodes that know their place: text, sequences and mappings, nothing interpreted."""
+"""YAML nodes with their places: text, sequences and mappings, nothing interpreted."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
 
 @dataclass(frozen=True, slots=True)
 class ScalarNode:
-    """One piece of text; `style` is "" when plain, else the sign it opens with: ' " | >."""
+    """One piece of text. `style` is "" if plain, else the sign it opens with: ' " | >."""
 
     text: str
     span: SourceSpan
@@ -20,12 +20,12 @@ class ScalarNode:
 
     @property
     def is_plain(self) -> bool:
-        """Whether nothing marks the value as text."""
+        """True if no quotes or block sign mark the value as text."""
         return self.style == ""
 
     @property
     def is_null(self) -> bool:
-        """Whether YAML takes it for the absence of a value."""
+        """True if YAML reads it as the absence of a value."""
         return self.is_plain and self.text in _NULLS
 
 

@@ -1,4 +1,4 @@
-"""Where each character of a scalar's text is written, through quotes, escapes and folded lines."""
+"""Source positions of each character of a scalar's text, through quotes, escapes and folded lines."""
 
 from __future__ import annotations
 
@@ -16,17 +16,28 @@ _PositionedText = tuple[str, int, int]
 
 
 def source_offsets(scalar: ScalarNode) -> list[int]:
-    """For each character of the text the offset where it is written; [] if that cannot be told.
+    """Map each character of a scalar's text to its place in the file.
 
-    A folded line break counts as written at the break, an escape at its backslash.
+    Args:
+        scalar: any scalar.
+
+    Returns:
+        For each character the offset where it is written (the break for a folded line break, the backslash
+        for an escape); [] if the places are not known.
     """
     return [start for _, start, _ in _pieces(scalar)]
 
 
 def sub_span(scalar: ScalarNode, start: int, end: int) -> SourceSpan:
-    """Where the characters `start` up to `end` of the text are written; all of it if unknown.
+    """Find the place of a part of a scalar's text.
 
-    `start` = `end` = the text's length is the place just after the last character.
+    Args:
+        scalar: any scalar.
+        start: index in the text. `start` = `end` = its length is the place just after the last character.
+        end: index after the last character.
+
+    Returns:
+        The span in the file; the whole scalar's if the places are not known.
     """
     pieces = _pieces(scalar)
     if not pieces or not 0 <= start <= end <= len(pieces):
@@ -37,16 +48,16 @@ def sub_span(scalar: ScalarNode, start: int, end: int) -> SourceSpan:
 
 
 def _pieces(scalar: ScalarNode) -> list[_PositionedText]:
-    """The text with its places, checked against the text itself: [] rather than a wrong place."""
+    """Return the text with its places, checked against the text itself: [] rather than a wrong place."""
     source, start, end = scalar.span.source.text, scalar.span.start, scalar.span.end
     if scalar.style in ("|", ">"):
-        found = _block_pieces(source, start, scalar.text, scalar.style == ">")
+        pieces = _block_pieces(source, start, scalar.text, scalar.style == ">")
     elif scalar.style:
-        found = list(_flow_pieces(source, start + 1, end - 1, scalar.style))
+        pieces = list(_flow_pieces(source, start + 1, end - 1, scalar.style))
     else:
-        found = list(_flow_pieces(source, start, end, ""))
-    found = found[: len(scalar.text)]
-    return found if "".join(character for character, _, _ in found) == scalar.text else []
+        pieces = list(_flow_pieces(source, start, end, ""))
+    pieces = pieces[: len(scalar.text)]
+    return pieces if "".join(character for character, _, _ in pieces) == scalar.text else []
 
 
 _BLANKS: Final = re.compile(r"[ \t]*")
@@ -59,7 +70,7 @@ _ESCAPES: Final = {
 
 
 def _flow_pieces(text: str, at: int, end: int, quote: str) -> Iterator[_PositionedText]:
-    """A plain or quoted scalar: one line break folds into a space, n + 1 into n breaks."""
+    """Read a plain or quoted scalar: one line break folds into a space, n + 1 into n breaks."""
     while at < end:
         blanks = _BLANKS.match(text, at, end)
         after = blanks.end() if blanks else at
@@ -77,7 +88,7 @@ def _flow_pieces(text: str, at: int, end: int, quote: str) -> Iterator[_Position
 
 
 def _unescape(text: str, at: int, end: int, quote: str) -> tuple[list[_PositionedText], int]:
-    """What one character or escape stands for, and where the next begins."""
+    """Return the text of one character or escape, and the offset of the next."""
     if quote == "'" and text[at] == "'":
         return [("'", at, at + 2)], at + 2
     if quote != '"' or text[at] != "\\":
@@ -85,7 +96,7 @@ def _unescape(text: str, at: int, end: int, quote: str) -> tuple[list[_Positione
     joined = _FOLD.match(text, at + 1, end)
     if joined:  # the break is joined away, the empty lines after it are not
         breaks = list(_BREAKS.finditer(text, *joined.span()))
-        return [("\n", found.start(), found.end()) for found in breaks[1:]], joined.end()
+        return [("\n", match.start(), match.end()) for match in breaks[1:]], joined.end()
     escaped = text[at + 1]
     digits = _HEX_DIGITS.get(escaped, 0)
     after = at + 2 + digits
@@ -98,13 +109,13 @@ def _fold_lines(text: str, start: int, end: int) -> Iterator[_PositionedText]:
     if len(breaks) == 1:
         yield " ", breaks[0].start(), breaks[0].end()
     else:
-        yield from (("\n", found.start(), found.end()) for found in breaks[1:])
+        yield from (("\n", match.start(), match.end()) for match in breaks[1:])
 
 
 def _block_pieces(text: str, start: int, value: str, is_folding: bool) -> list[_PositionedText]:
-    """A block scalar: indentation goes; folding joins lines of which neither begins with a blank.
+    """Read a block scalar: indentation goes; folding joins lines of which neither begins with a blank.
 
-    All trailing breaks are kept here: how many count is the header's choice, and the caller cuts.
+    All trailing breaks are kept: the header decides how many count, and the caller cuts.
     """
     header = text.find("\n", start)
     lines = [] if header < 0 else _block_lines(text, header + 1, value)
@@ -124,16 +135,16 @@ def _block_pieces(text: str, start: int, value: str, is_folding: bool) -> list[_
 
 
 def _block_lines(text: str, at: int, value: str) -> Iterator[tuple[int, int, int]]:
-    """(start, end, start of the next line) of each line's content, indentation taken off.
+    """Yield (start, end, start of the next line) of each line's content, without its indentation.
 
-    The indentation is what the first line that holds something has and its text has not.
+    The indentation is that of the first line with content, minus the blanks that its text begins with.
     """
     content = value.lstrip("\n")
     own = len(content) - len(content.lstrip(" "))
     indent: int | None = None
     while at < len(text):
-        found = _BREAKS.search(text, at)
-        end, after = found.span() if found else (len(text), len(text))
+        line_break = _BREAKS.search(text, at)
+        end, after = line_break.span() if line_break else (len(text), len(text))
         leading = len(text[at:end]) - len(text[at:end].lstrip(" "))
         if indent is None and at + leading < end:
             indent = max(leading - own, 0)

@@ -1,4 +1,4 @@
-"""What a schema's type hints say: its fields, and the forms that each may be written in."""
+"""Type hints of a schema: its fields, and the forms that each may be written in."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _LOCATION_FIELDS: Final = ("span", "key_span")
 
 @dataclass(frozen=True, slots=True)
 class SchemaField:
-    """One declared field under the name it has in YAML."""
+    """Declared field, under the name it has in YAML."""
 
     attribute: str
     hint: Any
@@ -47,7 +47,17 @@ class SchemaField:
 
 @cache
 def fields_of(schema: type) -> dict[str, SchemaField]:
-    """The fields of a schema by YAML name, checked to be decodable."""
+    """List the fields of a schema and check that they can be decoded.
+
+    Args:
+        schema: dataclass with a field `span`.
+
+    Returns:
+        The fields by YAML name; cached.
+
+    Raises:
+        MisuseError: the schema has no `span`, or YAML cannot distinguish the forms of a field.
+    """
     hints = get_type_hints(schema, include_extras=True)
     if hints.get("span") is not SourceSpan:
         raise MisuseError(f"{schema.__name__} must declare `span: Span`")
@@ -73,20 +83,34 @@ def fields_of(schema: type) -> dict[str, SchemaField]:
 
 
 def _yaml_name(attribute: str) -> str:
-    """`from_` is written `from`; every other attribute is written as it is."""
+    """Return the YAML name of an attribute: `from_` is written `from`, others as they are."""
     bare = attribute.removesuffix("_")
     return bare if keyword.iskeyword(bare) or bare in ("all", "any") else attribute
 
 
 def admitted_forms(hint: Any) -> tuple[Any, ...]:
-    """The forms a hint admits; None only says that the field has a default."""
+    """List the forms that a hint admits.
+
+    Args:
+        hint: type hint, perhaps a union. None in it only means that the field has a default.
+
+    Returns:
+        The alternatives of the union without None, or the hint alone.
+    """
     if get_origin(hint) in (Union, types.UnionType):
         return tuple(option for option in get_args(hint) if option is not type(None))
     return (hint,)
 
 
 def split_annotated(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """A hint without its `Annotated` marks, and the marks."""
+    """Split a hint from its `Annotated` marks.
+
+    Args:
+        hint: type hint.
+
+    Returns:
+        The bare hint, and its marks.
+    """
     if get_origin(hint) is Annotated:
         base, *marks = get_args(hint)
         return base, tuple(marks)
@@ -94,7 +118,17 @@ def split_annotated(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def node_kind(base: Any) -> type[ScalarNode] | type[SequenceNode] | type[MappingNode]:
-    """The kind of node a form is written as."""
+    """Return the kind of node that a form is written as.
+
+    Args:
+        base: bare hint, without marks.
+
+    Returns:
+        The class of the node.
+
+    Raises:
+        MisuseError: no node can be decoded to it.
+    """
     origin = get_origin(base)
     if base in _LOCATED_TYPES or origin in (Literal, ChoiceField):
         return ScalarNode
@@ -106,14 +140,28 @@ def node_kind(base: Any) -> type[ScalarNode] | type[SequenceNode] | type[Mapping
 
 
 def allowed_words(base: Any) -> tuple[str, ...] | None:
-    """The only words a form admits; None where it admits others."""
+    """List the only words that a form admits.
+
+    Args:
+        base: bare hint.
+
+    Returns:
+        The words; None if the form admits others.
+    """
     if get_origin(base) is ChoiceField:
         base = get_args(base)[0]
     return get_args(base) if get_origin(base) is Literal else None
 
 
 def example_text(hint: Any) -> str:
-    """How a field of this hint could be written."""
+    """Give an example of a field's value.
+
+    Args:
+        hint: type hint of the field.
+
+    Returns:
+        Text as it could be written in YAML.
+    """
     base, marks = split_annotated(admitted_forms(hint)[0])
     words = allowed_words(base)
     if words is not None:

@@ -1,13 +1,12 @@
-"""YAML becomes nodes that know their place; whatever YAML offers beyond plain data is refused.
+"""Reader from YAML to nodes with their places. It refuses everything in YAML beyond plain data.
 
-Refused: duplicate keys, aliases and anchors, tags, merge keys, directives, several documents,
-keys that are not text, characters that are invisible or reorder what is shown.  Types are not
-guessed here: `no`, `12:30:00` and `1.10` stay the text that was written.
+Refused: duplicate keys, aliases and anchors, tags, merge keys, directives, several documents, keys that are
+not text, characters that are invisible or reorder the text shown. Types are not guessed here: `no`,
+`12:30:00` and `1.10` stay the text that was written.
 
-The nodes are built from parser events without recursion, and building stops at `MAX_DEPTH` and
-`MAX_NODES`, because libyaml's time is quadratic in depth and its composer overflows the stack.
-libyaml counts some characters as line breaks which `Source` does not, so places are taken from
-its character index alone.
+The nodes are built from parser events without recursion, and building stops at `MAX_DEPTH` and `MAX_NODES`,
+because libyaml's time is quadratic in depth and its composer overflows the stack. libyaml counts some
+characters as line breaks which `Source` does not, so places are taken from its character index alone.
 """
 
 from __future__ import annotations
@@ -37,21 +36,29 @@ _FORBIDDEN: Final = re.compile(
 _TAG: Final = re.compile(r"[^\s,\[\]{}]*")
 
 
-def read_yaml(source: Source, sink: Diagnostics) -> Node | None:
-    """The one document of `source`; None if anything about it was refused, which `sink` then tells."""
+def read_yaml(source: Source, diagnostics: Diagnostics) -> Node | None:
+    """Read the one document of a YAML file.
+
+    Args:
+        source: text of the file.
+        diagnostics: receives the errors.
+
+    Returns:
+        The root node; None if anything was refused.
+    """
     if len(source.text) > MAX_BYTES:
-        sink.report(too_large_error(source.path))
+        diagnostics.report(too_large_error(source.path))
         return None
     forbidden = _FORBIDDEN.search(source.text)
     if forbidden:
         span = source.span(forbidden.start(), forbidden.end())
-        _refuse_character(forbidden[0], span, sink)
+        _refuse_character(forbidden[0], span, diagnostics)
         return None
-    return _NodeBuilder(source, sink).build()
+    return _NodeBuilder(source, diagnostics).build()
 
 
-def _refuse_character(character: str, at: SourceSpan, sink: Diagnostics) -> None:
-    sink.error(
+def _refuse_character(character: str, at: SourceSpan, diagnostics: Diagnostics) -> None:
+    diagnostics.error(
         "AE005",
         f"the character U+{ord(character):04X} is not allowed",
         at,
@@ -60,12 +67,12 @@ def _refuse_character(character: str, at: SourceSpan, sink: Diagnostics) -> None
 
 
 class _ReadAborted(Exception):  # noqa: N818  control flow, not an error: it was reported already
-    """Reading on is pointless or dangerous."""
+    """Signal that reading on is pointless or dangerous."""
 
 
 @dataclass(slots=True)
 class _OpenCollection:
-    """A collection whose end has not been met."""
+    """Collection whose end has not been reached."""
 
     is_mapping: bool
     is_flow: bool
@@ -77,11 +84,11 @@ class _OpenCollection:
 
 
 class _NodeBuilder:
-    """Turns parser events into nodes, reporting what is refused on the way."""
+    """Builder of nodes from parser events. It reports everything that is refused."""
 
-    def __init__(self, source: Source, sink: Diagnostics) -> None:
+    def __init__(self, source: Source, diagnostics: Diagnostics) -> None:
         self._source = source
-        self._sink = sink
+        self._diagnostics = diagnostics
         self._open: list[_OpenCollection] = []
         self._root: Node | None = None
         self._nodes = 0
@@ -118,7 +125,9 @@ class _NodeBuilder:
     ) -> None:
         self._refused = True
         secondary = () if other is None else (other,)
-        self._sink.error(code, headline, at, label, secondary=secondary, help=(advice,) if advice else ())
+        self._diagnostics.error(
+            code, headline, at, label, secondary=secondary, help=(advice,) if advice else ()
+        )
 
     def _handle_event(self, event: Any) -> None:
         start, end = event.start_mark.index, event.end_mark.index
@@ -157,7 +166,7 @@ class _NodeBuilder:
             )
 
     def _properties(self, event: Any) -> None:
-        """Anchors and tags stand before a value and are refused, whatever the value."""
+        """Refuse anchors and tags, which stand before a value."""
         start = event.start_mark.index
         if event.anchor is not None:
             sign = self._source.text.find("&" + event.anchor, start)
@@ -188,7 +197,7 @@ class _NodeBuilder:
         forbidden = _FORBIDDEN.search(text)
         if forbidden:  # written as an escape, as the source itself was searched before
             self._refused = True
-            _refuse_character(forbidden[0], span, self._sink)
+            _refuse_character(forbidden[0], span, self._diagnostics)
         return ScalarNode(text, span, style)
 
     def _open_collection(self, event: Any, start: int, end: int) -> None:
@@ -199,7 +208,7 @@ class _NodeBuilder:
         self._open.append(_OpenCollection(is_mapping, bool(event.flow_style), start))
 
     def _close_collection(self, opened: _OpenCollection, mark: int) -> Node:
-        """The finished collection; in block style it ends with its last value, not at the next token."""
+        """Finish a collection; in block style it ends with its last value, not at the next token."""
         end = mark
         if not opened.is_flow:
             last = opened.entries[-1][1] if opened.entries else opened.items[-1] if opened.items else None
@@ -217,7 +226,7 @@ class _NodeBuilder:
                 f"the file holds more than {MAX_NODES:,} values",
                 self._span(node.span.start, node.span.start),
             )
-        if self._nodes > MAX_NODES or self._sink.is_full:
+        if self._nodes > MAX_NODES or self._diagnostics.is_full:
             raise _ReadAborted
         if not self._open:
             self._root = node
@@ -247,27 +256,32 @@ class _NodeBuilder:
             into.keys[key.text] = key
 
     def _syntax(self, problem: yaml.MarkedYAMLError) -> None:
-        """What the parser complains of, at the place it names, in its own words unless ours are clearer."""
+        """Report the parser's complaint at its place, in its own words unless ours are clearer."""
         text = self._source.text
-        said, context = _one_line(problem.problem or ""), _one_line(problem.context or "")
+        complaint, context = _one_line(problem.problem or ""), _one_line(problem.context or "")
         at = self._mark(problem.problem_mark)
         if text[at : at + 1] == "\t":
             span = self._span(at, at + 1)
             self._refuse("AE008", "a tab cannot indent", span, advice="indent with spaces")
             return
-        begun = self._mark(problem.context_mark) if problem.context_mark else at
-        if "quoted scalar" in context and ("end of stream" in said or "document indicator" in said):
-            opening = self._span(begun, min(begun + 1, len(text)))
+        context_start = self._mark(problem.context_mark) if problem.context_mark else at
+        if "quoted scalar" in context and ("end of stream" in complaint or "document indicator" in complaint):
+            opening = self._span(context_start, min(context_start + 1, len(text)))
             self._refuse("AE009", "a quoted text is never closed", opening, "opened here")
             return
         end = at + 1 if text[at : at + 1].strip() else at
-        other = SpanLabel(self._span(begun, begun), context) if context and begun != at else None
+        has_context = bool(context) and context_start != at
+        other = SpanLabel(self._span(context_start, context_start), context) if has_context else None
         self._refuse(
-            "AE007", f"not well-formed YAML: {said}", self._span(at, end), advice=_advice(said), other=other
+            "AE007",
+            f"not well-formed YAML: {complaint}",
+            self._span(at, end),
+            advice=_advice(complaint),
+            other=other,
         )
 
     def _mark(self, mark: Any) -> int:
-        """The mark's offset, kept inside the text as an end may be marked behind it."""
+        """Return the mark's offset, inside the text: an end may be marked behind it."""
         return min(mark.index, len(self._source.text)) if mark else 0
 
 

@@ -1,1 +1,1 @@
-"""Boxes and how conditions narrow them: what is believed where bounds alone say that nothing can hold."""
+"""Boxes and their narrowing by conditions, the trusted base of UNSAT answers that need no SMT solver."""

@@ -1,4 +1,4 @@
-"""Boxes: for each scalar variable, and for sums of some, the values that it may still have."""
+"""Boxes: sets of values that scalar variables, and sums of them, may still have."""
 
 from __future__ import annotations
 
@@ -21,7 +21,15 @@ Box: TypeAlias = dict[str | LinearSum, ValueSet]
 
 
 def declared_interval(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, Fraction]]) -> ValueSet:
-    """What a variable may be before anything is asked of it."""
+    """Return the values that a variable may have before any condition.
+
+    Args:
+        scalar: scalar variable.
+        ranges: closed range (SI) of each real scalar variable; one without a range is unbounded.
+
+    Returns:
+        An interval for a real; else both truth values or all members.
+    """
     match scalar.type:
         case BoolType():
             return frozenset((False, True))
@@ -32,19 +40,35 @@ def declared_interval(scalar: t.Variable, ranges: Mapping[str, tuple[Fraction, F
 
 
 def pick_value(scalar: t.Variable, values: ValueSet, end: End = None) -> ScalarValue:
-    """One of the values, from the middle or near an end; a real where there is no whole number there."""
+    """Pick one of the values.
+
+    Args:
+        scalar: variable that is to have the value.
+        values: values to pick from; not empty.
+        end: end of an interval to stay near; None for its middle.
+
+    Returns:
+        The value. For an integer variable, a real if there is no whole number next to the point picked.
+    """
     if isinstance(values, Interval):
         return values.pick_integer(end) if isinstance(scalar.type, IntegerType) else values.pick_near(end)
     if isinstance(scalar.type, EnumType):
-        return next(one for one in scalar.type.members if one in values)
+        return next(member for member in scalar.type.members if member in values)
     return False not in values
 
 
 def propagate_sums(box: Box) -> bool:
-    """Narrow each variable of a sum to what the others leave it; whether values are left."""
+    """Narrow each variable of a sum to the values that the others leave for it.
+
+    Args:
+        box: box to narrow, in place.
+
+    Returns:
+        False if some variable has no value left.
+    """
     sums = [of for of in box if isinstance(of, tuple)]
     occurs = Counter(name for of in sums for name, _ in of)
-    for _ in sums:  # so often at most: what one sum leaves of a variable may narrow those of another
+    for _ in sums:  # at most this often: narrowing one sum may narrow another that shares a variable
         again = False
         for of in sums:
             whole = box[of] = _interval(box[of]).intersect(_sum_interval(of, box))
@@ -62,7 +86,15 @@ def propagate_sums(box: Box) -> bool:
 
 
 def intersect(one: ValueSet, other: ValueSet) -> ValueSet:
-    """What is in both."""
+    """Intersect two sets of values of the same kind.
+
+    Args:
+        one: a set.
+        other: another set.
+
+    Returns:
+        The values in both.
+    """
     if isinstance(one, Interval):
         return one.intersect(_interval(other))
     return one & other  # type: ignore[operator]
@@ -74,7 +106,15 @@ def _interval(values: ValueSet) -> Interval:
 
 
 def values_in_box(of: str | LinearSum, box: Box) -> ValueSet:
-    """The values that a variable or a sum may have, as far as `box` tells."""
+    """Return the values that a variable or a sum may have in a box.
+
+    Args:
+        of: name of a scalar variable, or a linear sum.
+        box: values of all variables, and of some sums.
+
+    Returns:
+        The values; for a sum that the box does not list, the interval sum of its variables.
+    """
     if isinstance(of, str):
         return box[of]
     kept = box.get(of)
@@ -86,5 +126,12 @@ def _sum_interval(of: LinearSum, box: Box) -> Interval:
 
 
 def is_empty(values: ValueSet) -> bool:
-    """Whether no value is left."""
+    """Say if a set has no values.
+
+    Args:
+        values: set of values.
+
+    Returns:
+        True if it is empty.
+    """
     return values.is_empty if isinstance(values, Interval) else not values

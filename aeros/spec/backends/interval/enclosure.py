@@ -1,4 +1,4 @@
-"""Interval arithmetic: two numbers between which a term lies, wherever in a box its variables are."""
+"""Interval arithmetic: bounds on a term's value over a box."""
 
 from __future__ import annotations
 
@@ -10,11 +10,19 @@ from aeros.spec.backends.interval.interval import Interval
 from aeros.spec.expr import terms as t
 
 _Bounds: TypeAlias = tuple[Fraction, Fraction] | None
-"""Two reals between which, both included, a term's value lies; None where no such two are known."""
+"""Lower and upper bound of a term's value, both included; None if none are known."""
 
 
 def comparison_truth(term: t.Compare, box: Box) -> bool | None:
-    """Whether a comparison holds in all of `box`, or in none of it; None where neither is known."""
+    """Decide a comparison over a whole box.
+
+    Args:
+        term: comparison of real terms of the scalar core.
+        box: values of its variables.
+
+    Returns:
+        True if it holds everywhere in `box`, False if nowhere; None if that is not known.
+    """
     left, right = interval_of(term.left, box), interval_of(term.right, box)
     if left is None or right is None:
         return None
@@ -27,7 +35,15 @@ def comparison_truth(term: t.Compare, box: Box) -> bool | None:
 
 
 def interval_of(term: t.Term, box: Box) -> _Bounds:
-    """What a real term lies between in `box`, as far as is known."""
+    """Enclose the value of a real term over a box.
+
+    Args:
+        term: real term of the scalar core.
+        box: values of its variables.
+
+    Returns:
+        Lower and upper bound, both included; None if none are known.
+    """
     match term:
         case t.Literal(value=Fraction() as value):
             return value, value
@@ -46,8 +62,8 @@ def interval_of(term: t.Term, box: Box) -> _Bounds:
             left, right = interval_of(term.left, box), interval_of(term.right, box)
             return None if left is None or right is None else _combine_intervals(term, left, right)
         case t.Conditional(then=then, otherwise=otherwise):
-            one, other = interval_of(then, box), interval_of(otherwise, box)
-            return None if one is None or other is None else (min(one[0], other[0]), max(one[1], other[1]))
+            left, right = interval_of(then, box), interval_of(otherwise, box)
+            return None if left is None or right is None else (min(left[0], right[0]), max(left[1], right[1]))
         case _:
             return None
 

@@ -1,4 +1,4 @@
-"""Terms as formulas about the values of variables and of sums; what else there is stays a term."""
+"""Formulas over the values of variables and of linear sums. Conditions of other kinds stay terms."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ZERO: Final = Fraction(0)
 
 @dataclass(frozen=True, slots=True)
 class ValueConstraint:
-    """A condition on one scalar variable, or on one sum of several: that its value is one of these."""
+    """Condition that one scalar variable, or one linear sum, has one of these values."""
 
     subject: str | LinearSum
     values: ValueSet
@@ -24,7 +24,7 @@ class ValueConstraint:
 
 @dataclass(frozen=True, slots=True)
 class OpaqueLiteral:
-    """A condition of any other kind: that the term is, or is not, true."""
+    """Condition of any other kind: the term is true, or is not."""
 
     term: t.Term
     is_true: bool
@@ -32,14 +32,14 @@ class OpaqueLiteral:
 
 @dataclass(frozen=True, slots=True)
 class Conjunction:
-    """All of these hold."""
+    """Formula that holds where all parts hold."""
 
     parts: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Disjunction:
-    """One of these holds."""
+    """Formula that holds where some part holds."""
 
     parts: tuple[Formula, ...]
 
@@ -48,16 +48,30 @@ Formula: TypeAlias = ValueConstraint | OpaqueLiteral | Conjunction | Disjunction
 
 
 def conjuncts_of(formula: Formula) -> list[Formula]:
-    """Formulas that hold together iff `formula` holds."""
+    """Split a formula at its conjunctions.
+
+    Args:
+        formula: any formula.
+
+    Returns:
+        Formulas that hold together exactly where `formula` holds.
+    """
     return (
-        [one for part in formula.parts for one in conjuncts_of(part)]
+        [conjunct for part in formula.parts for conjunct in conjuncts_of(part)]
         if isinstance(formula, Conjunction)
         else [formula]
     )
 
 
 def names_of(formula: Formula) -> frozenset[str]:
-    """The scalar variables that it speaks of."""
+    """Collect the scalar variables of a formula.
+
+    Args:
+        formula: any formula.
+
+    Returns:
+        Their names.
+    """
     match formula:
         case ValueConstraint(subject=of):
             return frozenset((of,)) if isinstance(of, str) else frozenset(name for name, _ in of)
@@ -68,7 +82,15 @@ def names_of(formula: Formula) -> frozenset[str]:
 
 
 def to_formula(term: t.Term, *, is_true: bool) -> Formula:
-    """The formula that a condition of the scalar core is true, or that it is not."""
+    """Translate a condition of the scalar core to a formula.
+
+    Args:
+        term: boolean term of the scalar core.
+        is_true: True for the formula that `term` is true, False for its negation.
+
+    Returns:
+        The formula.
+    """
     match term:
         case t.Literal(value=value):
             return Conjunction(()) if value is is_true else Disjunction(())
@@ -91,7 +113,9 @@ def _comparison(term: t.Compare, *, is_true: bool) -> Formula:
             t.Literal(value=value),
             t.Variable(name=name, type=EnumType(members=members)),
         ):
-            return ValueConstraint(name, frozenset(one for one in members if (one == value) is is_true))
+            return ValueConstraint(
+                name, frozenset(member for member in members if (member == value) is is_true)
+            )
         case t.Absolute(operand=inner), t.Literal(value=Fraction() as bound) if term.op != "==":
             opposite = t.Literal(-bound, term.right.type)
             sides = t.Compare(term.op, inner, term.right), t.Compare(term.op, opposite, inner)
@@ -129,7 +153,7 @@ def _comparison(term: t.Compare, *, is_true: bool) -> Formula:
 
 
 def _less_equal_constraint(left: _Linear, right: _Linear, is_below: bool) -> Formula:
-    """That `left` is at most `right`, or below it."""
+    """Constrain `left` to be at most `right`, or below it if `is_below`."""
     slopes = {name: left[0].get(name, _ZERO) - right[0].get(name, _ZERO) for name in left[0] | right[0]}
     factors = tuple((name, slope) for name, slope in sorted(slopes.items()) if slope)
     most = right[1] - left[1]
@@ -146,7 +170,7 @@ _Linear: TypeAlias = tuple[dict[str, Fraction], Fraction]
 
 
 def _linear(term: t.Term) -> _Linear | None:
-    """Factors by variable, and the constant, of a real term that is linear as it is written."""
+    """Return the coefficients by variable and the constant of a real term that is written as a linear one."""
     match term:
         case t.Literal(value=Fraction() as value):
             return {}, value

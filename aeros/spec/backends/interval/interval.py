@@ -1,4 +1,4 @@
-"""Intervals of reals, with open, closed or no ends, exactly."""
+"""Exact intervals of reals, with open, closed or no ends."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from math import ceil, floor
 from typing import Literal, TypeAlias
 
 End: TypeAlias = Literal["low", "high"] | None
-"""Where in an interval a number is taken from; None: from its middle."""
+"""End of an interval near which a number is picked; None for its middle."""
 
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """The reals between two ends, either of which may be open, or None for endless."""
+    """Reals between two ends, each of which is closed, open, or None for unbounded."""
 
     low: Fraction | None = None
     high: Fraction | None = None
@@ -22,13 +22,20 @@ class Interval:
 
     @property
     def is_empty(self) -> bool:
-        """Whether no real is in it."""
+        """True if the interval has no real."""
         if self.low is None or self.high is None:
             return False
         return self.low > self.high or (self.low == self.high and (self.low_open or self.high_open))
 
     def intersect(self, other: Interval) -> Interval:
-        """What is in both."""
+        """Intersect with another interval.
+
+        Args:
+            other: another interval.
+
+        Returns:
+            The reals in both.
+        """
         low, low_open = self.low, self.low_open
         if other.low is not None and (low is None or other.low >= low):
             low, low_open = other.low, other.low_open or (low == other.low and low_open)
@@ -38,13 +45,25 @@ class Interval:
         return Interval(low, high, low_open, high_open)
 
     def midpoint(self) -> Fraction:
-        """One of its reals, halfway between the ends where there are two."""
+        """Return a real of the interval.
+
+        Returns:
+            Its midpoint; 1 inside the only end; 0 if it has no ends.
+        """
         if self.low is None:
             return Fraction(0) if self.high is None else self.high - 1
         return self.low + 1 if self.high is None else (self.low + self.high) / 2
 
     def pick_near(self, end: End) -> Fraction:
-        """One of its reals: that end if it is in it, else one an eighth of the way to the other end."""
+        """Return a real of the interval near one end.
+
+        Args:
+            end: the end; None for the midpoint.
+
+        Returns:
+            That end if it belongs to the interval, else the point an eighth of the width inside it. The
+            midpoint, if the interval is unbounded.
+        """
         if self.low is None or self.high is None or end is None:
             return self.midpoint()
         if end == "low":
@@ -52,25 +71,56 @@ class Interval:
         return self.high - (self.high - self.low) / 8 if self.high_open else self.high
 
     def pick_integer(self, end: End = None) -> Fraction:
-        """One of its whole numbers; if there is none where a real is taken from, that real."""
+        """Return a whole number of the interval near one end.
+
+        Args:
+            end: the end; None for the midpoint.
+
+        Returns:
+            One of the two whole numbers around `pick_near(end)` if it belongs to the interval; else that
+            real.
+        """
         middle = self.pick_near(end)
         near = (Fraction(floor(middle)), Fraction(ceil(middle)))
-        return next((one for one in near if not self.intersect(Interval(one, one)).is_empty), middle)
+        return next(
+            (number for number in near if not self.intersect(Interval(number, number)).is_empty), middle
+        )
 
     def add(self, other: Interval) -> Interval:
-        """The sums of one of its reals and one of the other's."""
+        """Add intervals.
+
+        Args:
+            other: another interval.
+
+        Returns:
+            The sums of a real of this interval and a real of `other`.
+        """
         low = None if self.low is None or other.low is None else self.low + other.low
         high = None if self.high is None or other.high is None else self.high + other.high
         return Interval(low, high, self.low_open or other.low_open, self.high_open or other.high_open)
 
     def subtract(self, other: Interval) -> Interval:
-        """The differences of one of its reals and one of the other's."""
+        """Subtract intervals.
+
+        Args:
+            other: another interval.
+
+        Returns:
+            The differences of a real of this interval and a real of `other`.
+        """
         low = None if self.low is None or other.high is None else self.low - other.high
         high = None if self.high is None or other.low is None else self.high - other.low
         return Interval(low, high, self.low_open or other.high_open, self.high_open or other.low_open)
 
     def scale(self, factor: Fraction) -> Interval:
-        """Each of its reals times `factor`, which is not 0."""
+        """Multiply by a number.
+
+        Args:
+            factor: a number other than 0.
+
+        Returns:
+            The reals of this interval times `factor`.
+        """
         # Nearly all factors are 1 or -1, and fractions are slow.
         if factor == 1:
             return self

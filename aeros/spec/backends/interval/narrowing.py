@@ -1,4 +1,4 @@
-"""What formulas leave of a box, and which of their alternatives it leaves."""
+"""Narrowing of boxes by formulas, and elimination of alternatives that a box excludes."""
 
 from __future__ import annotations
 
@@ -21,23 +21,41 @@ from aeros.spec.expr import terms as t
 
 @dataclass(slots=True)
 class SearchState:
-    """A box, and what is not settled of it: conditions of other kinds, and alternatives."""
+    """Box with the conditions that are not settled in it.
+
+    Attributes:
+        box: values that variables and sums may still have.
+        opaque_literals: conditions that are no value constraints.
+        open_disjunctions: disjunctions that are not decided.
+    """
 
     box: Box
     opaque_literals: list[OpaqueLiteral]
     open_disjunctions: list[Disjunction]
 
     def copy(self) -> SearchState:
-        """Another that can be narrowed by itself."""
+        """Copy the state, so that it can be narrowed independently.
+
+        Returns:
+            The copy.
+        """
         return SearchState(dict(self.box), list(self.opaque_literals), list(self.open_disjunctions))
 
 
 _Status: TypeAlias = bool | None
-"""Whether a formula holds in all of a box (True), in none of it (False), or neither is known."""
+"""Truth of a formula over a box: True everywhere, False nowhere, None if neither is known."""
 
 
 def narrow(open_: SearchState, pending: list[Formula]) -> bool:
-    """Take in what is pending; whether it leaves each variable a value, and refutes nothing else."""
+    """Narrow a state by formulas.
+
+    Args:
+        open_: state to narrow, in place.
+        pending: formulas that must hold; used up.
+
+    Returns:
+        False if a variable has no value left or a condition is refuted.
+    """
     box = open_.box
     while pending:
         match pending.pop():
@@ -59,15 +77,15 @@ def narrow(open_: SearchState, pending: list[Formula]) -> bool:
 
 
 def _narrow_by_comparison(other: OpaqueLiteral, box: Box) -> bool:
-    """Narrow the variable that `other` compares with something bounded; whether values are left."""
+    """Narrow the variable that `other` compares with a bounded term; return False if no values are left."""
     match other.term:
-        case t.Compare(op="<" | "<=" as op, left=beside, right=t.Variable(name=name)):
+        case t.Compare(op="<" | "<=" as op, left=bound, right=t.Variable(name=name)):
             is_above = other.is_true
-        case t.Compare(op="<" | "<=" as op, left=t.Variable(name=name), right=beside):
+        case t.Compare(op="<" | "<=" as op, left=t.Variable(name=name), right=bound):
             is_above = not other.is_true
         case _:
             return True
-    bounds = interval_of(beside, box)
+    bounds = interval_of(bound, box)
     if bounds is None:
         return True
     # not (left <= right) is right < left
@@ -80,7 +98,14 @@ def _narrow_by_comparison(other: OpaqueLiteral, box: Box) -> bool:
 
 
 def propagate_disjunctions(open_: SearchState) -> list[Formula]:
-    """What the box leaves no choice about; the choices that stay open lose what it excludes."""
+    """Remove the alternatives that the box excludes.
+
+    Args:
+        open_: state whose open disjunctions are reduced, in place.
+
+    Returns:
+        The formulas that are the only alternative left of their disjunction.
+    """
     choices, open_.open_disjunctions = open_.open_disjunctions, []
     forced: list[Formula] = []
     for choice in choices:
@@ -106,8 +131,8 @@ def _status_of(formula: Formula, box: Box) -> _Status:
         case Disjunction(parts=parts):
             return _join_statuses(parts, box, absorbing=True)
         case OpaqueLiteral(term=t.Compare() as term, is_true=is_true):
-            found = comparison_truth(term, box)
-            return None if found is None else found is is_true
+            truth = comparison_truth(term, box)
+            return None if truth is None else truth is is_true
         case _:
             return None
 

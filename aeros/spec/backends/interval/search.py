@@ -1,4 +1,4 @@
-"""Boxes narrowed and divided until a model is found, or none can be."""
+"""Branch-and-prune search: boxes are narrowed and divided until a model is found or none is left."""
 
 from __future__ import annotations
 
@@ -17,27 +17,35 @@ from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import IntegerType
 
 MAX_BOXES: Final = 24
-"""Boxes looked at for one question; what needs more is what solvers are good at."""
+"""Boxes examined for one question; a question that needs more is left to the SMT solver."""
 
 MAX_CORNERS: Final = 16
-"""Points of a box that are tried near its corners, where conditions of other kinds fail in its middle."""
+"""Points tried near the corners of a box whose middle is no model."""
 
 _ENDS: Final[tuple[End, ...]] = ("low", "high")
 
 
 class BranchAndPrune:
-    """The search for one question."""
+    """Search for one question."""
 
     def __init__(self, scalars: Sequence[t.Variable]) -> None:
         self._scalars = scalars
         self._left = MAX_BOXES
 
     def run(self, formulas: list[Formula], box: Box) -> SolverAnswer | None:
-        """Whether all of `formulas` hold somewhere in `box`; None where that takes too many boxes."""
+        """Check if all formulas hold somewhere in a box.
+
+        Args:
+            formulas: formulas that must hold together; used up.
+            box: values of each scalar variable.
+
+        Returns:
+            SAT with a model, or UNSAT; None if that takes more than `MAX_BOXES` boxes or finds no model.
+        """
         return self._search(formulas, SearchState(box, [], []))
 
     def _search(self, pending: list[Formula], open_: SearchState) -> SolverAnswer | None:
-        """As `run`, of everything given; the arguments are used up."""
+        """Search as `run` does; the arguments are used up."""
         self._left -= 1
         if self._left < 0:
             return None
@@ -61,22 +69,22 @@ class BranchAndPrune:
         return SolverAnswer(SatResult.UNSAT, {}) if is_known else None
 
     def _model(self, open_: SearchState) -> SolverAnswer | None:
-        """A point of the box at which what is not settled of it holds too, if one is found."""
-        found = self._sample_point(open_.box, {})
-        if found is None or _replays(open_.opaque_literals, found):
-            return None if found is None else SolverAnswer(SatResult.SAT, found)
+        """Return a point of the box at which the unsettled conditions hold too, if one is found."""
+        model = self._sample_point(open_.box, {})
+        if model is None or _replays(open_.opaque_literals, model):
+            return None if model is None else SolverAnswer(SatResult.SAT, model)
         spoken = sorted(
             frozenset[str]().union(*(t.variables_of(other.term) for other in open_.opaque_literals))
         )
         real = [name for name in spoken if isinstance(open_.box[name], Interval)]
         for ends in islice(product(_ENDS, repeat=len(real)), MAX_CORNERS):
-            found = self._sample_point(open_.box, dict(zip(real, ends, strict=True)))
-            if found is not None and _replays(open_.opaque_literals, found):
-                return SolverAnswer(SatResult.SAT, found)
+            model = self._sample_point(open_.box, dict(zip(real, ends, strict=True)))
+            if model is not None and _replays(open_.opaque_literals, model):
+                return SolverAnswer(SatResult.SAT, model)
         return None
 
     def _sample_point(self, within: Box, ends: Mapping[str, End]) -> dict[str, ScalarValue] | None:
-        """A point of the box: of each variable in turn a value that sums leave it, from its middle or end."""
+        """Pick a point of the box: for each variable in turn, a value that the sums leave it."""
         box = dict(within)
         model: dict[str, ScalarValue] = {}
         summed = {name for of in box if isinstance(of, tuple) for name, _ in of}

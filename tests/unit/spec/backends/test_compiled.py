@@ -85,7 +85,7 @@ def test_the_error_bound_is_a_bound(
 )
 @pytest.mark.parametrize("flipped", [False, True])
 @pytest.mark.parametrize("op", ["<", "<=", "=="])
-def test_a_variable_against_a_constant_is_exact_at_the_constant_and_beside_it(
+def test_comparing_a_variable_to_a_constant_is_exact_at_and_next_to_the_constant(
     constant: Fraction, op: str, flipped: bool
 ) -> None:
     sides = (_constant(constant), X) if flipped else (X, _constant(constant))
@@ -99,7 +99,7 @@ def test_a_variable_against_a_constant_is_exact_at_the_constant_and_beside_it(
             assert decide({"x": value}) is is_true(term, {"x": Fraction(value)}), value
 
 
-def test_a_tenth_thrice_is_less_than_three_tenths_of_doubles() -> None:
+def test_three_times_the_double_next_to_a_tenth_is_not_three_tenths() -> None:
     term = t.Compare("==", t.Add(t.Add(X, X), X), _constant("3/10"))
     decide = compiled.compile_condition(term, _unit_ranges())
     assert decide({"x": 0.1}) is False
@@ -165,7 +165,7 @@ def test_outside_the_rounding_band_the_exact_path_is_not_taken(monkeypatch: pyte
     def refuse(*_: object) -> bool:
         raise AssertionError("taken")
 
-    monkeypatch.setattr(compiled, "holds", refuse)
+    monkeypatch.setattr(compiled, "is_true", refuse)
     term = t.Compare("<=", t.Add(t.Multiply(X, Y), Z), _constant("1/2"))
     decide = compiled.compile_condition(term, _unit_ranges())
     assert decide({"x": 0.5, "y": 0.5, "z": 0.1}) is True

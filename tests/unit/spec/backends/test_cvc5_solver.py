@@ -14,7 +14,7 @@ _HARD = """(set-logic ALL)
 (check-sat)"""
 
 
-def test_it_tells_what_can_hold_from_what_cannot() -> None:
+def test_sat_and_unsat_are_distinguished() -> None:
     solver = Cvc5()
     asked = ["1", "0", "1", "0"]  # what was asked before changes nothing
     assert [solver.solve_script(_BETWEEN.format(bound)).result.value for bound in asked] == [
@@ -22,12 +22,12 @@ def test_it_tells_what_can_hold_from_what_cannot() -> None:
     ]  # fmt: skip
 
 
-def test_a_budget_that_runs_out_is_undecided_and_says_so() -> None:
+def test_a_budget_that_runs_out_is_undecided_with_a_reason() -> None:
     said = Cvc5(rlimit=10_000).solve_script(_HARD)
     assert said.result is SatResult.UNKNOWN
     assert "RESOURCEOUT" in said.reason
 
 
 @pytest.mark.parametrize("script", ["", "(assert", "(assert (< y 0))(check-sat)", "(set-logic ALL)"])
-def test_what_it_cannot_read_is_undecided(script: str) -> None:
+def test_a_script_that_cannot_be_read_is_undecided(script: str) -> None:
     assert Cvc5().solve_script(script).result is SatResult.UNKNOWN

@@ -38,7 +38,7 @@ def _forbid_solving(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> SolverAnswer:
         raise AssertionError("the solver was asked")
 
-    monkeypatch.setattr(IncrementalSolver, "ask", refuse)
+    monkeypatch.setattr(IncrementalSolver, "check_sat", refuse)
 
 
 def test_a_question_is_put_to_the_solver_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,7 +85,7 @@ def test_a_later_run_finds_the_same_answer_in_the_store(
     assert second.check_sat([X], RANGES, [_above(Fraction(10))]) == never == SolverAnswer(SatResult.UNSAT, {})
 
 
-def test_what_is_asked_after_keeping_is_kept_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_questions_asked_after_saving_are_saved_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = Oracle(store=AnswerStore(tmp_path / "answers"))
     for bound in (3, 4):
         first.check_sat([X], RANGES, [_above(Fraction(bound))])
@@ -109,20 +109,20 @@ def test_another_budget_another_solver_or_other_code_asks_again(
         Oracle(store=AnswerStore(tmp_path / "answers")).check_sat([X], RANGES, [_above(Fraction(3))])
 
 
-def test_unknown_is_not_kept(tmp_path: Path) -> None:
+def test_unknown_is_not_stored(tmp_path: Path) -> None:
     store = AnswerStore(tmp_path / "answers")
     store.put({"k": SolverAnswer(SatResult.UNKNOWN, {}, "out of budget")})
     assert store.get("k") is None
 
 
 @pytest.mark.parametrize("content", ["", "null", "{}", '{"result": "maybe", "model": {}}', "[1", "0"])
-def test_what_cannot_be_read_is_not_there(content: str, tmp_path: Path) -> None:
+def test_an_unreadable_entry_counts_as_missing(content: str, tmp_path: Path) -> None:
     store = AnswerStore(tmp_path / "answers")
     store._connection.execute("INSERT INTO answers VALUES ('k', ?)", (content,))
     assert store.get("k") is None
 
 
-def test_a_store_that_is_gone_changes_nothing(tmp_path: Path) -> None:
+def test_a_deleted_store_changes_no_answer(tmp_path: Path) -> None:
     store = AnswerStore(tmp_path / "answers")
     store.close()
     store.close()
@@ -131,7 +131,7 @@ def test_a_store_that_is_gone_changes_nothing(tmp_path: Path) -> None:
     oracle.save_answers()
 
 
-def test_the_users_wish_decides_where_answers_are_kept(
+def test_an_environment_variable_sets_the_place_of_the_store(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("AEROS_CACHE", "off")
@@ -144,9 +144,7 @@ def test_the_users_wish_decides_where_answers_are_kept(
     assert (tmp_path / "cache" / "aeros" / "answers.sqlite3").exists()
 
 
-def test_unless_told_otherwise_answers_are_in_the_users_cache(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_by_default_answers_are_in_the_users_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AEROS_CACHE", raising=False)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
@@ -157,7 +155,7 @@ def test_unless_told_otherwise_answers_are_in_the_users_cache(
     assert (tmp_path / "elsewhere" / "aeros" / "answers.sqlite3").exists()
 
 
-def test_answers_are_kept_and_believed_only_where_nobody_else_writes(
+def test_the_store_is_private_and_unused_if_it_belongs_to_another_user(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("AEROS_CACHE", str(tmp_path))
@@ -170,8 +168,9 @@ def test_answers_are_kept_and_believed_only_where_nobody_else_writes(
 
 def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
     probe = (
-        "import sys; from aeros.cli.main import main; from aeros.spec.backends.interval_solver import Boxes; "
-        "Boxes.decide = lambda *_: None; "
+        "import sys; from aeros.cli.main import main; "
+        "from aeros.spec.backends.interval_solver import IntervalSolver; "
+        "IntervalSolver.decide = lambda *_: None; "
         "code = main(['verify', 'ecms/make_dumplings', '--no-lock', '--format', 'json']); "
         "print('z3' in sys.modules, file=sys.stderr); sys.exit(code)"
     )

@@ -72,7 +72,7 @@ def test_ranges_and_sets_are_assumed() -> None:
     assert session.check_sat(*away).result is SatResult.UNSAT
 
 
-def test_each_question_is_asked_alone() -> None:
+def test_questions_do_not_affect_each_other() -> None:
     session = _session()
     assert session.check_sat(_less(X, Y), _less(Y, X)).result is SatResult.UNSAT
     assert session.check_sat(_less(_metres(9), X)).result is SatResult.SAT
@@ -108,7 +108,7 @@ def test_a_budget_that_runs_out_is_unknown_with_a_reason() -> None:
     assert answer.model == {}
 
 
-def test_a_solver_that_breaks_down_has_not_decided_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_solver_error_is_unknown_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     def check(*_: object) -> None:
         raise z3.Z3Exception("out of memory")
 

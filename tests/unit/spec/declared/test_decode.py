@@ -186,7 +186,7 @@ def test_only_true_and_false_are_booleans(text: str) -> None:
     )
 
 
-def test_a_boolean_has_no_truth_of_its_own() -> None:
+def test_a_boolean_field_has_no_truth_value() -> None:
     guarded = accepted("name: a\nguarded: false\n").guarded
     with pytest.raises(MisuseError):
         assert guarded
@@ -215,7 +215,7 @@ def test_bounds_and_lengths_are_inclusive() -> None:
     assert told("name: a\ntags: [a, b, c]\n")[0] == "AE112"
 
 
-def test_a_missing_field_is_told_at_the_key_with_an_example() -> None:
+def test_a_missing_field_is_reported_at_the_key_with_an_example() -> None:
     (found,) = refused("when: x\n")
     assert (
         render_text(found)
@@ -347,7 +347,7 @@ SCRAPS = st.recursive(
 
 
 @given(SCRAPS)
-def test_whatever_is_read_is_decoded_or_refused_with_a_reason(text: str) -> None:
+def test_any_yaml_is_decoded_or_refused_with_a_reason(text: str) -> None:
     sink = Diagnostics()
     node = read_yaml(Source("a.yaml", text), sink)
     if node is not None:

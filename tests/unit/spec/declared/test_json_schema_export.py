@@ -1,4 +1,4 @@
-"""The exported schemas against what `decode` says of the same files."""
+"""Exported JSON schemas: they accept and refuse the same files as `decode`."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from aeros.spec.text.yaml_reader import read_yaml
 
 ROOT = Path(__file__).parents[4]
 CORPUS = ROOT / "tests" / "corpus"
-FORM_CODES = {"AE101", "AE102", "AE103", "AE104", "AE105", "AE106", "AE110", "AE111", "AE112"}
-"""What both see.  AE107 to AE109 are about characters, which a schema is not shown."""
+FORM_CODES = {"AE101", "AE102", "AE103", "AE104", "AE105", "AE106", "AE110", "AE111", "AE112", "AE114"}
+"""Errors that both report. AE107 to AE109 are about characters, which a schema does not see."""
 
 
 class EditorLoader(yaml.CSafeLoader):
-    """Reads YAML as editors do, by the core schema of YAML 1.2: `no` and `on` are text."""
+    """YAML loader that reads as editors do, by the core schema of YAML 1.2: `no` and `on` are text."""
 
 
 EditorLoader.yaml_implicit_resolvers = {}
@@ -42,7 +42,7 @@ for _tag, _regex, _first in (
 
 
 def files(name: str) -> list[Path]:
-    """Every file of the repository that is meant to be one of `name`."""
+    """Return the files of the repository that use the schema `name`."""
     if name == "ecm":
         return sorted([*ROOT.glob("ecms/*/ecm.yaml"), *CORPUS.rglob("ecm.yaml")])
     if name in ("people", "faults"):
@@ -66,7 +66,7 @@ def _validators() -> dict[str, Draft202012Validator]:
 
 
 def decoded(source: Source, name: str) -> tuple[bool, set[str]]:
-    """Whether the file has the form of its schema, and the codes of what is wrong with its form."""
+    """Say if the file was decoded, and return the codes of its errors."""
     sink = Diagnostics()
     node = read_yaml(source, sink)
     found = None if node is None else decode(node, FILES[name], sink)
@@ -92,7 +92,7 @@ def test_every_field_of_every_record_is_described(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_the_schema_refuses_no_file_that_is_decoded_and_sees_faults_of_form(name: str) -> None:
+def test_the_json_schema_accepts_every_decoded_file_and_refuses_errors_of_form(name: str) -> None:
     seen = set()
     for path in files(name):
         try:
@@ -110,7 +110,7 @@ def test_the_schema_refuses_no_file_that_is_decoded_and_sees_faults_of_form(name
 
 
 def records(value: Any, schema: dict[str, Any], root: dict[str, Any], at: tuple[Any, ...] = ()) -> list[Any]:
-    """The path of every record in `value`, and the fields that it must have."""
+    """Yield the path of every record in `value`, with the fields that it must have."""
     schema = root["$defs"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
     found: list[Any] = []
     if isinstance(value, list):

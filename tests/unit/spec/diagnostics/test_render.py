@@ -35,7 +35,7 @@ def error(*labels: SpanLabel, headline: str = "it is wrong", **rest: tuple[str, 
     return Diagnostic("AE103", headline, labels[0] if labels else None, labels[1:], **rest)  # type: ignore[arg-type]
 
 
-def test_two_labels_on_a_line_the_last_beside_its_dashes_the_first_below() -> None:
+def test_of_two_labels_on_a_line_the_last_is_next_to_its_dashes_and_the_first_below() -> None:
     found = error(
         SpanLabel(part("max_speed"), "m/s"),
         SpanLabel(part("reach"), "m"),
@@ -57,7 +57,7 @@ help: compare with a speed, or divide `reach` by a duration
     )
 
 
-def test_three_labels_on_a_line_are_told_apart_by_a_rule() -> None:
+def test_three_labels_on_a_line_are_separated_by_vertical_bars() -> None:
     found = error(
         SpanLabel(part("<="), "here"), SpanLabel(part("max_speed"), "left"), SpanLabel(part("reach"), "right")
     )
@@ -207,7 +207,7 @@ def test_a_megabyte_on_one_line_is_rendered_in_time() -> None:
     assert len(shown) < 30_000
 
 
-def test_json_tells_everything_a_program_needs() -> None:
+def test_json_has_everything_a_program_needs() -> None:
     found = error(SpanLabel(part("reach"), "m"), SpanLabel(part("pick")), notes=("n",), help=("h",))
     assert json.loads(json.dumps(render_json(found))) == {
         "code": "AE103",
@@ -255,7 +255,7 @@ def test_an_unregistered_code_is_misuse() -> None:
         Diagnostic("AE000", "no such code")
 
 
-def test_the_sink_sorts_by_file_and_place_and_drops_repetitions() -> None:
+def test_diagnostics_are_sorted_by_file_and_place_without_repetitions() -> None:
     other = Source("a.yaml", "xy")
     found = [
         error(SpanLabel(part("reach"))),
@@ -271,7 +271,7 @@ def test_the_sink_sorts_by_file_and_place_and_drops_repetitions() -> None:
     assert render_all(sink).count("\n\n") == 3
 
 
-def test_the_sink_keeps_only_so_many_and_warnings_never_crowd_out_errors() -> None:
+def test_diagnostics_are_limited_and_warnings_never_crowd_out_errors() -> None:
     sink = Diagnostics(limit=2)
     for number in range(5):
         sink.report(Diagnostic("AE002", f"warning {number}", severity=Severity.WARNING))
@@ -286,7 +286,7 @@ def test_the_sink_keeps_only_so_many_and_warnings_never_crowd_out_errors() -> No
     assert len(raised.value.diagnostics) == 4
 
 
-def test_what_another_sink_gathered_is_included_once_and_what_it_dropped_is_counted() -> None:
+def test_extending_includes_each_diagnostic_once_and_counts_the_dropped_ones() -> None:
     one, other = Diagnostics(limit=2), Diagnostics(limit=2)
     for number in range(3):
         one.error("AE002", f"error {number}")

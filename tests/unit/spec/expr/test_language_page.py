@@ -1,4 +1,4 @@
-"""The page about the language says what the code does."""
+"""Page about the language: it agrees with the code."""
 
 from __future__ import annotations
 

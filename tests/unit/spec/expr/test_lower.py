@@ -50,6 +50,6 @@ def test_a_bound_variable_keeps_its_member_anywhere_in_a_vector(vector: t.Term, 
     [MADE, t.Previously(C), t.Since(C, C, None)],
     ids=["vector", "before", "since"],
 )
-def test_what_no_back_end_has_a_meaning_for_is_not_lowered(term: t.Term) -> None:
+def test_terms_without_a_scalar_form_are_not_lowered(term: t.Term) -> None:
     with pytest.raises(AssertionError, match=r"^not a (scalar|condition on one state): "):
         lower(term)

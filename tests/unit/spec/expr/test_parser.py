@@ -158,7 +158,9 @@ def test_parts_keep_spans_of_their_own() -> None:
         ("a\u200b", "unexpected character `\u200b`", (1, 2)),
     ],
 )
-def test_a_fault_says_what_was_expected_and_where(text: str, message: str, extent: tuple[int, int]) -> None:
+def test_a_syntax_error_states_the_expected_token_and_the_place(
+    text: str, message: str, extent: tuple[int, int]
+) -> None:
     with pytest.raises(ExpressionSyntaxError) as raised:
         parse(text)
     assert raised.value.message == message

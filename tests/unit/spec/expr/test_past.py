@@ -1,4 +1,4 @@
-"""Past-time operators: what they mean along a trace, and what may not be written with them."""
+"""Past-time operators: their meaning along a trace, and expressions that are refused."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def condition(text: str) -> t.Term:
 
 
 def along(text: str, **series: str) -> str:
-    """`text` at each moment, one a second, as `#` where it holds and `.` where not."""
+    """Evaluate `text` in each state, one a second: `#` where it holds and `.` where not."""
     term, length = condition(text), len(next(iter(series.values())))
     moments: Sequence[TimedState] = [
         TimedState(Fraction(second), {name: marks[second] == "#" for name, marks in series.items()})
@@ -65,11 +65,11 @@ def test_operators_of_one_condition(text: str, a: str, held: str) -> None:
         ("not a since b", "..#.#.", "#.....", "##...."),
     ],
 )
-def test_since_asks_what_came_after(text: str, a: str, b: str, held: str) -> None:
+def test_since_requires_its_condition_in_every_later_state(text: str, a: str, b: str, held: str) -> None:
     assert along(text, a=a, b=b) == held
 
 
-def test_the_index_of_a_quantifier_is_the_same_at_every_moment() -> None:
+def test_a_quantifier_index_keeps_its_member_in_past_states() -> None:
     term = condition("all(once ready[j] for j in Joint)")
     seen = [(True, False, False), (False, True, False), (False, False, True)]
     moments = [TimedState(Fraction(second), {"ready": one}) for second, one in enumerate(seen)]
@@ -96,7 +96,7 @@ def test_the_index_of_a_quantifier_is_the_same_at_every_moment() -> None:
         "previously {}", "once {}", "{} since a", "a since {}", "count within 2 s ({}) == 1",
     ],
 )  # fmt: skip
-def test_what_is_past_is_the_same_wherever_it_stands(place: str) -> None:
+def test_a_past_time_operator_means_the_same_at_every_place_of_an_expression(place: str) -> None:
     def written(condition: str) -> str:
         return place.format(condition, real=f"(if {condition} then 1 else 2)")
 
@@ -104,7 +104,7 @@ def test_what_is_past_is_the_same_wherever_it_stands(place: str) -> None:
     assert along(written("(previously a)"), a=a) == along(written("b"), a=a, b=along("previously a", a=a))
 
 
-def test_without_a_trace_the_present_is_the_first_moment() -> None:
+def test_without_a_trace_the_present_state_is_the_first() -> None:
     env = {"a": True, "b": False}
     assert evaluate(condition("once a and not once b and not previously a"), env) is True
     assert evaluate(condition("count within 5 s (a) == 1 and historically a"), env) is True
@@ -124,7 +124,7 @@ def test_without_a_trace_the_present_is_the_first_moment() -> None:
         ("count within 5 s (a)", "AE203", "expected bool, found real [1]", "count within 5 s (a)"),
     ],
 )
-def test_a_fault_says_what_and_where(text: str, code: str, message: str, underlined: str) -> None:
+def test_an_error_states_problem_and_place(text: str, code: str, message: str, underlined: str) -> None:
     with pytest.raises(ExpressionTypeError) as raised:
         condition(text)
     fault = raised.value
@@ -140,7 +140,7 @@ def test_a_fault_says_what_and_where(text: str, code: str, message: str, underli
         ("once within 0 s a", "as in `within 5 s`"),
     ],
 )
-def test_a_fault_says_what_to_write_instead(text: str, cure: str) -> None:
+def test_an_error_suggests_a_replacement(text: str, cure: str) -> None:
     with pytest.raises(ExpressionTypeError) as raised:
         condition(text)
     assert raised.value.cure == cure
@@ -149,7 +149,7 @@ def test_a_fault_says_what_to_write_instead(text: str, cure: str) -> None:
 @pytest.mark.parametrize(
     "text", ["once within a", "count within (a)", "a since", "once within -1 s a", "previously"]
 )
-def test_what_is_half_written_is_no_expression(text: str) -> None:
+def test_an_incomplete_past_time_operator_is_a_syntax_error(text: str) -> None:
     with pytest.raises(ExpressionSyntaxError):
         parse(text)
 

@@ -90,7 +90,7 @@ TRUE = [
 
 
 def _decided_by_all(term: t.Term) -> set[bool]:
-    """What each back end makes of `term` at `ENV`; the set has one element if they agree."""
+    """Decide `term` at `ENV` by each back end; the set has one element if they agree."""
     names = [scalar.name for one in SCOPE.variables.values() for scalar in scalar_variables(one)]
     ranges = dict.fromkeys([*names, "inputs.pace"], (Fraction(-10), Fraction(10)))
     variables = {one.name: one for one in (*SCOPE.variables.values(), *SCOPE.inputs.values())}
@@ -207,7 +207,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("text", "code", "message", "underlined", "cure"), FAULTS)
-def test_a_fault_says_what_and_where(
+def test_an_error_states_problem_and_place(
     text: str, code: str, message: str, underlined: str, cure: str | None
 ) -> None:
     with pytest.raises(ExpressionTypeError) as raised:
@@ -227,7 +227,7 @@ _WITHOUT_LABEL = ("no component", "cannot be indexed", "the index must", "a whol
 
 
 @pytest.mark.parametrize("text", [text for text, code, *_ in FAULTS if code in ("AE203", "AE204")])
-def test_what_a_type_fault_shows_is_labelled_with_its_type(text: str) -> None:
+def test_a_type_error_labels_its_places_with_their_types(text: str) -> None:
     with pytest.raises(ExpressionTypeError) as raised:
         term_of(text)
     fault = raised.value
@@ -236,9 +236,9 @@ def test_what_a_type_fault_shows_is_labelled_with_its_type(text: str) -> None:
     else:
         assert fault.label == _type_at(text, fault.extent)
     between = re.search(" is (compared with|added to|combined with|the alternative of) ", fault.message)
-    assert (fault.beside is None) is (between is None)
-    if fault.beside is not None:
-        assert fault.beside[1] == _type_at(text, fault.beside[0])
+    assert (fault.related is None) is (between is None)
+    if fault.related is not None:
+        assert fault.related[1] == _type_at(text, fault.related[0])
 
 
 @pytest.mark.parametrize(
@@ -250,19 +250,19 @@ def test_what_a_type_fault_shows_is_labelled_with_its_type(text: str) -> None:
         "count(a for j in Joint)", "n", "n - 1", "n * n", "n / 2", "-n", "abs(n)", "dot(p, q)",
     ],
 )  # fmt: skip
-def test_whatever_is_of_another_type_is_underlined_from_end_to_end(written: str) -> None:
+def test_an_operand_of_a_wrong_type_is_underlined_from_end_to_end(written: str) -> None:
     text = f"x + ({written}) <= x"
     with pytest.raises(ExpressionTypeError) as raised:
         term_of(text)
     assert text[raised.value.extent.start : raised.value.extent.end] == written
 
 
-def test_a_mismatch_shows_both_sides() -> None:
+def test_a_type_mismatch_shows_both_sides() -> None:
     with pytest.raises(ExpressionTypeError) as raised:
         term_of("x <= speed")
     assert raised.value.label == "real [m/s]"
-    assert raised.value.beside is not None
-    assert raised.value.beside[1] == "real [m]"
+    assert raised.value.related is not None
+    assert raised.value.related[1] == "real [m]"
 
 
 @pytest.mark.parametrize(
@@ -300,7 +300,7 @@ BLOW_UPS = {
 
 
 @pytest.mark.parametrize("text", BLOW_UPS.values(), ids=BLOW_UPS)
-def test_short_text_of_astronomical_meaning_is_refused_at_once(text: str) -> None:
+def test_a_short_text_with_a_huge_scalar_core_is_refused_quickly(text: str) -> None:
     for number in range(30):
         text = text.replace("IX", f"i{number}", 1)
     started = time.monotonic()
@@ -350,7 +350,7 @@ def height_of(term: t.Term) -> int:
     return 1 + max(map(height_of, t.children(term)), default=0)
 
 
-def test_a_dry_constant_folds_away() -> None:
+def test_a_constant_condition_is_folded() -> None:
     assert lower(term_of("1 m + 2 m <= 3 m")) == t.TRUE
     assert lower(term_of("a or 1 < 2")) == t.TRUE
     assert lower(term_of("a and true")) == SCOPE.variables["a"]

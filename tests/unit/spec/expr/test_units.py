@@ -62,7 +62,7 @@ def test_a_unit_has_a_factor_and_a_dimension(text: str, factor: Fraction, dimens
         "M",
     ],
 )
-def test_what_is_no_unit_is_none(text: str) -> None:
+def test_text_that_is_no_unit_gives_none(text: str) -> None:
     assert parse_unit(text) is None
 
 
@@ -120,7 +120,7 @@ def test_a_quantity_is_a_number_and_a_unit(text: str, value: Fraction, unit: str
     "text",
     ["", "mm", "1 parsec", "1 m m", "nan", "inf", "1e1000", "٣ m", "1_000", "0x10", "1/3", "9" * 5000, "1,5"],
 )
-def test_what_is_no_quantity_is_none(text: str) -> None:
+def test_text_that_is_no_quantity_gives_none(text: str) -> None:
     assert parse_quantity(text) is None
 
 
@@ -139,7 +139,7 @@ def test_what_is_no_quantity_is_none(text: str) -> None:
         (Fraction(1, 10**400), "≈0"),
     ],
 )
-def test_a_number_is_shown_short_and_honestly(value: Fraction, shown: str) -> None:
+def test_a_number_is_shown_short_and_marked_where_it_is_rounded(value: Fraction, shown: str) -> None:
     assert format_number(value) == shown
 
 

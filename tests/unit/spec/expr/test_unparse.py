@@ -1,4 +1,4 @@
-"""A spelt term is text of the language, and means what the term means."""
+"""Unparsing of terms: the text parses again and means the same."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SCOPE = Scope(
 
 @examples(150)
 @given(cases(), st.data())
-def test_what_is_spelt_means_the_same(case: ConditionCase, data: Any) -> None:
+def test_unparsed_text_means_the_same_as_its_term(case: ConditionCase, data: Any) -> None:
     text = unparse(case.term)
     if len(text) > MAX_LENGTH:
         return
@@ -61,12 +61,12 @@ def test_what_is_spelt_means_the_same(case: ConditionCase, data: Any) -> None:
         ("x <= -2 m", "x <= (-2 m)"),
     ],
 )
-def test_texts_are_as_a_person_would_write_them(text: str, spelt: str) -> None:
+def test_unparsed_text_is_as_a_person_would_write_it(text: str, spelt: str) -> None:
     term = check(parse(text), SCOPE, BOOL)
     assert unparse(term) == spelt
     assert check(parse(spelt), SCOPE, BOOL) == term
 
 
-def test_terms_of_every_other_vocabulary_are_spelt_too() -> None:
+def test_inputs_and_distances_are_unparsed_too() -> None:
     term = term_of("inputs.pace <= 2 mm/s and distance(p, home) <= reach")
     assert unparse(term).startswith("(inputs.pace <= 0.002 m/s) and (")

@@ -14,7 +14,7 @@ from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, FormatVersionError, Kind
 
 
-def test_each_name_is_of_one_format() -> None:
+def test_format_names_are_unique() -> None:
     assert len({one.name for one in formats.FORMATS}) == len(formats.FORMATS)
 
 
@@ -59,15 +59,15 @@ def test_there_is_no_step_to_the_first_version_or_beyond_the_last() -> None:
         ({"schema": "aeros/run/99999"}, None),
     ],
 )
-def test_json_says_its_version_or_is_of_the_first(content: object, version: int | None) -> None:
+def test_json_states_its_version_or_is_of_the_first(content: object, version: int | None) -> None:
     assert formats.RUN.version_of(content) == version
 
 
-def test_what_always_said_its_version_has_none_without() -> None:
+def test_a_file_that_must_state_its_version_has_none_without_schema() -> None:
     assert formats.CHECKPOINT.version_of({}) is None
     assert formats.CHECKPOINT.version_of({"schema": 2}) == 2
     assert formats.CHECKPOINT.version_of({"schema": True}) is None
-    assert formats.ECM.version_said(None) is None
+    assert formats.ECM.version_from_schema(None) is None
 
 
 @pytest.mark.parametrize(

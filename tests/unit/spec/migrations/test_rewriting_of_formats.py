@@ -118,12 +118,12 @@ def test_lines_are_as_old_as_the_oldest() -> None:
         rewrite(PurePath("trials.jsonl"), text + '{"schema": "aeros/other/1"}\n', two)
 
 
-def test_a_file_without_its_schema_is_not_guessed_at() -> None:
+def test_a_file_without_its_schema_is_not_migrated() -> None:
     with pytest.raises(UnmigratableError, match="`aeros/ecm/1`"):
         rewrite(MANIFEST, "id: it\n", formats.ECM)
 
 
-def test_a_step_that_leaves_another_version_is_our_fault() -> None:
+def test_a_step_that_leaves_another_version_is_an_internal_error() -> None:
     forgetful = Format("ecm", "", (), Kind.YAML, (Version("first"), Version("more", lambda text: text)))
     with pytest.raises(InternalError, match="left another version"):
         rewrite(MANIFEST, "schema: aeros/ecm/1\n", forgetful)
@@ -137,6 +137,6 @@ def test_two_keys_are_not_made_one() -> None:
         rename_key("a: 1\nb: 2\n", ["a"], "b")
 
 
-def test_what_is_not_yaml_is_refused_at_its_place() -> None:
+def test_malformed_yaml_is_refused_at_its_place() -> None:
     with pytest.raises(UserError, match="AE009"):
         rename_key('a: "', ["a"], "b")

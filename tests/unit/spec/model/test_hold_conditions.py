@@ -1,4 +1,4 @@
-"""What a hold-condition adds to a precondition, and how a run may end by it."""
+"""Hold-conditions: their part in the start condition, and the outcomes of a run that loses one."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def states(one: Skill, settable: Iterable[str]) -> list[dict[str, Any]]:
     return [dict(way.effects) for way in ways]
 
 
-def test_a_skill_that_holds_to_nothing_is_not_halted_for_it() -> None:
+def test_a_skill_without_a_hold_condition_is_not_halted() -> None:
     assert hold_loss_outcomes(skill("carry", outcome("carried", {})), set(BOTH)) == ()
 
 
@@ -43,23 +43,23 @@ def test_a_predicate_that_some_skill_sets_has_any_value_afterwards() -> None:
     ]
 
 
-def test_a_predicate_that_no_skill_sets_is_the_worlds_to_bring_back() -> None:
+def test_a_predicate_that_no_skill_sets_stays_as_before() -> None:
     assert states(holding("dough_on_workspace"), ()) == [{}]
 
 
-def test_what_an_outcome_sets_may_be_so_already_and_one_that_never_happens_may_not() -> None:
+def test_effects_of_possible_outcomes_may_be_in_force_when_the_hold_condition_is_lost() -> None:
     never = outcome("never", {"wrapper_aligned": True})
     object.__setattr__(never, "probability", 0)
     one = holding("area == pot", outcome("cooked", {"dumpling_cooked": True}), never)
     assert states(one, ()) == [{}, {"dumpling_cooked": True}]
 
 
-def test_the_condition_has_the_last_word_on_what_it_reads() -> None:
+def test_values_of_the_hold_condition_override_effects() -> None:
     one = holding("area == pot", outcome("emptied", {"area": "table"}))
     assert states(one, ["area"]) == [{"area": "table"}, {"area": "pot"}]
 
 
-def test_a_start_asks_for_the_predicates_of_the_condition_and_leaves_quantities_to_the_runtime() -> None:
+def test_a_start_requires_the_predicates_of_the_hold_condition_but_not_its_quantities() -> None:
     parts = [clause("dumpling_wrapped"), clause("fill_level > 0.5"), clause("area == pot")]
     whole = ActionCondition(
         term("dumpling_wrapped and fill_level > 0.5 and area == pot"),
@@ -85,7 +85,7 @@ def test_combinations_are_those_of_predicates(text: str, count: int) -> None:
     assert count_combinations(clause(text)) == count <= MAX_COMBINATIONS
 
 
-def test_the_loop_counts_on_no_broken_condition_and_leaves_none_out() -> None:
+def test_the_closed_loop_provides_for_every_hold_loss_without_counting_on_one() -> None:
     one = holding("dough_on_workspace", outcome("carried", {"dumpling_wrapped": True}))
     after = Invocation(one, {}, BOTH, BOTH).after((True, False))
     assert [(state, ended.id, share) for state, ended, share in after] == [

@@ -8,7 +8,7 @@ import pytest
 from aeros.spec.text.digests import MAX_FILE, code_digest, code_files, file_digest, model_digest
 
 
-def test_digests_tell_names_contents_and_borders_apart() -> None:
+def test_digests_distinguish_names_contents_and_borders() -> None:
     variants: list[dict[str, bytes]] = [
         {},
         {"a.py": b""},
@@ -31,7 +31,7 @@ def test_only_python_files_are_code(tmp_path: Path) -> None:
     assert list(code_files(tmp_path)) == ["a.py", "b.py", "below/c.py"]
 
 
-def test_what_is_no_regular_file_or_too_large_is_not_read(tmp_path: Path) -> None:
+def test_irregular_and_too_large_files_are_not_read(tmp_path: Path) -> None:
     (tmp_path / "folder.py").mkdir()
     with pytest.raises(OSError, match=r"`folder.py` is no regular file"):
         code_files(tmp_path)
@@ -49,7 +49,7 @@ def test_what_is_no_regular_file_or_too_large_is_not_read(tmp_path: Path) -> Non
         code_files(tmp_path)
 
 
-def test_a_model_is_digested_as_it_is(tmp_path: Path) -> None:
+def test_a_model_digest_is_that_of_its_bytes(tmp_path: Path) -> None:
     content = b"weights" * 400_000  # more than one block
     (tmp_path / "below").mkdir()
     (tmp_path / "below" / "model.bin").write_bytes(content)
@@ -60,7 +60,7 @@ def test_a_model_is_digested_as_it_is(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["../model.bin", "/etc/hostname", ".", "", "gone", "a\0b", "below"])
-def test_what_is_no_file_below_is_no_model(tmp_path: Path, name: str) -> None:
+def test_a_path_to_no_file_in_the_folder_is_no_model(tmp_path: Path, name: str) -> None:
     (tmp_path / "model.bin").touch()
     (tmp_path / "module" / "below").mkdir(parents=True)
     descriptors = len(os.listdir("/proc/self/fd"))

@@ -21,7 +21,7 @@ from aeros.spec.text.yaml_reader import MAX_DEPTH, read_yaml
 
 
 def refused(text: str) -> list[Diagnostic]:
-    """What is said of a text that must be refused."""
+    """Return the diagnostics of a text that must be refused."""
     sink = Diagnostics()
     assert read_yaml(Source("a.yaml", text), sink) is None
     assert sink.has_errors
@@ -37,7 +37,7 @@ def accepted(text: str) -> Node:
 
 
 def value_of(text: str) -> ScalarNode:
-    """The value of the only key of a text."""
+    """Return the value of the only key of a text."""
     node = accepted(text)
     assert isinstance(node, MappingNode)
     value = node.entries[0][1]
@@ -159,7 +159,7 @@ def test_windows_line_ends_and_a_byte_order_mark_are_accepted(tmp_path: Path) ->
         ("a: @x\n", "AE007", "@"),
     ],
 )
-def test_what_is_refused_is_underlined(text: str, code: str, marked: str) -> None:
+def test_refused_text_is_underlined(text: str, code: str, marked: str) -> None:
     first = refused(text)[0]
     assert (first.code, underlined(first)) == (code, marked)
 
@@ -222,7 +222,7 @@ def refused_file(path: str | Path) -> Diagnostic:
     return found
 
 
-def test_what_is_not_a_readable_regular_file_is_refused(tmp_path: Path) -> None:
+def test_a_path_that_is_no_regular_file_is_refused(tmp_path: Path) -> None:
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
     loop = tmp_path / "loop"
@@ -252,7 +252,7 @@ def test_a_file_without_permission_is_refused(tmp_path: Path) -> None:
     assert refused_file(path).code == "AE002"
 
 
-def test_of_a_huge_file_only_the_allowed_part_is_read(tmp_path: Path) -> None:
+def test_only_the_allowed_part_of_a_huge_file_is_read(tmp_path: Path) -> None:
     path = tmp_path / "huge.yaml"
     with path.open("wb") as file:
         file.truncate(100_000_000)
