@@ -149,7 +149,7 @@ def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
         caller=None,
         name=name,
         asked=None,
-        has_begun=True,
+        is_running=True,
         finished=not moves and ask(f"{name}.finished"),
         deadline=0.0 if ask(f"{name}.late") else 1.0,
         under_way=under_way,

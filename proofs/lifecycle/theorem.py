@@ -53,8 +53,8 @@ THEOREM = Theorem(
             "begins-what-was-revoked-while-the-skill-computed",
             "begins",
             STEP_CONTROL,
-            "if not in_force or asked is None:",
-            "if asked is None:",
+            "if not in_force or action is None:",
+            "if action is None:",
         ),
         Mutant(
             "takes-over-under-what-moves",
