@@ -74,7 +74,7 @@ THEOREM = Theorem(
             "keeps-what-it-has-not-recorded",
             "commit",
             REGISTRY,
-            "        record_change(self.folder, self._key, old, new, said, configuration.digest)\n",
+            "        record_change(self.folder, self._key, old, new, description, configuration.digest)\n",
             "",
         ),
         Mutant(

@@ -220,9 +220,9 @@ def test_an_end_that_should_hold_checkpoints_and_does_not_is_noticed(log: Path, 
     assert verify_signed(log, key.public).signed == 2
     log.write_bytes(rehashed(kept[: CHECKPOINT_INTERVAL + 3]))
     found = verify_signed(log, key.public).chain
-    assert (
-        found.reason
-        == f"record {CHECKPOINT_INTERVAL + 2} should be a checkpoint: {CHECKPOINT_INTERVAL} records before it are not signed"
+    assert found.reason == (
+        f"record {CHECKPOINT_INTERVAL + 2} should be a checkpoint: "
+        f"{CHECKPOINT_INTERVAL} records before it are not signed"
     )
 
 

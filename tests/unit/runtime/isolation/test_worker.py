@@ -65,10 +65,12 @@ class Talk:
         return self._ours.request(question(self._ours.token()), 20.0)
 
     def load(self, source: str, function: str = "lift", layers: tuple[str, ...] = ()) -> WorkerResponse:
+        content, inputs = source.encode(), {"height": 0.1}
         return self.ask(
-            lambda token: LoadSkill(token, layers, "m", "skills.py", "/m/skills.py", source.encode(), function,
-                               {"height": 0.1})
-        )  # fmt: skip
+            lambda token: LoadSkill(
+                token, layers, "m", "skills.py", "/m/skills.py", content, function, inputs
+            )
+        )
 
     def resume(self, near: float = 1.0) -> WorkerResponse:
         return self.ask(lambda token: ResumeSkill(token, {"near": near}))
