@@ -240,7 +240,7 @@ class Executor:
     def close(self) -> None:
         """Clean up every step that has not ended; safe to call twice."""
         if self._table.steps:
-            self._clean_up.clean_up_all(MisuseError("whoever had asked for it is gone"))
+            self._clean_up.clean_up_all(MisuseError("the executor was closed before the step ended"))
 
     def __enter__(self) -> Self:
         return self

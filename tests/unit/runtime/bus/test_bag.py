@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Reader
 from aeros.runtime.bus.bag import Bag, BagError, McapFile
 from aeros.runtime.bus.messages import (
     BoolStamped,
-    Decision,
+    DecisionMessage,
     Event,
     Float64Stamped,
     Header,
@@ -37,7 +37,7 @@ PUBLISHED: list[tuple[str, Message]] = [
     ("/aeros/state/gap", Float64Stamped(Header(WHEN), 0.25)),
     ("/aeros/state/cell", StringStamped(Header(WHEN), "left")),
     ("/aeros/events", Event(WHEN, 7, "note", '{"a":"ü"}')),
-    ("/aeros/decisions", Decision(WHEN, 8, "m", "s", "DENY", "null", "[]")),
+    ("/aeros/decisions", DecisionMessage(WHEN, 8, "m", "s", "DENY", "null", "[]")),
     (
         "/tf",
         TFMessage((TransformStamped(Header(WHEN, "base"), "a_link", Transform(Vector3(1.0, 0.0, 0.0))),)),

@@ -180,7 +180,7 @@ def test_a_cancelled_goal_is_halted_once_and_says_so(make_robot: MakeRobot) -> N
         goal.cancel()
         result = goal.result(_LONG)
     assert (result.status, goal.status) == ("cancelled", GoalStatus.CANCELED)
-    assert result.reason == "whoever had asked for it cancels it"
+    assert result.reason == "cancelled by the client"
     assert ends == ["closed"]
     assert robot.plant.call_count("skill_ended") == 1
 
@@ -214,7 +214,7 @@ def test_when_whoever_pursues_ends_every_goal_has_a_result(make_robot: MakeRobot
         assert goal.feedback(_LONG) is not None
     result = goal.result(0.0)
     assert (result.status, goal.status) == ("cancelled", GoalStatus.ABORTED)
-    assert result.reason == "whoever pursues it ends"
+    assert result.reason == "the action server is closing"
     with pytest.raises(NoServerError):
         robot.want("reach")
 

@@ -13,7 +13,7 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import (
     BoolStamped,
-    Decision,
+    DecisionMessage,
     Event,
     Float64Stamped,
     JointState,
@@ -40,7 +40,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bus, dict[str, list[M
     bus = InProcessBus()
     kinds: dict[str, type[Message]] = {
         "/aeros/events": Event,
-        "/aeros/decisions": Decision,
+        "/aeros/decisions": DecisionMessage,
         "/joint_states": JointState,
         "/aeros/state/tool_position": PointStamped,
         "/tf": TFMessage,
@@ -65,7 +65,7 @@ def test_every_record_is_an_event_and_every_decision_one_too(
         (record["sequence"], record["event"], record["details"]) for record in records
     ]
     decided = [record for record in records if record["event"] == "decision"]
-    decisions = [one for one in heard["/aeros/decisions"] if isinstance(one, Decision)]
+    decisions = [one for one in heard["/aeros/decisions"] if isinstance(one, DecisionMessage)]
     assert len(decisions) > 10
     for one, record in zip(decisions, decided, strict=True):
         details = record["details"]
