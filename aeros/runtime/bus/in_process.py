@@ -56,7 +56,7 @@ class InProcessBus:
         self._register_name(service, kinds)
         with self._changed:
             if service in self._services:
-                raise BusError(f"`{service}` is served already")
+                raise BusError(f"`{service}` has a server already")
             self._services[service] = answer
         return lambda: self._remove(self._services, service, answer)
 
@@ -67,7 +67,7 @@ class InProcessBus:
         with self._changed:
             answer = self._services.get(service)
         if answer is None:
-            raise NoServerError(f"nobody serves `{service}`")
+            raise NoServerError(f"no server offers the service `{service}`")
         response: R = answer(check_message(request, request_type))
         return check_message(response, response_type)
 
@@ -79,7 +79,7 @@ class InProcessBus:
         server = _ActionServer(self, action, kinds, waiting)
         with self._changed:
             if action in self._actions:
-                raise BusError(f"`{action}` is pursued already")
+                raise BusError(f"`{action}` has a server already")
             self._actions[action] = server
         return server
 
@@ -90,7 +90,7 @@ class InProcessBus:
         with self._changed:
             server = self._actions.get(action)
             if server is None:
-                raise NoServerError(f"nobody pursues `{action}`")
+                raise NoServerError(f"no server offers the action `{action}`")
             server.accept(new_goal)
             self._changed.notify_all()
         return new_goal
@@ -194,11 +194,11 @@ def check_message(message: M, kind: type[M]) -> M:
         BusError: the type of the message or of a field differs.
     """
     if type(message) is not kind:
-        raise BusError(f"a {kind.ros} is asked for, and this is a {type(message).__name__}")
+        raise BusError(f"expected a {kind.ros}, got a {type(message).__name__}")
     try:
         return msgspec.convert(msgspec.to_builtins(message), kind)
     except (msgspec.ValidationError, TypeError, OverflowError, ValueError) as wrong:
-        raise BusError(f"this is no {kind.ros}: {wrong}") from wrong
+        raise BusError(f"not a valid {kind.ros}: {wrong}") from wrong
 
 
 class _Publisher(Generic[M]):
@@ -255,7 +255,7 @@ class _Goal(Generic[G, F, R]):
         """Implements `port.ServerGoal.set_result`."""
         checked = check_message(result, self._kinds[2])
         if not status.is_over:
-            raise BusError(f"{status.name} is no end")
+            raise BusError(f"{status.name} does not end a goal")
 
         def change() -> None:
             if self.status.is_over:

@@ -49,7 +49,7 @@ def stamp(seconds: float) -> Time:
     numerator, denominator = seconds.as_integer_ratio()
     nanoseconds = (2 * numerator * _NANO + denominator) // (2 * denominator)
     if not -(2**31) <= nanoseconds // _NANO < 2**31:
-        raise ValueError(f"{seconds} s is no time that ROS 2 can stamp")
+        raise ValueError(f"ROS 2 cannot stamp the time {seconds} s")
     return Time(nanoseconds // _NANO, nanoseconds % _NANO)
 
 

@@ -26,7 +26,7 @@ def check_ros_name(name: str) -> str:
     """
     if not _ABSOLUTE.fullmatch(name):
         raise ValueError(
-            f"`{name}` is no absolute ROS 2 name: tokens of letters, digits and single underscores, "
+            f"`{name}` is not an absolute ROS 2 name: tokens of letters, digits and single underscores, "
             "none of which begins with a digit, each after a `/`"
         )
     return name

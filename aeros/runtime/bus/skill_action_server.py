@@ -177,4 +177,4 @@ def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _reject_constant(text: str) -> None:
-    raise _MalformedError(f"`{text}` is no number of JSON")
+    raise _MalformedError(f"`{text}` is not a JSON number")

@@ -195,7 +195,7 @@ class Executor:
         """Implements `Runtime.wait`."""
         if not self._table.steps and not self._table.results:
             if until == inf:
-                raise MisuseError("nothing was started that could end")
+                raise MisuseError("no step was started, so none can end")
             with self._clean_up.on_error:
                 self._plant.advance(self._scheduler.monitor_tick, until)
             return None
@@ -265,5 +265,5 @@ def _recount_sessions(audit: AuditLog, site: Site) -> SessionState:
     opening = ("session-opened", "session-resumed", "configuration-changed")
     governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]
     if any(digest != site.digest for digest in governed):
-        raise AuditError(f"`{audit.path}` cannot be gone on with: another site governed it")
+        raise AuditError(f"`{audit.path}` cannot be resumed: another site was in force")
     return recount_records(records, site)

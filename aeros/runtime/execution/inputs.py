@@ -96,7 +96,7 @@ def _check_scalar(
             return value
         case EnumType(members=members):
             if type(value) is not str or value not in members:
-                raise InputError(f"the {name} is none of {', '.join(members)}")
+                raise InputError(f"the {name} is not one of {', '.join(members)}")
             return value
         case IntegerType():
             return _check_integer(name, _real(name, declared.range, value))
@@ -129,4 +129,4 @@ def _double(name: str, exact: Fraction) -> float:
 
 
 def _format_name(name: object) -> str:
-    return f"`{name[:100]}`" if type(name) is str else "that is no text"
+    return f"`{name[:100]}`" if type(name) is str else "whose name is not a string"

@@ -65,7 +65,7 @@ def check_result_outputs(skill: Skill, ending: SkillRunResult) -> SkillRunResult
     try:
         return ending._replace(outputs=check_outputs(skill.outputs, ending.outputs))
     except InputError as fault:
-        return SkillRunResult(StepStatus.RAISED, f"what it returned is not its outputs: {fault}")
+        return SkillRunResult(StepStatus.RAISED, f"the returned outputs differ from its declaration: {fault}")
 
 
 def _find_skill(request: StepRequest, configuration: Configuration) -> tuple[Ecm, Skill]:

@@ -59,7 +59,7 @@ class ResourceQueue:
             MisuseError: the step waits or holds resources already.
         """
         if step in self._held or step in self.waiting:
-            raise MisuseError(f"{step} has asked before")
+            raise MisuseError(f"step {step} waits or holds resources already")
         self.waiting[step] = frozenset(needs)
 
     def grant_ready(self) -> list[int]:

@@ -70,9 +70,7 @@ class IsolatedRun:
         try:
             self._zygote, channel = pool.spawn_worker()
         except ZygoteError as failure:
-            raise SkillRefusedError(
-                f"no worker can be had for module `{code.module}`: {failure}"
-            ) from failure
+            raise SkillRefusedError(f"there is no worker for module `{code.module}`: {failure}") from failure
         self._connection = WorkerConnection(channel)
         self._is_alive = True
         try:
@@ -136,7 +134,7 @@ class IsolatedRun:
                 f"the code of module `{code.module}` fails to load: {failure}"
             ) from failure
         if not isinstance(response, SkillLoaded):
-            why = response.reason if isinstance(response, SkillRejected) else "it answers out of turn"
+            why = response.reason if isinstance(response, SkillRejected) else "it sent an unexpected response"
             raise SkillRefusedError(why)
 
     def _interpret_response(self, response: WorkerResponse) -> Action | SkillRunResult:
@@ -150,7 +148,7 @@ class IsolatedRun:
             return finished_result(response.outputs)
         if isinstance(response, SkillRaised):
             return SkillRunResult(StepStatus.RAISED, response.reason)
-        raise ProtocolError("it answers out of turn")
+        raise ProtocolError("it sent an unexpected response")
 
     def _clean_up(self) -> str | None:
         try:
@@ -162,7 +160,7 @@ class IsolatedRun:
         return (
             response.error
             if isinstance(response, SkillClosed)
-            else "ConversationError: it answers out of turn"
+            else "ProtocolError: it sent an unexpected response"
         )
 
     def _kill_worker(self) -> int | None:

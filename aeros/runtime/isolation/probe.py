@@ -99,7 +99,7 @@ def _missing_reason(layer: IsolationLayer) -> str | None:
     except OSError as failure:
         return str(failure)
     if any(_attempt_succeeds(attempt) for attempt in _LAYER_ATTEMPTS[layer]):
-        return "it was put on and has no effect"
+        return "it was applied and has no effect"
     return None
 
 

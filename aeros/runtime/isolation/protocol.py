@@ -207,7 +207,7 @@ class WorkerConnection:
 
     def _send(self, data: bytes, deadline: float) -> None:
         if len(data) > _PREFIX + MAX_REQUEST_BYTES:
-            raise ProtocolError(f"what it is to be told has more than {MAX_REQUEST_BYTES} bytes")
+            raise ProtocolError(f"the request to it has more than {MAX_REQUEST_BYTES} bytes")
         # The channel is empty, so a request that fits into its buffer is sent at once.
         self._channel.settimeout(max(deadline - time.monotonic(), 0.001))
         try:

@@ -90,7 +90,7 @@ class _Worker:
             apply_layers([IsolationLayer(name) for name in load.layers], self._channel)
         except OSError as failure:
             return SkillRejected(
-                load.token, sanitize_text(f"a layer of isolation cannot be put on: {failure}")
+                load.token, sanitize_text(f"a layer of isolation cannot be applied: {failure}")
             )
         # No file can be opened any more; without paths an import fails with the usual message.
         sys.path.clear()
@@ -123,7 +123,7 @@ def _finished_message(token: bytes, value: object) -> WorkerResponse:
         return SkillRaised(token, sanitize_text(str(failure)))
     except (TypeError, ValueError, OverflowError, RecursionError) as failure:
         return SkillRaised(
-            token, sanitize_text(f"the skill returns outputs that are no plain data: {failure}")
+            token, sanitize_text(f"the skill returns outputs that are not plain data: {failure}")
         )
     if size > MAX_RESPONSE_BYTES:
         return SkillRaised(token, f"the skill returns outputs of more than {MAX_RESPONSE_BYTES} bytes")
@@ -137,7 +137,7 @@ def _action_message(token: bytes, action: Action) -> WorkerResponse:
         size = len(encode(request))
     except (TypeError, ValueError, OverflowError, RecursionError) as failure:
         return SkillRaised(
-            token, sanitize_text(f"the skill asks for an action that is no plain data: {failure}")
+            token, sanitize_text(f"the skill asks for an action that is not plain data: {failure}")
         )
     if size > MAX_RESPONSE_BYTES:
         return SkillRaised(token, f"the skill asks for an action of more than {MAX_RESPONSE_BYTES} bytes")

@@ -310,7 +310,7 @@ class LogReplay:
         """Return number and details of an earlier decision whose action began."""
         if record not in self._session.active_actions:
             raise _IncompleteRecordError(
-                f"it was decided beside record {record}, which is none of an action that began"
+                f"it was decided together with record {record}, which is not of an action that began"
             )
         return record, self._session.active_actions[record]
 

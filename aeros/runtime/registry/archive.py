@@ -82,9 +82,9 @@ def _archive_problem(entries: list[zipfile.ZipInfo]) -> str | None:
     for entry in entries:
         parts = PurePosixPath(entry.filename).parts
         if "\\" in entry.filename or not parts or parts[0] == "/" or ".." in parts:
-            return f"`{entry.filename}` is not in the module's folder"
+            return f"`{entry.filename}` is outside the module's folder"
         if entry.external_attr >> 28 not in (0, 0o10):  # no mode, or a regular file
-            return f"`{entry.filename}` is no regular file"
+            return f"`{entry.filename}` is not a regular file"
     if len({str(PurePosixPath(name)) for name in names}) != len(names):
         return "a file is in it twice"
     return None

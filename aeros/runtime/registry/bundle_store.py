@@ -45,7 +45,7 @@ def module_files(folder: Path) -> dict[str, bytes]:
             if path.is_dir() and not path.is_symlink():
                 continue
             if path.is_symlink() or not path.is_file():
-                raise _unreadable(path, "it is no regular file")
+                raise _unreadable(path, "it is not a regular file")
             total += path.stat().st_size
             if total > MAX_MODULE:
                 raise _unreadable(path, f"a module has at most {MAX_MODULE >> 20} MiB")

@@ -31,16 +31,16 @@ class PastConfigurations:
             )
         lost = self._missing_files(snapshot)
         if lost:
-            raise UnknownConfigurationError(f"of what it was made of is not kept any more: {', '.join(lost)}")
+            raise UnknownConfigurationError(f"parts of it are not stored any more: {', '.join(lost)}")
         try:
             configuration, _ = self._registry.configuration(snapshot)
         except UserError as refusal:
             headlines = "; ".join(one.headline for one in refusal.diagnostics)
-            raise UnknownConfigurationError(f"what it was made of is refused now: {headlines}") from refusal
+            raise UnknownConfigurationError(f"it is refused now: {headlines}") from refusal
         if configuration.digest != digest:
             raise UnknownConfigurationError(
-                f"what it was made of is proved now to be {configuration.digest}: "
-                "another release of AEROS or of the solver, or what is kept has been changed"
+                f"its modules and policy now give the configuration {configuration.digest}: "
+                "AEROS or the solver is of another release, or stored files were changed"
             )
         return configuration
 

@@ -71,7 +71,7 @@ def copy_action(yielded: object) -> Action:
     if type(yielded) is not Action:
         raise NoActionError(f"the skill yielded a `{type_name(yielded)}`, not an action")
     if type(yielded.parameters) is not dict or len(yielded.parameters) > MAX_PARAMETERS:
-        raise NoActionError(f"the skill yielded parameters that are no dict of at most {MAX_PARAMETERS}")
+        raise NoActionError(f"the skill yielded parameters that are not a dict of at most {MAX_PARAMETERS}")
     try:
         # Lists are copied to tuples. No action kind has deeper nesting, so the gate denies that.
         parameters = {
@@ -80,10 +80,10 @@ def copy_action(yielded: object) -> Action:
         }
     except Exception as failure:
         raise NoActionError(
-            f"the skill yielded parameters that are no mapping: {describe_exception(failure)}"
+            f"the skill yielded parameters that are not a mapping: {describe_exception(failure)}"
         ) from failure
     if type(yielded.kind) is not str or not all(type(name) is str for name in parameters):
-        raise NoActionError("the skill yielded a kind or a parameter name that is no text")
+        raise NoActionError("the skill yielded a kind or a parameter name that is not a string")
     return Action(yielded.kind, parameters)
 
 
@@ -107,7 +107,7 @@ def check_outputs(value: object) -> dict[str, object] | None:
         )
     outputs = {name: tuple(part) if type(part) is list else part for name, part in value.items()}
     if not all(type(name) is str for name in outputs):
-        raise NoActionError("the skill returned an output whose name is no text")
+        raise NoActionError("the skill returned an output whose name is not a string")
     return outputs
 
 

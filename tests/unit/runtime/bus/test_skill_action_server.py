@@ -145,7 +145,7 @@ def test_goals_that_share_nothing_are_under_way_together(make_robot: MakeRobot) 
         ("", "the inputs are not JSON"),
         ("[]", "the inputs are not a JSON object"),
         ('{"a": 1, "a": 2}', "an input is given twice"),
-        ('{"a": NaN}', "`NaN` is no number of JSON"),
+        ('{"a": NaN}', "`NaN` is not a JSON number"),
         ("[" * 200_000, "the inputs are nested too deeply"),
         ('{"a": 1}', "the skill has no input `a`"),
     ],

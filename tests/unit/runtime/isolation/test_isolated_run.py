@@ -90,7 +90,10 @@ def test_a_skill_that_finishes_and_one_that_fails(nursery: ZygotePool) -> None:
             "3",
             SkillRunResult(StepStatus.RAISED, "the skill returned a `int`, not a dict of at most 64 outputs"),
         ),
-        ("{1: 2}", SkillRunResult(StepStatus.RAISED, "the skill returned an output whose name is no text")),
+        (
+            "{1: 2}",
+            SkillRunResult(StepStatus.RAISED, "the skill returned an output whose name is not a string"),
+        ),
         (
             "{'x': 'x' * 70_000}",
             SkillRunResult(StepStatus.RAISED, "the skill returns outputs of more than 65536 bytes"),
@@ -108,7 +111,7 @@ def test_outputs_that_are_no_plain_data_are_not_taken(nursery: ZygotePool) -> No
     ending = run(nursery, "def lift(o, i):\n    return {'x': object()}\n    yield\n").resume({}, 1.0)
     assert isinstance(ending, SkillRunResult)
     assert ending.status is StepStatus.RAISED
-    assert ending.reason.startswith("the skill returns outputs that are no plain data")
+    assert ending.reason.startswith("the skill returns outputs that are not plain data")
 
 
 def test_a_skills_own_clean_up_runs_and_is_heard(nursery: ZygotePool) -> None:

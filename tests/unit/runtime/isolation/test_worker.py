@@ -124,7 +124,7 @@ def test_without_a_layer_no_code_is_run(monkeypatch: pytest.MonkeyPatch, talk: T
     monkeypatch.setattr(module, "apply_layers", refused)
     answer = talk.load("raise SystemExit")
     assert isinstance(answer, SkillRejected)
-    assert answer.reason.startswith("a layer of isolation cannot be put on: ")
+    assert answer.reason.startswith("a layer of isolation cannot be applied: ")
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_before_a_skill_is_loaded_nothing_can_be_run(talk: Talk) -> None:
         ("raise KeyError('x')\n    yield", "KeyError"),
         ("raise SystemExit\n    yield", "SystemExit"),
         ("yield 3", "not an action"),
-        ("yield act('move', what=object())", "an action that is no plain data"),
+        ("yield act('move', what=object())", "an action that is not plain data"),
         (
             f"yield act('move', what='x' * {MAX_RESPONSE_BYTES})",
             f"an action of more than {MAX_RESPONSE_BYTES} bytes",

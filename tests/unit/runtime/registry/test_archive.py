@@ -55,11 +55,11 @@ def link(name: str) -> zipfile.ZipInfo:
 @pytest.mark.parametrize(
     ("entries", "why"),
     [
-        ([("../out_of_it", b"")], "is not in the module's folder"),
-        ([("/etc/passwd", b"")], "is not in the module's folder"),
-        ([("a/../../b", b"")], "is not in the module's folder"),
-        ([("a\\b", b"")], "is not in the module's folder"),
-        ([(link("skills.py"), b"/etc/passwd")], "is no regular file"),
+        ([("../out_of_it", b"")], "is outside the module's folder"),
+        ([("/etc/passwd", b"")], "is outside the module's folder"),
+        ([("a/../../b", b"")], "is outside the module's folder"),
+        ([("a\\b", b"")], "is outside the module's folder"),
+        ([(link("skills.py"), b"/etc/passwd")], "is not a regular file"),
         ([("a", b"1"), ("./a", b"2")], "is in it twice"),
         ([(f"f{n}", b"") for n in range(10_001)], "at most 10,000 files"),
         ([("a", b""), ("a/b", b"")], "cannot be unpacked"),
