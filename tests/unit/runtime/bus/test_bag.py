@@ -46,7 +46,7 @@ PUBLISHED: list[tuple[str, Message]] = [
 
 
 @pytest.mark.parametrize(("container", "name"), [(Bag, "bag"), (McapFile, "run.mcap")])
-def test_what_was_published_is_read_back_as_it_was(container: type[Bag], name: str, tmp_path: Path) -> None:
+def test_published_messages_are_read_back_unchanged(container: type[Bag], name: str, tmp_path: Path) -> None:
     with container(tmp_path / name) as bag:
         for topic, message in PUBLISHED:
             bag.publisher(topic, type(message)).publish(message)

@@ -53,7 +53,7 @@ def test_the_newest_are_kept_in_order_and_the_rest_is_counted(texts: list[str], 
     assert heard.dropped_count == len(texts) - len(kept)
 
 
-def test_everybody_who_listens_hears_and_who_left_does_not(bus: Bus) -> None:
+def test_all_subscriptions_receive_and_closed_ones_do_not(bus: Bus) -> None:
     one, other = bus.subscribe("/a", String), bus.subscribe("/a", String)
     say = bus.publisher("/a", String)
     say.publish(String("x"))
@@ -150,7 +150,7 @@ def test_an_answer_of_another_type_is_none(bus: Bus, wrong: Callable[[Any], Any]
 # Actions.
 
 
-def test_a_goal_is_taken_told_of_and_ends(bus: Bus) -> None:
+def test_a_goal_is_accepted_gives_feedback_and_ends(bus: Bus) -> None:
     server = bus.serve_action("/do", EXECUTE)
     wanted = bus.send_goal("/do", EXECUTE, ExecuteSkillGoal("tidy", "rest"))
     stood = [wanted.status]

@@ -164,7 +164,7 @@ def test_inputs_that_are_none_are_refused_and_the_refusal_recorded(
     assert [one["reason"] for one in refused] == [result.reason]
 
 
-def test_a_skill_that_nobody_has_is_refused(make_robot: MakeRobot) -> None:
+def test_an_unknown_skill_is_refused(make_robot: MakeRobot) -> None:
     robot = make_robot()
     with robot.pursuing():
         assert robot.want("fly").result(_LONG).reason == "module `cart` has no skill `fly`"
@@ -185,7 +185,7 @@ def test_a_cancelled_goal_is_halted_once_and_says_so(make_robot: MakeRobot) -> N
     assert robot.plant.call_count("skill_ended") == 1
 
 
-def test_a_cancellation_is_heard_while_the_operator_pauses(make_robot: MakeRobot) -> None:
+def test_a_goal_can_be_cancelled_while_the_operator_pauses(make_robot: MakeRobot) -> None:
     robot = make_robot(reach=asking(move()))
     robot.operator.said = OperatorCommand.PAUSE
     with robot.pursuing():
@@ -219,7 +219,7 @@ def test_when_whoever_pursues_ends_every_goal_has_a_result(make_robot: MakeRobot
         robot.want("reach")
 
 
-def test_what_is_wrong_with_the_plant_is_raised_and_aborts_the_goals(make_robot: MakeRobot) -> None:
+def test_an_error_of_the_plant_is_raised_and_aborts_the_goals(make_robot: MakeRobot) -> None:
     robot = make_robot(reach=asking(move()))
     robot.plant.failing["begin"] = RuntimeError("a wire is loose")
     with robot.pursuing():

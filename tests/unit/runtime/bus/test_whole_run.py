@@ -77,7 +77,7 @@ def test_every_record_is_an_event_and_every_decision_one_too(
         assert one.stamp.sec + one.stamp.nanosec / 1e9 == pytest.approx(details["time"], abs=1e-9)
 
 
-def test_joints_and_places_are_told_and_no_chain_that_nobody_stated(
+def test_joints_and_positions_are_published_and_no_unknown_chain(
     run: tuple[Bus, dict[str, list[Message]], Path],
 ) -> None:
     bus, heard, _ = run
@@ -95,7 +95,7 @@ def test_joints_and_places_are_told_and_no_chain_that_nobody_stated(
     assert bus.names()["/aeros/state/tool_speed"] == Float64Stamped.ros
 
 
-def test_a_listener_hears_of_a_record_once_it_is_in_the_file(tmp_path: Path) -> None:
+def test_a_listener_is_called_once_the_record_is_in_the_file(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     seen: list[tuple[bytes, bytes]] = []
     with AuditLog(path, listener=lambda line: seen.append((line, path.read_bytes()))) as audit:

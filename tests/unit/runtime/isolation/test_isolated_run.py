@@ -114,7 +114,7 @@ def test_outputs_that_are_no_plain_data_are_not_taken(nursery: ZygotePool) -> No
     assert ending.reason.startswith("the skill returns outputs that are not plain data")
 
 
-def test_a_skills_own_clean_up_runs_and_is_heard(nursery: ZygotePool) -> None:
+def test_a_skills_own_clean_up_runs_and_its_error_is_reported(nursery: ZygotePool) -> None:
     text = HEAD + (
         "def lift(o, i):\n"
         "    try:\n"
@@ -143,7 +143,7 @@ def test_a_skill_that_never_started_is_closed(nursery: ZygotePool) -> None:
         ("import socketserver", "fails to load: ModuleNotFoundError: No module named 'socketserver'"),
     ],
 )
-def test_what_is_no_skill_is_refused(nursery: ZygotePool, text: str, why: str) -> None:
+def test_code_that_is_not_a_skill_is_refused(nursery: ZygotePool, text: str, why: str) -> None:
     with pytest.raises(SkillRefusedError, match=why):
         run(nursery, text)
 
@@ -163,7 +163,7 @@ def test_numpy_computes_in_a_worker(nursery: ZygotePool) -> None:
     skill.close()
 
 
-def test_what_is_left_of_the_time_out_is_a_bound_too(nursery: ZygotePool) -> None:
+def test_a_skill_that_loops_is_killed_when_its_timeout_passes(nursery: ZygotePool) -> None:
     skill = run(nursery, HEAD + "def lift(o, i):\n    while True: pass\n    yield\n", within=60.0)
     began = time.monotonic()
     ending = skill.resume({}, 0.01)

@@ -227,7 +227,7 @@ def test_inputs_changed_by_a_skill_are_the_runtimes_as_before(
 
 @pytest.mark.parametrize("name", ["hidden_grandchild", "fork_bomb"])
 @pytest.mark.parametrize("kind", ["bare", "wrapped"])
-def test_whatever_a_worker_started_dies_with_it(
+def test_processes_of_a_worker_die_with_it(
     name: str, kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
     nursery: ZygotePool = request.getfixturevalue(kind)
@@ -240,7 +240,7 @@ def test_whatever_a_worker_started_dies_with_it(
 
 
 @pytest.mark.parametrize("kind", ["bare", "wrapped"])
-def test_whatever_a_worker_started_dies_when_the_zygote_is_killed(
+def test_processes_of_a_worker_die_when_the_zygote_is_killed(
     kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
     nursery: ZygotePool = request.getfixturevalue(kind)

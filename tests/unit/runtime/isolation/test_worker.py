@@ -166,7 +166,7 @@ def test_before_a_skill_is_loaded_nothing_can_be_run(talk: Talk) -> None:
         ),
     ],
 )
-def test_what_goes_wrong_in_a_skill_is_told_in_words(body: str, why: str, talk: Talk) -> None:
+def test_an_error_of_a_skill_is_described_in_words(body: str, why: str, talk: Talk) -> None:
     loaded = talk.load(f"from aeros.skill import act\ndef lift(observed, inputs):\n    {body}")
     assert isinstance(loaded, SkillLoaded)
     answer = talk.resume()

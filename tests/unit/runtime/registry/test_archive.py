@@ -21,7 +21,7 @@ FILES = st.dictionaries(
 
 
 @given(FILES)
-def test_what_is_packed_comes_out_again(
+def test_packed_files_are_unpacked_unchanged(
     tmp_path_factory: pytest.TempPathFactory, files: dict[tuple[str, ...], bytes]
 ) -> None:
     names = {"/".join(parts): content for parts, content in files.items()}
@@ -65,7 +65,7 @@ def link(name: str) -> zipfile.ZipInfo:
         ([("a", b""), ("a/b", b"")], "cannot be unpacked"),
     ],
 )
-def test_what_is_no_module_is_refused_and_nothing_is_written_outside(
+def test_a_malformed_archive_is_refused_and_nothing_is_written_outside(
     tmp_path: Path, entries: list[tuple[str | zipfile.ZipInfo, bytes]], why: str
 ) -> None:
     path = archive(tmp_path / "a.zip", *entries)

@@ -76,7 +76,7 @@ def test_the_log_of_changes_names_what_is_then_in_force(
     assert named[-len(lived) :] == [was.digest for was in lived]
 
 
-def test_what_was_never_active_is_not_kept(registry: Registry, write: Author) -> None:
+def test_modules_that_were_never_active_are_not_kept(registry: Registry, write: Author) -> None:
     registry.install(write())
     registry.install(write("newer", version="1.1.0"))
     assert len(list((registry.folder / "modules").iterdir())) == 1
@@ -123,7 +123,9 @@ def test_a_policy_that_was_edited_where_it_is_kept_is_noticed(
     )
 
 
-def test_what_is_no_change_leads_to_nothing(registry: Registry, lived: list[Configuration]) -> None:
+def test_an_unreadable_or_missing_log_leads_to_no_configuration(
+    registry: Registry, lived: list[Configuration]
+) -> None:
     log = registry.folder / "audit.jsonl"
     log.write_bytes(log.read_bytes().splitlines(keepends=True)[-1])  # not sound from its first record on
     assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
