@@ -454,8 +454,8 @@ THEOREM = Theorem(
             "believes-a-checkpoint-of-another-place",
             "signature",
             CHECKPOINTS,
-            'if said != (self.log, place, record["previous"], repr(record["written"])):',
-            "if said[:2] != (self.log, place):",
+            'if claimed != (self.log, place, record["previous"], repr(record["written"])):',
+            "if claimed[:2] != (self.log, place):",
         ),
         Mutant(
             "takes-any-checkpoint-for-the-anchored-one",

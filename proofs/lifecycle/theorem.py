@@ -54,8 +54,8 @@ THEOREM = Theorem(
             "begins-what-was-revoked-while-the-skill-computed",
             "begins",
             STEP_CONTROL,
-            "if not in_force or asked is None:",
-            "if asked is None:",
+            "if not in_force or action is None:",
+            "if action is None:",
         ),
         Mutant(
             "takes-over-under-what-moves",
@@ -75,7 +75,7 @@ THEOREM = Theorem(
             "keeps-what-it-has-not-recorded",
             "commit",
             REGISTRY,
-            "        record_change(self.folder, self._key, old, new, said, configuration.digest)\n",
+            "        record_change(self.folder, self._key, old, new, description, configuration.digest)\n",
             "",
         ),
         Mutant(

@@ -1,6 +1,6 @@
-"""The checker of the audit record: names the first record that does not belong, and says why.
+"""Checker of the audit log: finds the first record that does not belong, and says why.
 
-Reads only; see `audit` for the format and for what a chain cannot show.
+Reads only. `log` documents the format, and what a hash chain cannot detect.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import Any, BinaryIO, Final
 from aeros.runtime.gate.decision import DecisionKind
 
 GENESIS: Final = hashlib.sha256(b"aeros/audit/1").hexdigest()
-"""`previous` of the first record; names the format."""
+"""`previous` of the first record; names the format and its version."""
 
 Record = dict[str, Any]
-"""A record as it was read, without its own hash."""
+"""A parsed record, without its own hash."""
 
 RecordCheck = Callable[[Record, str], str | None]
-"""Looks at each sound record and its hash, in order; says what is wrong with it beyond the chain, or None."""
+"""Called with each sound record and its hash, in order; returns another problem with it, or None."""
 
 _HASH_FIELD: Final = b',"hash":"'
 _HASH_END: Final = b'"}\n'
@@ -38,14 +38,21 @@ _HASH_SUFFIX_LENGTH: Final = len(_HASH_FIELD) + 64 + len(_HASH_END)
 
 @dataclass(frozen=True, slots=True)
 class DecisionCounts:
-    """How many actions were allowed, attenuated and denied."""
+    """Numbers of allowed, attenuated and denied actions."""
 
     allowed: int = 0
     attenuated: int = 0
     denied: int = 0
 
     def with_decision(self, verdict: DecisionKind) -> DecisionCounts:
-        """These and one decision more."""
+        """Count one decision more.
+
+        Args:
+            verdict: kind of the decision.
+
+        Returns:
+            New counts.
+        """
         match verdict:
             case DecisionKind.ALLOW:
                 return DecisionCounts(self.allowed + 1, self.attenuated, self.denied)
@@ -57,13 +64,14 @@ class DecisionCounts:
 
 @dataclass(frozen=True, slots=True)
 class AuditReport:
-    """What a log holds up to its end or its first bad record.
+    """Result of checking a log, up to its end or its first bad record.
 
-    records: how many sound records come first.
-    head: hash of the last of them.
-    bad_record: place of the first bad record, from 0; None when all are sound.
-    why: what is wrong with it; empty when all are sound.
-    decisions: what the sound records decided.
+    Attributes:
+        records: number of sound records before the first bad one.
+        head: hash of the last of them.
+        bad_record: index of the first bad record, from 0; None if all are sound.
+        reason: why that record is bad; empty if all are sound.
+        decisions: counts of the decisions in the sound records.
     """
 
     records: int
@@ -74,16 +82,23 @@ class AuditReport:
 
     @property
     def is_sound(self) -> bool:
-        """Whether the whole file is one unbroken chain."""
+        """True if the whole file is one unbroken chain."""
         return self.bad_record is None
 
 
 @dataclass(frozen=True, slots=True)
 class LogPrefix:
-    """The sound beginning of a log, its length in bytes, and what follows it.
+    """The sound beginning of a log.
 
-    first: hash of the first record, of none `GENESIS`.
-    torn: the last line, where it looks like a write that a crash cut short; only opening mends it.
+    Attributes:
+        records: number of sound records.
+        first: hash of the first record; `GENESIS` if there is none.
+        head: hash of the last record; `GENESIS` if there is none.
+        end: length in bytes.
+        decisions: counts of the decisions in it.
+        problem: why the record after it is bad; None if the log ends there.
+        torn_tail: the last line, if a crash seems to have cut its write short. The next writer that opens
+            the log repairs it.
     """
 
     records: int
@@ -96,28 +111,49 @@ class LogPrefix:
 
 
 def verify_log(path: Path, watch: RecordCheck | None = None) -> AuditReport:
-    """Whether the log is one unbroken chain, and if not, which record is the first bad one and why.
+    """Check that a log is one unbroken chain.
 
-    watch: is shown the sound records, and may find one bad.
-    While a writer is at work its newest record may look cut short.
+    While a writer is at work, the newest record may look cut short.
+
+    Args:
+        path: the log.
+        watch: called with each sound record; may reject it.
+
+    Returns:
+        The report, with the first bad record if there is one. A log that cannot be read is bad from record 0.
     """
     try:
         with path.open("rb") as file:
-            found = read_prefix(file, watch)
+            prefix = read_prefix(file, watch)
     except OSError as failure:
         return AuditReport(0, GENESIS, 0, f"the log cannot be read: {failure}", DecisionCounts())
-    bad = None if found.problem is None else found.records
-    return AuditReport(found.records, found.head, bad, found.problem or "", found.decisions)
+    bad = None if prefix.problem is None else prefix.records
+    return AuditReport(prefix.records, prefix.head, bad, prefix.problem or "", prefix.decisions)
 
 
 def seal_record(body: bytes) -> tuple[bytes, str]:
-    """The line of a record, given its canonical JSON without hash, and the hash."""
+    """Append the hash to a record.
+
+    Args:
+        body: canonical JSON of the record without hash.
+
+    Returns:
+        The line of the record, and the hash in hexadecimal.
+    """
     own = hashlib.sha256(body).hexdigest()
     return body[:-1] + _HASH_FIELD + own.encode("ascii") + _HASH_END, own
 
 
 def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
-    """Read a log from its start up to its end or its first bad record."""
+    """Read a log from its start to its end or its first bad record.
+
+    Args:
+        file: the log, seekable; its position changes.
+        watch: called with each sound record; may reject it.
+
+    Returns:
+        The sound beginning.
+    """
     file.seek(0)
     size = os.fstat(file.fileno()).st_size
     sound = LogPrefix(0, GENESIS, GENESIS, 0, DecisionCounts())
@@ -135,7 +171,7 @@ def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
 
 
 def _check(line: bytes, before: LogPrefix, watch: RecordCheck | None) -> LogPrefix:
-    """`before` and the record `line`, or `before` and why `line` cannot follow it."""
+    """Return `before` extended by the record in `line`; or `before` with the reason why it cannot follow."""
     place = before.records
     body = line[:-_HASH_SUFFIX_LENGTH] + b"}"
     expected, own = seal_record(body)
@@ -145,8 +181,8 @@ def _check(line: bytes, before: LogPrefix, watch: RecordCheck | None) -> LogPref
     if record is None:
         return replace(before, problem=f"record {place} is not a record")
     if record["sequence"] != place:
-        told = f"record {place} is missing or moved: number {record['sequence']} stands in its place"
-        return replace(before, problem=told)
+        problem = f"record {place} is missing or moved: number {record['sequence']} stands in its place"
+        return replace(before, problem=problem)
     if record["previous"] != before.head:
         return replace(before, problem=f"record {place} does not follow the one before it")
     objection = None if watch is None else watch(record, own)
@@ -160,14 +196,14 @@ def _check(line: bytes, before: LogPrefix, watch: RecordCheck | None) -> LogPref
 
 
 def _parse(body: bytes) -> Record | None:
-    """The record, or None for what no writer of ours wrote.
+    """Return the record; None if no writer of ours wrote it.
 
-    A record has one spelling.  Another one, with a key given twice for instance, would mean one thing
-    to one reader and something else to the next.
+    A record has exactly one spelling. Another spelling, with a duplicate key for instance, could mean
+    different things to different readers.
     """
     try:
         record = json.loads(body)
-        spelt = json.dumps(record, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        spelling = json.dumps(record, sort_keys=True, separators=(",", ":"), allow_nan=False)
         if record["event"] == "decision":
             DecisionKind(record["details"]["verdict"])
         formed = record.keys() == _TYPES.keys() and all(
@@ -175,4 +211,4 @@ def _parse(body: bytes) -> Record | None:
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
-    return record if formed and spelt.encode("ascii") == body else None
+    return record if formed and spelling.encode("ascii") == body else None

@@ -1,14 +1,13 @@
-"""Signed checkpoints of the audit record, and the anchor: what a plain chain cannot notice, they do.
+"""Signed checkpoints of the audit log, and the anchor: they detect what a plain hash chain cannot.
 
-A checkpoint is a record of the log that signs the head of the chain before it, so nobody without the
-key can rewrite what comes before a checkpoint.  The anchor is a copy of the newest checkpoint, kept
-where whoever can write the log cannot write: it says how long the log was at least, so that no
-tail can be cut off up to there.
+A checkpoint is a record that signs the head of the chain before it. Without the key nobody can rewrite what
+comes before a checkpoint. The anchor is a copy of the newest checkpoint, stored where a writer of the log
+has no write access. It proves a minimum length of the log, so no tail can be cut off up to there.
 
-A checkpoint is durable before it is anchored, so an anchor is never ahead of the log it belongs to.
-What neither shows: the records after the newest checkpoint, at most `CHECKPOINT_INTERVAL`, and with a key but
-without an anchor, a log cut off right after an earlier checkpoint or exchanged for another one that the key
-signed.
+A checkpoint is durable before it is anchored, so an anchor is never ahead of its log.
+Not detected are changes to the records after the newest checkpoint, at most `CHECKPOINT_INTERVAL`. With a
+key but without an anchor, two more changes go undetected: a log cut off right after an earlier checkpoint,
+and a log replaced by another one that the key signed.
 """
 
 from __future__ import annotations
@@ -25,25 +24,25 @@ from aeros.runtime.audit.keys import PublicKey, SigningKey
 from aeros.runtime.canonical_json import to_canonical_json
 
 CHECKPOINT: Final = "checkpoint"
-"""The event of a record that is a checkpoint."""
+"""Event of a checkpoint record."""
 
 TAIL_REPAIRED: Final = "tail-mended"
-"""The event of the note that a torn last line was replaced."""
+"""Event of the note that a torn last line was replaced."""
 
 CHECKPOINT_INTERVAL: Final = 64
-"""Records after which the next is a checkpoint, at the latest."""
+"""Limit on the records between two checkpoints."""
 
 _FORMAT: Final = "aeros/audit-checkpoint/1"
 _MAX_ANCHOR_BYTES: Final = 10_000
 
 
 class AnchorError(Exception):
-    """There is something at the anchor's path that is no anchor of ours; the message says why."""
+    """The file at the anchor's path is not an anchor of this key; the message says why."""
 
 
 @dataclass(frozen=True)
 class SigningConfiguration:
-    """What a writer signs with, and where it keeps the newest checkpoint besides the log."""
+    """Key with which a writer signs checkpoints, and path of the anchor."""
 
     key: SigningKey
     anchor: Path | None = None
@@ -51,11 +50,16 @@ class SigningConfiguration:
 
 @dataclass(frozen=True, slots=True)
 class AuditCheckpoint:
-    """That the log `log` held `sequence` records, the last of which has the hash `head`, at `time`.
+    """Statement that a log held a number of records and ended with a given hash.
 
-    log: the hash of its first record.
-    closing: the writer ended its work with this checkpoint.
-    key: id of the key that signs.
+    Attributes:
+        log: hash of the log's first record, which identifies the log.
+        sequence: number of records before the checkpoint.
+        head: hash of the last of them.
+        time: seconds since 1970.
+        closing: the writer ended its work with this checkpoint.
+        key: id of the key that signs.
+        signature: in hexadecimal; empty until signed.
     """
 
     log: str
@@ -67,19 +71,38 @@ class AuditCheckpoint:
     signature: str = ""
 
     def signed_bytes(self) -> bytes:
-        """What is signed."""
+        """Encode the statement that the signature covers.
+
+        Returns:
+            Canonical JSON of the checkpoint without signature, and of the format's name.
+        """
         return to_canonical_json({**self.details(), "signature": "", "format": _FORMAT})
 
     def sign(self, key: SigningKey) -> AuditCheckpoint:
-        """The same with `key`'s signature."""
+        """Sign the checkpoint.
+
+        Args:
+            key: its public id must be `self.key`.
+
+        Returns:
+            The checkpoint with the signature.
+        """
         return replace(self, signature=key.sign(self.signed_bytes()))
 
     def is_signed_by(self, key: PublicKey) -> bool:
-        """Whether the signature is `key`'s over this very statement."""
+        """Return True if the signature is valid for exactly this statement.
+
+        Args:
+            key: public key that must have signed.
+        """
         return self.key == key.id and key.verify(self.signature, self.signed_bytes())
 
     def details(self) -> dict[str, Any]:
-        """As the record and the anchor hold it."""
+        """Convert to the form that the record and the anchor hold.
+
+        Returns:
+            Fields by name.
+        """
         return {name: getattr(self, name) for name in _TYPES}
 
 
@@ -95,7 +118,14 @@ _TYPES: Final = {
 
 
 def parse_checkpoint(details: Mapping[str, Any]) -> AuditCheckpoint | None:
-    """The checkpoint that a record or an anchor holds, or None for what is none."""
+    """Parse the checkpoint in a record or an anchor.
+
+    Args:
+        details: decoded JSON object.
+
+    Returns:
+        The checkpoint; None if the fields or their types differ. The signature is not checked.
+    """
     if details.keys() != _TYPES.keys():
         return None
     if not all(type(details[name]) in types for name, types in _TYPES.items()):
@@ -104,10 +134,16 @@ def parse_checkpoint(details: Mapping[str, Any]) -> AuditCheckpoint | None:
 
 
 class CheckpointVerifier:
-    """Watches a log being read for what its checkpoints and its anchor say of it.
+    """Check of a log's checkpoints and anchor, as `RecordCheck` for `verify_log`.
 
-    signed: how many records the checkpoints met so far vouch for, themselves included.
-    closed: whether the last record is one that closes the log.
+    Attributes:
+        log: hash of the first record; None before it was read.
+        signed: number of records that the checkpoints so far cover, themselves included.
+        closed: True if the last record closes the log.
+
+    Args:
+        key: public key that must have signed every checkpoint.
+        anchor: checkpoint that the log must contain.
     """
 
     def __init__(self, key: PublicKey, anchor: AuditCheckpoint | None = None) -> None:
@@ -116,10 +152,10 @@ class CheckpointVerifier:
         self.closed = False
         self._key = key
         self._anchor = anchor
-        self._bare = 0  # records since the last checkpoint, without notes of crashes in between
+        self._bare = 0  # records since the last checkpoint, not counting notes of repairs
 
     def __call__(self, record: Record, own: str) -> str | None:
-        """What is wrong with this record, or None; see `audit_check.RecordCheck`."""
+        """Implements `check.RecordCheck`."""
         place = record["sequence"]
         if place == 0:
             self.log = own
@@ -132,19 +168,29 @@ class CheckpointVerifier:
         if record["event"] != CHECKPOINT:
             self._bare += record["event"] != TAIL_REPAIRED
             if self.signed and self._bare > CHECKPOINT_INTERVAL:
-                return f"record {place} should be a checkpoint: {CHECKPOINT_INTERVAL} records before it are not signed"
+                return (
+                    f"record {place} should be a checkpoint: "
+                    f"{CHECKPOINT_INTERVAL} records before it are not signed"
+                )
             return None
         if found is None or not found.is_signed_by(self._key):
             return f"the checkpoint in record {place} is not signed with this key"
-        # Times as they are spelt: 1 and 1.0 are equal.
-        said = (found.log, found.sequence, found.head, repr(found.time))
-        if said != (self.log, place, record["previous"], repr(record["written"])):
+        # Times by spelling, because 1 and 1.0 are equal.
+        claimed = (found.log, found.sequence, found.head, repr(found.time))
+        if claimed != (self.log, place, record["previous"], repr(record["written"])):
             return f"the checkpoint in record {place} was signed for other records than those before it"
         self.signed, self.closed, self._bare = place + 1, found.closing, 0
         return None
 
     def missing_tail(self, records: int) -> str | None:
-        """What a log of that many records lacks at its end, or None."""
+        """Compare the length of the log with its anchor, after all records were checked.
+
+        Args:
+            records: number of records in the log.
+
+        Returns:
+            What is missing at the end, in words; None if nothing is.
+        """
         if self._anchor is None or self._anchor.sequence < records:
             return None
         if records == 0:
@@ -156,11 +202,13 @@ class CheckpointVerifier:
 
 @dataclass(frozen=True, slots=True)
 class SignatureReport:
-    """What chain, signatures and anchor together say of a log.
+    """Result of checking chain, signatures and anchor of a log.
 
-    signed: how many records, from the first on, the key vouches for.
-    anchored: how many records, from the first on, the anchor shows to be there still; 0 without one.
-    closed: whether the writer ended the log; otherwise it is at work still, or was killed.
+    Attributes:
+        chain: result for the chain, with problems of signatures and anchor.
+        signed: number of records, from the first on, that the key's checkpoints cover.
+        anchored: number of records, from the first on, that the anchor proves to be there; 0 without one.
+        closed: the writer closed the log; otherwise it is still at work, or was killed.
     """
 
     chain: AuditReport
@@ -170,9 +218,18 @@ class SignatureReport:
 
 
 def verify_signed(path: Path, key: PublicKey, anchor: Path | None = None) -> SignatureReport:
-    """Whether the log is an unbroken chain that `key` signed, and reaches to where its anchor says.
+    """Check that a log is an unbroken chain, signed by `key`, that reaches at least to its anchor.
 
-    Raises `AnchorError` where `anchor` is given and is none, or not signed with `key`.
+    Args:
+        path: the log.
+        key: public key of its writer.
+        anchor: path of the anchor; None to check without one.
+
+    Returns:
+        The report.
+
+    Raises:
+        AnchorError: `anchor` is missing, is not an anchor, or is not signed with `key`.
     """
     anchored = None if anchor is None else read_anchor(anchor, key)
     if anchor is not None and anchored is None:
@@ -188,7 +245,18 @@ def verify_signed(path: Path, key: PublicKey, anchor: Path | None = None) -> Sig
 
 
 def read_anchor(path: Path, key: PublicKey) -> AuditCheckpoint | None:
-    """The checkpoint at `path`, signed with `key`; None where there is no file."""
+    """Read an anchor and check its signature.
+
+    Args:
+        path: the anchor.
+        key: public key that must have signed it.
+
+    Returns:
+        The checkpoint; None if there is no file.
+
+    Raises:
+        AnchorError: the file cannot be read, is not an anchor, or is not signed with `key`.
+    """
     try:
         with path.open("rb") as file:
             content = file.read(_MAX_ANCHOR_BYTES)
@@ -207,5 +275,13 @@ def read_anchor(path: Path, key: PublicKey) -> AuditCheckpoint | None:
 
 
 def write_anchor(path: Path, checkpoint: AuditCheckpoint) -> None:
-    """Put `checkpoint` at `path`, whole or not at all, and durable; raises `OSError`."""
+    """Write an anchor atomically and durably.
+
+    Args:
+        path: the anchor; replaced if it exists.
+        checkpoint: newest checkpoint of the log.
+
+    Raises:
+        OSError: it cannot be written.
+    """
     replace_durably(path, to_canonical_json(checkpoint.details()) + b"\n")

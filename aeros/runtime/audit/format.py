@@ -1,7 +1,7 @@
-"""Version of the format of an audit record, which its first record names.
+"""Version of the audit log's format, which the first record names.
 
-`previous` of the first record is the SHA-256 of `aeros/audit/N`.  A record is never rewritten, as its hashes
-and signatures would not hold any more: later programs have to read every earlier version.
+`previous` of the first record is the SHA-256 of `aeros/audit/N`. A record is never rewritten, because its
+hashes and signatures would become invalid: later programs have to read every earlier version.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ _LONGEST_LINE: Final = 1 << 20
 
 
 def explain_problem(log: Path, problem: str) -> str:
-    """Say of a log that cannot be read whether a newer AEROS wrote it.
+    """Explain why a log cannot be read: check first if a newer AEROS wrote it.
 
     Args:
         log: the file.
-        problem: what the checker found.
+        problem: the checker's finding.
 
     Returns:
-        Cause and cure where the log is of a newer version, else `problem`.
+        Cause and cure if the log has a newer version, else `problem`.
     """
     try:
         with log.open("rb") as file:

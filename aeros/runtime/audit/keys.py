@@ -1,7 +1,7 @@
-"""Ed25519 keys of the audit log: made, read, signed and checked with.  The sole importer of `cryptography`.
+"""Ed25519 keys of the audit log: create, read, sign, verify. The only importer of `cryptography`.
 
-`cryptography` is the extra `audit` of this distribution; whoever signs nothing need not have it.
-Files are PEM, so that OpenSSL and others read them too.
+`cryptography` is the extra `audit` of this distribution, needed only for signing. Key files are PEM, so
+that OpenSSL and others can read them.
 """
 
 from __future__ import annotations
@@ -21,18 +21,23 @@ _MISSING: Final = "signing needs the package `cryptography`: pip install 'aeros[
 
 
 class InvalidKeyError(Exception):
-    """A key that is not there, is none, or is open to others; the message says which."""
+    """A key file is missing, malformed or readable by others; the message says which."""
 
 
 class PublicKey:
-    """Checks signatures.  `id` is the SHA-256 of the raw key, in hexadecimal."""
+    """Public key that verifies signatures. `id` is the SHA-256 of the raw key, in hexadecimal."""
 
     def __init__(self, key: Ed25519PublicKey) -> None:
         self._key = key
         self.id = hashlib.sha256(key.public_bytes_raw()).hexdigest()
 
     def verify(self, signature: str, message: bytes) -> bool:
-        """Whether `signature`, in hexadecimal, is this key's over `message`."""
+        """Return True if `signature` is this key's signature of `message`.
+
+        Args:
+            signature: in lower-case hexadecimal; other spellings are rejected.
+            message: signed bytes.
+        """
         from cryptography.exceptions import InvalidSignature
 
         try:
@@ -44,21 +49,36 @@ class PublicKey:
 
 
 class SigningKey:
-    """Signs; `public` checks what it signed."""
+    """Private key that signs; `public` verifies its signatures."""
 
     def __init__(self, key: Ed25519PrivateKey) -> None:
         self._key = key
         self.public = PublicKey(key.public_key())
 
     def sign(self, message: bytes) -> str:
-        """The signature over `message`, in hexadecimal."""
+        """Sign a message.
+
+        Args:
+            message: bytes to sign.
+
+        Returns:
+            The signature in lower-case hexadecimal.
+        """
         return self._key.sign(message).hex()
 
 
 def make_key(path: Path) -> Path:
-    """Write a new private key to `path`, readable by its owner alone; the path of its public key.
+    """Create a key pair: a private key at `path`, readable by its owner alone, and a public key next to it.
 
-    Raises `InvalidKeyError` where either is there already: a key that is gone can never sign again.
+    Args:
+        path: file of the private key; `.pub` is appended for the public key.
+
+    Returns:
+        Path of the public key.
+
+    Raises:
+        InvalidKeyError: either file exists, as an overwritten key can never sign again; a file cannot be
+            written; or `cryptography` is not installed.
     """
     try:
         from cryptography.hazmat.primitives import serialization as form
@@ -77,7 +97,18 @@ def make_key(path: Path) -> Path:
 
 
 def read_signing_key(path: Path) -> SigningKey:
-    """The private key at `path`; refused where its group or others may read or write it."""
+    """Read a private key.
+
+    Args:
+        path: PEM file without password.
+
+    Returns:
+        The key.
+
+    Raises:
+        InvalidKeyError: the file cannot be read, its group or others have access, it is not an Ed25519
+            key, or `cryptography` is not installed.
+    """
     try:
         from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
         from cryptography.hazmat.primitives.serialization import load_pem_private_key
@@ -96,7 +127,17 @@ def read_signing_key(path: Path) -> SigningKey:
 
 
 def read_public_key(path: Path) -> PublicKey:
-    """The public key at `path`."""
+    """Read a public key.
+
+    Args:
+        path: PEM file.
+
+    Returns:
+        The key.
+
+    Raises:
+        InvalidKeyError: the file cannot be read, is not an Ed25519 key, or `cryptography` is not installed.
+    """
     try:
         from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
         from cryptography.hazmat.primitives.serialization import load_pem_public_key

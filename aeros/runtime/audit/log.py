@@ -1,21 +1,21 @@
-"""The audit record: append-only, hash-chained, and durable before `append` returns.
+"""Audit log: append-only, hash-chained, and durable before `append` returns.
 
 One line per record, canonical JSON that ends with its own hash:
 
     {"details":…,"event":…,"previous":HASH,"sequence":N,"written":T,"hash":HASH}
 
-`hash` is the SHA-256 of the line without it, `previous` the hash of the record before.  So an edited,
-deleted, inserted or reordered record is found by `verify_log`.
+`hash` is the SHA-256 of the line without it, `previous` the hash of the record before. `verify_log` thus
+finds any record that was edited, deleted, inserted or reordered.
 
-What a plain chain does not notice: a tail cut off at a record's end, and a log rewritten as a whole
-with new hashes.  Both leave a sound, shorter or different, chain; noticing them takes signed
-checkpoints and an anchor (`audit_checkpoints`).
+A plain chain does not detect two changes: a tail cut off at the end of a record, and a log rewritten as a
+whole with new hashes. Both leave a sound chain, shorter or different. Detecting them takes signed checkpoints
+and an anchor (`checkpoints`).
 
-How soon a record is durable is the site's choice (`Durability`).  Whatever it is, a record is with the
-operating system before `append` returns, so that no end of this process loses it; the modes differ
-in what a failure of power may take.
+The site chooses how soon a record is durable (`Durability`). In every mode the operating system has the
+record before `append` returns, so it survives any end of this process; the modes differ in what a power
+failure may lose.
 
-Whoever moves a motor appends first: `AuditError` means that nothing may move.
+Append before moving a motor: after an `AuditError` nothing may move.
 """
 
 from __future__ import annotations
@@ -61,12 +61,12 @@ from aeros.spec.model.model import Durability
 __all__ = ["AuditError", "AuditLog", "AuditReport", "DecisionCounts", "verify_log"]
 
 SYNC_BATCH: Final = 64
-"""Records that one sync makes durable where the site batches them."""
+"""Records per sync if the site batches them."""
 
 _OWNER_ONLY: Final = 0o600
 
 _ENCODED_EVENTS: Final = ("state", "motion")
-"""Details of a decision that come with their canonical text, as its digests are of that; ours alone."""
+"""Details of a decision that come with the canonical text of which the record holds the digest."""
 
 
 class AuditError(Exception):
@@ -74,15 +74,22 @@ class AuditError(Exception):
 
 
 class AuditLog:
-    """The one writer of the log at `path`; another process that tries meanwhile gets an `AuditError`.
+    """The only writer of a log; a second process that opens the same log gets an `AuditError`.
 
-    Opening verifies the whole chain and refuses to continue one that is not sound.  A last line torn
-    by a crash was never acknowledged: it is replaced by a `tail-mended` record that says so.
-    clock: seconds since 1970, for people; nothing is decided by it.
-    signing: sign a checkpoint now, every `CHECKPOINT_INTERVAL` records and at the end, and keep the newest
-        at the anchor.
-    listener: is given the line of each record once that is safe, in order; must be quick and not raise.
-    Assumes: `fdatasync` reaches the medium, and the process does not fork while it writes.
+    Opening verifies the whole chain and refuses to continue one that is not sound. A last line torn by a
+    crash was never acknowledged, so it is replaced by a `tail-mended` record that says so.
+    Assumes that `fdatasync` reaches the medium, and that the process does not fork while it writes.
+
+    Args:
+        path: the log; created if it does not exist.
+        clock: seconds since 1970, for people; no decision depends on it.
+        durability: which records must be durable before `append` returns.
+        signing: sign a checkpoint now, every `CHECKPOINT_INTERVAL` records and on closing, and copy the
+            newest to the anchor; None to sign nothing.
+        listener: called with the line of each record once it is safe, in order; must be quick and not raise.
+
+    Raises:
+        AuditError: the log cannot be opened or read, another process writes it, or it is not sound.
     """
 
     def __init__(
@@ -110,7 +117,7 @@ class AuditLog:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, _OWNER_ONLY)
         except OSError as failure:
             raise AuditError(f"the audit log `{path}` cannot be opened: {failure}") from failure
-        # Why nothing can be appended; None while all is well.
+        # Reason why nothing can be appended, or None.
         self._broken: str | None = "it is not open yet"
         try:
             self._open_existing()
@@ -119,11 +126,21 @@ class AuditLog:
             raise
 
     def append(self, event: str, details: Mapping[str, Any] | Encoded) -> int:
-        """Write one record and return its sequence number once it is safe; else raise `AuditError`.
+        """Write one record; return once it is safe.
 
-        details: with the canonical text of parts of them, or of all: of a dict that a record has room for.
-        Safe is durable, unless the site's `Durability` says otherwise of this record.  After a failure
-        nothing more can be appended: what the file then holds is unknown until it is opened again.
+        Safe means durable, unless the site's `Durability` says otherwise for this record. After a failure
+        nothing more can be appended: the file's content is unknown until it is opened again.
+
+        Args:
+            event: name of the event.
+            details: JSON-encodable values. Parts of them may come with their canonical text, and so may
+                all of them if they fit into a record.
+
+        Returns:
+            Sequence number of the record, from 0.
+
+        Raises:
+            AuditError: the record cannot be written.
         """
         with self._lock:
             sequence = self._append(event, details)
@@ -133,17 +150,27 @@ class AuditLog:
 
     @property
     def head(self) -> LogHead:
-        """Where the log ends."""
+        """Number of records, and hash of the last one."""
         return LogHead(self._sequence, self._head)
 
     def records_since(self, head: LogHead) -> list[Record] | None:
-        """The records after `head`; None where the log never ended so.  Raises `AuditError`."""
-        found: list[Record] = []
+        """Read the records after an earlier head of this log.
+
+        Args:
+            head: earlier value of `head`.
+
+        Returns:
+            The records in order; None if the log never had that head.
+
+        Raises:
+            AuditError: the log is not sound.
+        """
+        records: list[Record] = []
         hashes = {0: head.hash}
 
         def look(record: Record, own: str) -> None:
             if record["sequence"] >= head.records:
-                found.append(record)
+                records.append(record)
             elif record["sequence"] == head.records - 1:
                 hashes[head.records] = own
 
@@ -151,12 +178,13 @@ class AuditLog:
         if not report.is_sound:
             why = explain_problem(self.path, report.reason)
             raise AuditError(f"the audit log `{self.path}` is not sound: {why}")
-        return found if hashes.get(head.records) == head.hash else None
+        return records if hashes.get(head.records) == head.hash else None
 
     def close(self) -> None:
-        """Make durable and sign what is not yet, and let another writer in; safe to call twice.
+        """Make all records durable, sign a closing checkpoint, and release the lock; safe to call twice.
 
-        Raises `AuditError` where that fails; the log is closed then too.
+        Raises:
+            AuditError: that failed; the log is closed nevertheless.
         """
         with self._lock:
             if self._file < 0:
@@ -177,32 +205,30 @@ class AuditLog:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # Inside.
-
     def _open_existing(self) -> None:
-        """Take the lock, check what is there, mend a torn tail, and sign what is there now."""
+        """Take the lock, check the existing records, repair a torn tail, and sign what is there."""
         watch = self._check_signatures()
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(self._file), "rb") as file:
-                found = read_prefix(file, watch)
+                prefix = read_prefix(file, watch)
             sync_folder(self.path.parent)
         except BlockingIOError as failure:
             raise AuditError(f"another process writes the audit log `{self.path}`") from failure
         except OSError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be read: {failure}") from failure
-        problem = found.problem if found.torn_tail is None else None
+        problem = prefix.problem if prefix.torn_tail is None else None
         if problem is None and watch is not None:
-            problem = watch.missing_tail(found.records)
+            problem = watch.missing_tail(prefix.records)
         if problem is not None:
             why = explain_problem(self.path, problem)
             raise AuditError(f"the audit log `{self.path}` is not sound: {why}")
-        self._sequence, self._head, self._end = found.records, found.head, found.end
-        self._id = found.first
+        self._sequence, self._head, self._end = prefix.records, prefix.head, prefix.end
+        self._id = prefix.first
         self._broken = None
-        if found.torn_tail is not None:
-            # Written over the torn bytes, so no crash in between can lose the note.
-            details = {"bytes": len(found.torn_tail), "sha256": hashlib.sha256(found.torn_tail).hexdigest()}
+        if prefix.torn_tail is not None:
+            # Overwrites the torn bytes, so no crash in between can lose the note.
+            details = {"bytes": len(prefix.torn_tail), "sha256": hashlib.sha256(prefix.torn_tail).hexdigest()}
             self._append(TAIL_REPAIRED, details, cut=True)
         if self._signing is not None:
             if self._sequence == 0:
@@ -211,7 +237,7 @@ class AuditLog:
             self._sign(self._signing, closing=False)
 
     def _check_signatures(self) -> CheckpointVerifier | None:
-        """Holds what is there against key and anchor, which the next checkpoint would otherwise hide."""
+        """Return a check against key and anchor; without it the next checkpoint would hide tampering."""
         if self._signing is None:
             return None
         key, anchor = self._signing.key.public, self._signing.anchor
@@ -243,19 +269,19 @@ class AuditLog:
         return sequence
 
     def _encode_record(self, event: str, details: Mapping[str, Any] | Encoded, written: float) -> bytes:
-        """The canonical JSON of a record without its hash."""
+        """Return the canonical JSON of a record without its hash."""
         sequence, previous = self._sequence, self._head
         if isinstance(details, Encoded):
             text = (
-                f'{{"details":{details.text},"event":{encode_basestring_ascii(event)}'
-                f',"previous":"{previous}","sequence":{sequence},"written":{to_canonical_json(written).decode()}}}'
+                f'{{"details":{details.text},"event":{encode_basestring_ascii(event)},"previous":"{previous}"'
+                f',"sequence":{sequence},"written":{to_canonical_json(written).decode()}}}'
             )
             return text.encode("ascii")
         head = {"sequence": sequence, "previous": previous, "written": written, "event": event}
         return to_canonical_json({**head, "details": dict(details)}, _ENCODED_EVENTS)
 
     def _sign(self, signing: SigningConfiguration, *, closing: bool) -> None:
-        """Append a checkpoint, and then keep it at the anchor too."""
+        """Append a checkpoint, then copy it to the anchor."""
         key, now = signing.key, self._clock()
         checkpoint = AuditCheckpoint(self._id, self._sequence, self._head, now, closing, key.public.id).sign(
             key
@@ -272,17 +298,17 @@ class AuditLog:
                 ) from failure
 
     def _must_sync(self, event: str, details: Mapping[str, Any] | Encoded) -> bool:
-        """Whether this record, with all before it, must be durable before anything else happens."""
+        """Return True if this record, and all before it, must be durable before anything else happens."""
         if self._durability is Durability.EVERY_RECORD or event == CHECKPOINT:
             return True
         if self._durability is Durability.BEFORE_MOTION:
-            # Of what is told as text it is not read whether it allows anything.
+            # Details that come as text are not parsed; they count as an allowed action.
             is_denial = isinstance(details, Mapping) and details.get("verdict") == DecisionKind.DENY.value
             return event == "decision" and not is_denial
         return self._unsynced + 1 >= SYNC_BATCH
 
     def _write(self, line: bytes, *, sync: bool, cut: bool = False) -> None:
-        # Holds if anything, a signal for instance, ends the write half-way.
+        # Stays if anything, such as a signal, interrupts the write.
         self._broken = "an earlier record was not written"
         try:
             written = 0

@@ -1,1 +1,1 @@
-"""Topics, services and actions with ROS 2 names and message shapes: what others may hear of a run."""
+"""Topics, services and actions with ROS 2 names and message types, through which others follow a run."""

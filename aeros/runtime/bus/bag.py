@@ -1,6 +1,6 @@
-"""A ROS 2 bag, or one MCAP file, as something to publish on: messages are kept in ROS 2's own encoding.
+"""Writers of ROS 2 bags and single MCAP files: publishers that store messages in ROS 2's own encoding.
 
-The sole importer of `rosbags`, which is there with `pip install 'aeros[ros]'`.
+The only importer of `rosbags`, which `pip install 'aeros[ros]'` provides.
 """
 
 from __future__ import annotations
@@ -21,17 +21,23 @@ from aeros.runtime.bus.messages import Message, Time
 from aeros.runtime.bus.port import M
 
 _AEROS_MESSAGES: Final = Path(__file__).parent / "aeros_msgs" / "msg"
-_VERSION: Final = 9  # of a bag's metadata, that of ROS 2 Jazzy
+_VERSION: Final = 9  # version of a bag's metadata: that of ROS 2 Jazzy
 
 
 class BagError(Exception):
-    """The bag cannot be made; the message says why."""
+    """The bag cannot be written; the message says why."""
 
 
 class Bag:
-    """Implements `port.PublisherFactory`: what is published is kept in `folder`, which must not exist yet.
+    """ROS 2 bag in a new folder; implements `port.PublisherFactory`.
 
-    A message is kept under its own time stamp, on the plant's clock.  One thread at a time publishes.
+    Each message is stored under its own time stamp, on the plant's clock. Not thread-safe.
+
+    Args:
+        folder: must not exist yet.
+
+    Raises:
+        BagError: the folder cannot be created.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -47,18 +53,27 @@ class Bag:
             raise BagError(f"no bag can be made in `{folder}`: {failure}") from failure
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _Recorder[M]:
-        """See `PublisherFactory`; a bag has no use for latching."""
+        """Implements `PublisherFactory.publisher`; ignores `latched`."""
         if topic not in self._topics:
             self._topics[topic] = self._writer.add_connection(topic, kind.ros, typestore=self._store)
         return _Recorder(self, topic)
 
     def write_message(self, topic: str, message: Message) -> None:
-        """Put it into the bag."""
+        """Store a message.
+
+        Args:
+            topic: one for which `publisher` was called.
+            message: of the topic's type.
+        """
         data = self._store.serialize_cdr(_to_numpy_fields(message), message.ros)
         self._writer.write(self._topics[topic], _nanoseconds(message), data)
 
     def close(self) -> None:
-        """Finish the bag; raises `BagError` where that fails."""
+        """Finish the bag.
+
+        Raises:
+            BagError: it cannot be finished.
+        """
         try:
             self._writer.close()
         except OSError as failure:
@@ -72,10 +87,16 @@ class Bag:
 
 
 class McapFile(Bag):
-    """A bag that is one file, `path`, with the definition of every message in it; it must not exist yet.
+    """Bag in a single MCAP file that contains the definition of every message type.
 
-    Until it is closed, what is kept is in the folder `FILE.part` beside it.  So the file is whole or not
-    there, and of a run that was killed the folder has all but the newest.
+    Until it is closed, messages are in the folder `FILE.part` next to it. So the file is either complete or
+    missing; after a killed run the folder holds all but the newest messages.
+
+    Args:
+        path: the file; must not exist yet.
+
+    Raises:
+        BagError: the file exists, or the folder cannot be created.
     """
 
     def __init__(self, path: Path) -> None:
@@ -86,7 +107,11 @@ class McapFile(Bag):
         super().__init__(self._parts)
 
     def close(self) -> None:
-        """See `Bag`."""
+        """Finish the file.
+
+        Raises:
+            BagError: it cannot be finished.
+        """
         super().close()
         try:
             (self._parts / f"{self._parts.name}.mcap").replace(self._path)
@@ -100,12 +125,12 @@ class _Recorder(Generic[M]):
         self._bag, self._topic = bag, topic
 
     def publish(self, message: M) -> None:
-        """See `port.Publisher`."""
+        """Implements `port.Publisher.publish`."""
         self._bag.write_message(self._topic, message)
 
 
 def _to_numpy_fields(message: Message) -> Message:
-    """`message` for `rosbags`, which reads any object's fields: with NumPy's arrays where numbers follow."""
+    """Return `message` for `rosbags`, which reads fields of any object: number sequences as NumPy arrays."""
     numbers = {
         name: np.array(getattr(message, name), np.float64) for name in _number_sequence_fields(type(message))
     }
@@ -114,13 +139,13 @@ def _to_numpy_fields(message: Message) -> Message:
 
 @cache
 def _number_sequence_fields(kind: type[Message]) -> frozenset[str]:
-    """The fields that are sequences of numbers."""
+    """Return the names of fields that are sequences of numbers."""
     hints = get_type_hints(kind)
     return frozenset(name for name in kind.__struct_fields__ if hints[name] == tuple[float, ...])
 
 
 def _nanoseconds(message: Message) -> int:
-    """When it says it is, on the plant's clock; the beginning where it names no time."""
+    """Return the first time stamp in the message, ns on the plant's clock; 0 if it has none."""
     when = next(_stamps(message), Time())
     return when.sec * 10**9 + when.nanosec
 
@@ -132,5 +157,5 @@ def _stamps(value: Any) -> Iterator[Time]:
         for name in value.__struct_fields__:
             yield from _stamps(getattr(value, name))
     elif isinstance(value, tuple):
-        for one in value:
-            yield from _stamps(one)
+        for part in value:
+            yield from _stamps(part)

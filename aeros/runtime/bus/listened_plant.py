@@ -1,4 +1,4 @@
-"""A plant whose measurements listeners hear of; in everything else the plant that it wraps."""
+"""Plant wrapper that passes every measurement to listeners."""
 
 from __future__ import annotations
 
@@ -20,21 +20,35 @@ from aeros.skill import Action
 
 
 class MeasurementListener(Protocol):
-    """Who hears what is measured; it may not raise, and should not take long."""
+    """Listener to measurements; must not raise, and should be quick."""
 
     def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
-        """What was measured at the control tick at `now`, by vocabulary name, SI."""
+        """Receive what was measured at a control tick.
+
+        Args:
+            now: plant seconds.
+            values: values (SI) or readings, by vocabulary name.
+            chain: what is known of the robot's body and base.
+        """
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
-        """What was measured, each value at its own time."""
+        """Receive what was measured, each value at its own time.
+
+        Args:
+            readings: value (SI) and plant time (s) of each state variable, by name.
+            chain: what is known of the robot's body and base.
+        """
 
 
 class ListenedPlant:
-    """Implements `ports.Plant` by `plant`, and tells `listeners` what is observed and each control tick.
+    """Plant that behaves as `plant` and passes observations and control ticks to listeners.
 
-    A plant is wrapped once, with as many listeners as there are.
-    Of the robot it knows what plans say of it: the body, and where the base is, as long as nothing was
-    begun since that may move the base.
+    Wrap a plant once, with all its listeners. The wrapper learns the robot's body and base pose from planned
+    motions. The base is unknown while a motion is active that may move it.
+
+    Args:
+        plant: the wrapped plant.
+        listeners: called in order.
     """
 
     def __init__(self, plant: Plant, *listeners: MeasurementListener) -> None:
@@ -44,66 +58,66 @@ class ListenedPlant:
         self._travelling: set[MotionHandle] = set()
 
     def now(self) -> float:
-        """See `Plant`."""
+        """Implements `Plant.now`."""
         return self._plant.now()
 
     def observe(self) -> Readings:
-        """See `Plant`."""
+        """Implements `Plant.observe`."""
         readings = self._plant.observe()
         for listener in self._listeners:
             listener.on_observed(readings, self._chain)
         return readings
 
     def plan(self, action: Action) -> PlannedMotion:
-        """See `Plant`."""
+        """Implements `Plant.plan`."""
         plan = self._plant.plan(action)
         if isinstance(plan, Trajectory):
             self._chain = RobotChain(plan.body, None if self._travelling else plan.base)
         return plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """See `Plant`."""
-        begun = self._plant.begin(action, decided)
-        if not isinstance(begun, MotionCompletion) and not _base_is_fixed(decided):
-            self._travelling.add(begun)
+        """Implements `Plant.begin`."""
+        motion = self._plant.begin(action, decided)
+        if not isinstance(motion, MotionCompletion) and not _base_is_fixed(decided):
+            self._travelling.add(motion)
             self._chain = self._chain._replace(base=None)
-        return begun
+        return motion
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """See `Plant`; what the monitor says is passed on before anything is told."""
+        """Implements `Plant.advance`; listeners are called after the monitor and do not change its answer."""
 
-        def watching(now: float, values: Mapping[str, Any]) -> str | None:
+        def monitor_and_notify(now: float, values: Mapping[str, Any]) -> str | None:
             rule = monitor(now, values)
             for listener in self._listeners:
                 listener.on_tick(now, values, self._chain)
             return rule
 
-        ended = self._plant.advance(watching, until)
+        ended = self._plant.advance(monitor_and_notify, until)
         self._travelling.difference_update(ended)
         return ended
 
     def halt(self, motion: MotionHandle) -> None:
-        """See `Plant`."""
+        """Implements `Plant.halt`."""
         self._plant.halt(motion)
 
     def stop(self) -> None:
-        """See `Plant`."""
+        """Implements `Plant.stop`."""
         self._plant.stop()
         self._travelling.clear()
 
     def skill_began(self, skill: str) -> None:
-        """See `Plant`."""
+        """Implements `Plant.skill_began`."""
         self._plant.skill_began(skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """See `Plant`."""
+        """Implements `Plant.skill_ended`."""
         self._plant.skill_ended(skill, finished=finished)
 
     def close(self) -> None:
-        """See `Plant`."""
+        """Implements `Plant.close`."""
         self._plant.close()
 
 
 def _base_is_fixed(plan: PlannedMotion | None) -> bool:
-    """Whether the plant has said that the base does not move."""
+    """Return True if the plan shows that the base does not move."""
     return isinstance(plan, NoMotion) or (isinstance(plan, Trajectory) and not any(plan.base_path))

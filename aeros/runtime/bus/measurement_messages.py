@@ -1,8 +1,8 @@
-"""What is measured, as messages: `sensor_msgs/JointState`, `geometry_msgs/PointStamped`, and stamped values.
+"""Messages with measurements: `sensor_msgs/JointState`, `geometry_msgs/PointStamped`, and stamped values.
 
-Which families speak of joints is told by dimension: those over an index set of which one is in rad.  In
-rad it is the position, in rad/s the velocity, in N·m the effort.  Where several are, none is told, unless
-the site's motion policy names one as the joints' position.
+Variables over an index set are joint variables if one of them is measured in rad. Then rad is the position,
+rad/s the velocity and N·m the effort. If several variables could be the same quantity, that field stays
+empty, unless the site's motion policy names one of them as the joints' position.
 """
 
 from __future__ import annotations
@@ -37,14 +37,29 @@ _QUANTITIES: Final = {
 
 
 class JointFamily:
-    """The families over one index set: `names` are the joints', `families` by what they measure."""
+    """Joint variables over one index set.
+
+    Attributes:
+        names: names of the joints.
+
+    Args:
+        names: names of the joints.
+        families: variable by field of `JointState`.
+    """
 
     def __init__(self, names: tuple[str, ...], families: dict[str, str]) -> None:
         self.names = names
         self._families = families
 
     def joint_state_messages(self, readings: Readings) -> Iterator[JointState]:
-        """A message for each time at which something of it was measured, from the oldest on."""
+        """Make a message for each time at which some of the joint variables were measured.
+
+        Args:
+            readings: value (SI) and plant time (s) of each state variable, by name.
+
+        Yields:
+            Messages, the oldest first.
+        """
         found: defaultdict[float, dict[str, Any]] = defaultdict(dict)
         for quantity, name in self._families.items():
             if (reading := readings.get(name)) is not None:
@@ -54,7 +69,14 @@ class JointFamily:
 
 
 def joint_families(site: Site) -> list[JointFamily]:
-    """Everything of the vocabulary that measures joints."""
+    """Find the joint variables of a site.
+
+    Args:
+        site: declares the state variables.
+
+    Returns:
+        One family for each index set with a variable in rad.
+    """
     by_index: dict[tuple[str, ...], defaultdict[str, list[str]]] = {}
     for name, one in site.state.items():
         match one.variable.type:
@@ -64,23 +86,37 @@ def joint_families(site: Site) -> list[JointFamily]:
     known = site.motion.start_variable if site.motion else None
     found = []
     for members, quantities in by_index.items():
-        told = {
+        fields = {
             quantity: known if known in names else names[0]
             for quantity, names in quantities.items()
             if known in names or len(names) == 1
         }
         if "position" in quantities:
-            found.append(JointFamily(members, told))
+            found.append(JointFamily(members, fields))
     return found
 
 
 def position_variables(site: Site) -> list[str]:
-    """The names of the vocabulary that are places in the world."""
+    """Find the state variables that are positions in the world.
+
+    Args:
+        site: declares the state variables.
+
+    Returns:
+        Names of the vectors measured in m.
+    """
     return [name for name, one in site.state.items() if one.variable.type == VectorType(LENGTH)]
 
 
 def point_message(reading: Reading) -> PointStamped:
-    """Where something was measured to be."""
+    """Make a message with a measured position.
+
+    Args:
+        reading: position in the world frame, m.
+
+    Returns:
+        The message.
+    """
     return PointStamped(Header(stamp(reading.time), WORLD), Point(*reading.value))
 
 
@@ -88,7 +124,14 @@ ScalarMessage = BoolStamped | Float64Stamped | StringStamped
 
 
 def scalar_variables(site: Site) -> dict[str, type[ScalarMessage]]:
-    """The names of the vocabulary that are one value each, predicates among them, and what tells each."""
+    """Find the state variables that have a single value, predicates included.
+
+    Args:
+        site: declares the state variables.
+
+    Returns:
+        Message type by variable name.
+    """
     found: dict[str, type[ScalarMessage]] = {}
     for name, one in site.state.items():
         match one.variable.type:
@@ -102,7 +145,15 @@ def scalar_variables(site: Site) -> dict[str, type[ScalarMessage]]:
 
 
 def scalar_message(reading: Reading, kind: type[ScalarMessage]) -> ScalarMessage:
-    """What was measured, as `kind`."""
+    """Make a message with a measured scalar.
+
+    Args:
+        reading: value, SI.
+        kind: message type of the variable.
+
+    Returns:
+        The message.
+    """
     header = Header(stamp(reading.time))
     return (
         Float64Stamped(header, float(reading.value))
@@ -112,7 +163,14 @@ def scalar_message(reading: Reading, kind: type[ScalarMessage]) -> ScalarMessage
 
 
 def motion_joints(site: Site) -> tuple[str, tuple[str, ...]] | None:
-    """What measures the joints that the site's whole motions are about, and their names."""
+    """Find the joints of the site's motion policy.
+
+    Args:
+        site: may have a motion policy.
+
+    Returns:
+        The variable of their positions, and their names; None without policy or joints.
+    """
     if site.motion is None:
         return None
     type_ = site.state[site.motion.start_variable].variable.type

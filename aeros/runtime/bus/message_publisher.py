@@ -1,4 +1,7 @@
-"""Which message says what of a run, and where.  What cannot be said is counted, and hides nothing else."""
+"""Publisher of a run: turns records and measurements into messages on their topics.
+
+A message that cannot be made or published is counted, and does not affect the others.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,15 @@ from aeros.runtime.bus.measurement_messages import (
     scalar_message,
     scalar_variables,
 )
-from aeros.runtime.bus.messages import Decision, Event, JointState, PointStamped, TFMessage, Time, stamp
+from aeros.runtime.bus.messages import (
+    DecisionMessage,
+    Event,
+    JointState,
+    PointStamped,
+    TFMessage,
+    Time,
+    stamp,
+)
 from aeros.runtime.bus.names import check_ros_name
 from aeros.runtime.bus.port import M, Publisher, PublisherFactory
 from aeros.runtime.bus.record_messages import parse_record
@@ -24,25 +35,32 @@ from aeros.spec.model.model import Site
 
 
 class RobotChain(NamedTuple):
-    """What a plant has said of its robot: the body, and where its base is in W, m; None: not known."""
+    """Robot as its plant described it.
+
+    Attributes:
+        body: None if unknown.
+        base: position of the base in the world frame, m; None if unknown.
+    """
 
     body: RobotBody | None = None
     base: Vec3 | None = None
 
 
 class MessagePublisher:
-    """Publishes records and states on `bus`.
+    """Publisher of records and measurements.
 
-    site: whose vocabulary is spoken; a name of it that ROS 2 does not allow in a topic is not told.
-    missed: called, with the reason, for each message that cannot be made or published.
+    Args:
+        bus: where to publish.
+        site: declares the state variables. Variables whose names are invalid in ROS 2 topics are left out.
+        missed: called with the reason for each message that cannot be made or published.
     """
 
     def __init__(self, bus: PublisherFactory, site: Site, missed: Callable[[str], None]) -> None:
         self._missed = missed
         self._last = Time()  # on the plant's clock
         self._joints = [
-            (one, _ChangePublisher(bus.publisher("/joint_states", JointState)))
-            for one in joint_families(site)
+            (family, _ChangePublisher(bus.publisher("/joint_states", JointState)))
+            for family in joint_families(site)
         ]
         self._places = {
             name: _ChangePublisher(bus.publisher(f"/aeros/state/{name}", PointStamped))
@@ -57,10 +75,14 @@ class MessagePublisher:
         self._chain_joints = motion_joints(site)
         self._transforms = _ChangePublisher(bus.publisher("/tf", TFMessage))
         self._events = bus.publisher("/aeros/events", Event)
-        self._decisions = bus.publisher("/aeros/decisions", Decision)
+        self._decisions = bus.publisher("/aeros/decisions", DecisionMessage)
 
     def publish_record(self, line: bytes) -> None:
-        """A record of the audit log."""
+        """Publish a record; a decision also goes to `/aeros/decisions`.
+
+        Args:
+            line: line of the audit log.
+        """
         with self._count_failures():
             event, decision = parse_record(line, self._last)
             self._events.publish(event)
@@ -68,7 +90,12 @@ class MessagePublisher:
                 self._decisions.publish(decision)
 
     def publish_state(self, readings: Readings, chain: RobotChain) -> None:
-        """What was measured, of a robot of which `chain` is known."""
+        """Publish measurements and the transforms of the robot's chain.
+
+        Args:
+            readings: value (SI) and plant time (s) of each state variable, by name.
+            chain: what is known of the robot's body and base.
+        """
         if not readings:
             return
         with self._count_failures():
@@ -100,13 +127,13 @@ class MessagePublisher:
     def _count_failures(self) -> Iterator[None]:
         try:
             yield
-        # Whatever is wrong with a value or a bus, the run goes on, and so does what else there is to say.
+        # A wrong value or a broken bus must not stop the run or other messages.
         except Exception as wrong:
             self._missed(str(wrong) or type(wrong).__name__)
 
 
 class _ChangePublisher(Generic[M]):
-    """Publishes what is not the same as what it published last: one instant is looked at more than once."""
+    """Publisher that drops a message equal to the previous one, time stamp included."""
 
     def __init__(self, publisher: Publisher[M]) -> None:
         self._publisher = publisher

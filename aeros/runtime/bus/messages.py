@@ -1,8 +1,8 @@
-"""Shapes of messages: those of ROS 2's common packages, and of `aeros_msgs`, which is AEROS's own.
+"""Message types: those of ROS 2's common packages, and AEROS's own package `aeros_msgs`.
 
-A field has the name, the order and the type that ROS 2 gives it, so a binding copies field by field;
-a test holds them against the definitions that ROS 2 Humble ships.  Those of `aeros_msgs` are in the
-folder of that name.  Messages are immutable, so that no subscriber changes what another reads.
+Each field has the name, order and type that ROS 2 gives it, so a binding copies field by field. A test
+compares them with the definitions of ROS 2 Humble; those of `aeros_msgs` are in the folder of that name.
+Messages are immutable, so that no subscriber changes what another receives.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ _NANO: Final = 10**9
 
 
 class Message(Struct, frozen=True, forbid_unknown_fields=True):
-    """Any message, request, response, goal, result or feedback; `ros` is its type's name in ROS 2."""
+    """Base of messages, requests, responses, goals, results and feedback; `ros` is its type name in ROS 2."""
 
     ros: ClassVar[str]
 
 
 class Time(Message, frozen=True):
-    """A time stamp; here seconds on the plant's clock."""
+    """Time stamp; here in seconds on the plant's clock."""
 
     ros = "builtin_interfaces/msg/Time"
     sec: Int32 = 0
@@ -34,7 +34,13 @@ class Time(Message, frozen=True):
 
 
 def stamp(seconds: float) -> Time:
-    """Return the stamp nearest to `seconds`, exactly: a product of doubles would be off by up to 128 ns.
+    """Convert a time to the nearest stamp, exactly: a product of doubles would be off by up to 128 ns.
+
+    Args:
+        seconds: plant seconds.
+
+    Returns:
+        The stamp.
 
     Raises:
         ValueError: ROS 2 has no stamp for `seconds`, or they are not a number.
@@ -43,12 +49,12 @@ def stamp(seconds: float) -> Time:
     numerator, denominator = seconds.as_integer_ratio()
     nanoseconds = (2 * numerator * _NANO + denominator) // (2 * denominator)
     if not -(2**31) <= nanoseconds // _NANO < 2**31:
-        raise ValueError(f"{seconds} s is no time that ROS 2 can stamp")
+        raise ValueError(f"ROS 2 cannot stamp the time {seconds} s")
     return Time(nanoseconds // _NANO, nanoseconds % _NANO)
 
 
 class Header(Message, frozen=True):
-    """When and in which frame."""
+    """Time stamp and frame of a message."""
 
     ros = "std_msgs/msg/Header"
     stamp: Time = Time()
@@ -56,7 +62,7 @@ class Header(Message, frozen=True):
 
 
 class JointState(Message, frozen=True):
-    """Positions, velocities and efforts of joints: rad, rad/s, N·m; m, m/s, N where a joint slides."""
+    """Positions, velocities and efforts of joints: rad, rad/s, N·m; for sliding joints m, m/s, N."""
 
     ros = "sensor_msgs/msg/JointState"
     header: Header = Header()
@@ -67,7 +73,7 @@ class JointState(Message, frozen=True):
 
 
 class Vector3(Message, frozen=True):
-    """A vector in space; m where it is a way."""
+    """Vector in space; m if it is a displacement."""
 
     ros = "geometry_msgs/msg/Vector3"
     x: float = 0.0
@@ -76,7 +82,7 @@ class Vector3(Message, frozen=True):
 
 
 class Point(Message, frozen=True):
-    """A place, m."""
+    """Position, m."""
 
     ros = "geometry_msgs/msg/Point"
     x: float = 0.0
@@ -85,7 +91,7 @@ class Point(Message, frozen=True):
 
 
 class PointStamped(Message, frozen=True):
-    """A place in the header's frame."""
+    """Position in the header's frame."""
 
     ros = "geometry_msgs/msg/PointStamped"
     header: Header = Header()
@@ -93,7 +99,7 @@ class PointStamped(Message, frozen=True):
 
 
 class Quaternion(Message, frozen=True):
-    """A rotation, as a unit quaternion."""
+    """Rotation as a unit quaternion."""
 
     ros = "geometry_msgs/msg/Quaternion"
     x: float = 0.0
@@ -103,7 +109,7 @@ class Quaternion(Message, frozen=True):
 
 
 class Transform(Message, frozen=True):
-    """Where a frame is, in another."""
+    """Pose of one frame in another."""
 
     ros = "geometry_msgs/msg/Transform"
     translation: Vector3 = Vector3()
@@ -111,7 +117,7 @@ class Transform(Message, frozen=True):
 
 
 class TransformStamped(Message, frozen=True):
-    """Where `child_frame_id` is in the header's frame."""
+    """Pose of the frame `child_frame_id` in the header's frame."""
 
     ros = "geometry_msgs/msg/TransformStamped"
     header: Header = Header()
@@ -127,30 +133,33 @@ class TFMessage(Message, frozen=True):
 
 
 class String(Message, frozen=True):
-    """A text."""
+    """Text."""
 
     ros = "std_msgs/msg/String"
     data: str = ""
 
 
 class TriggerRequest(Message, frozen=True):
-    """Nothing but the wish."""
+    """Request without fields."""
 
     ros = "std_srvs/srv/Trigger_Request"
 
 
 class TriggerResponse(Message, frozen=True):
-    """Whether it was done, and what is said of it."""
+    """Success of a request, with an explanation."""
 
     ros = "std_srvs/srv/Trigger_Response"
     success: bool = False
     message: str = ""
 
 
-class Decision(Message, frozen=True):
-    """A decision of the gate, as the audit record has it.
+class DecisionMessage(Message, frozen=True):
+    """Decision of the gate, as the audit log records it.
 
-    record: its number in the audit log.  action, reasons: JSON, as in the record.
+    Attributes:
+        record: number of its record.
+        action: JSON, as in the record.
+        reasons: JSON, as in the record.
     """
 
     ros = "aeros_msgs/msg/Decision"
@@ -164,7 +173,7 @@ class Decision(Message, frozen=True):
 
 
 class Event(Message, frozen=True):
-    """A record of the audit log; `details` is JSON."""
+    """Record of the audit log; `details` is JSON."""
 
     ros = "aeros_msgs/msg/Event"
     stamp: Time = Time()
@@ -174,7 +183,7 @@ class Event(Message, frozen=True):
 
 
 class BoolStamped(Message, frozen=True):
-    """A truth value that was measured: a predicate, or a switch."""
+    """Measured truth value: a predicate, or a switch."""
 
     ros = "aeros_msgs/msg/BoolStamped"
     header: Header = Header()
@@ -182,7 +191,7 @@ class BoolStamped(Message, frozen=True):
 
 
 class Float64Stamped(Message, frozen=True):
-    """A number that was measured, in SI."""
+    """Measured number, SI."""
 
     ros = "aeros_msgs/msg/Float64Stamped"
     header: Header = Header()
@@ -190,7 +199,7 @@ class Float64Stamped(Message, frozen=True):
 
 
 class StringStamped(Message, frozen=True):
-    """A member of an enumeration that was measured."""
+    """Measured member of an enumeration."""
 
     ros = "aeros_msgs/msg/StringStamped"
     header: Header = Header()
@@ -198,7 +207,7 @@ class StringStamped(Message, frozen=True):
 
 
 class ExecuteSkillGoal(Message, frozen=True):
-    """One skill invocation; `inputs` is a JSON object, in SI."""
+    """Goal: run one skill; `inputs` is a JSON object, SI."""
 
     ros = "aeros_msgs/action/ExecuteSkill_Goal"
     module: str = ""
@@ -207,7 +216,7 @@ class ExecuteSkillGoal(Message, frozen=True):
 
 
 class ExecuteSkillFeedback(Message, frozen=True):
-    """How many actions the gate has decided so far, by verdict."""
+    """Numbers of actions that the gate has decided so far, by verdict."""
 
     ros = "aeros_msgs/action/ExecuteSkill_Feedback"
     allowed: Uint32 = 0
@@ -216,7 +225,7 @@ class ExecuteSkillFeedback(Message, frozen=True):
 
 
 class ExecuteSkillResult(Message, frozen=True):
-    """How the step ended, as `StepStatus` has it, and why; `outputs` is a JSON object, in SI."""
+    """Ending of the step, with the values of `StepStatus`; `outputs` is a JSON object, SI."""
 
     ros = "aeros_msgs/action/ExecuteSkill_Result"
     status: str = ""

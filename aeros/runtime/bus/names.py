@@ -1,6 +1,6 @@
-"""Names of topics, services and actions, as ROS 2 has them.
+"""Names of topics, services and actions, by the rules of ROS 2.
 
-Rules: https://design.ros2.org/articles/topic_and_service_names.html.  Names here are absolute.
+Rules: https://design.ros2.org/articles/topic_and_service_names.html. Names here are absolute.
 """
 
 from __future__ import annotations
@@ -13,10 +13,20 @@ _ABSOLUTE: Final = re.compile(rf"(?:/(?:{_NAME_PART}))+")
 
 
 def check_ros_name(name: str) -> str:
-    """`name`, if it is the absolute name of a topic, service or action; else raises `ValueError`."""
+    """Check the name of a topic, service or action.
+
+    Args:
+        name: absolute name.
+
+    Returns:
+        The name.
+
+    Raises:
+        ValueError: it is invalid in ROS 2, or not absolute.
+    """
     if not _ABSOLUTE.fullmatch(name):
         raise ValueError(
-            f"`{name}` is no absolute ROS 2 name: tokens of letters, digits and single underscores, "
+            f"`{name}` is not an absolute ROS 2 name: tokens of letters, digits and single underscores, "
             "none of which begins with a digit, each after a `/`"
         )
     return name

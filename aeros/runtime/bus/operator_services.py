@@ -1,4 +1,4 @@
-"""Services by which the operator's commands reach a run: `/aeros/pause`, `/aeros/resume`, `/aeros/stop`."""
+"""Services for the operator's commands to a run: `/aeros/pause`, `/aeros/resume`, `/aeros/stop`."""
 
 from __future__ import annotations
 
@@ -23,11 +23,15 @@ _SERVICES: Final = {
 
 @contextmanager
 def serve_operator_commands(bus: Bus, folder: Path) -> Iterator[None]:
-    """Offer them for whoever executes from the registry in `folder`, while the block runs.
+    """Offer the services while the block runs.
 
-    Each does what the command of its name does, and answers when it is so: pause and stop when nothing
-    moves, or with failure when something does after some seconds.  The thread that asks waits, so it must
-    not be the one that executes.
+    Each does what the command of its name does, and answers once it has taken effect: pause and stop when no
+    action is active, or with failure if one still is after some seconds. The calling thread waits, so it must
+    not be the executor's.
+
+    Args:
+        bus: where to offer them.
+        folder: registry's folder of the executor.
     """
     with ExitStack() as offered:
         for name, (command, done) in _SERVICES.items():

@@ -1,10 +1,10 @@
-"""The bus as whoever uses it sees it, so that something else than this process can carry it: DDS, say.
+"""Port to a bus, so that something outside this process, such as DDS, can carry the messages.
 
-Topics carry messages from many to many, and nobody waits for anybody.  A service is asked and answers.
-An action has a goal, tells how it goes, can be cancelled, and ends in a result.
+Topics carry messages from many to many, and nobody waits. A service is called and answers. An action has a
+goal, gives feedback, can be cancelled, and ends with a result.
 
-The bus is how others hear of a run and ask for something.  It is no way to a motor: whatever is asked for
-on it comes to the executor as a request, and every action of it is decided by the gate.
+Through the bus others follow a run and make requests. It gives no access to motors: every request goes to the
+executor, and the gate decides each of its actions.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ G_co = TypeVar("G_co", bound=Message, covariant=True)
 
 
 class BusError(Exception):
-    """What was asked of the bus cannot be; the message says why."""
+    """The bus refuses a request; the message says why."""
 
 
 class NoServerError(BusError):
-    """No service or action of that name is offered, or none answered in time."""
+    """There is no service or action of that name, or none answered in time."""
 
 
 class GoalStatus(Enum):
-    """How a goal stands, by the numbers of `action_msgs/msg/GoalStatus`."""
+    """Status of a goal, with the numbers of `action_msgs/msg/GoalStatus`."""
 
     ACCEPTED = 1
     EXECUTING = 2
@@ -49,102 +49,234 @@ class GoalStatus(Enum):
 
     @property
     def is_over(self) -> bool:
-        """Whether there is a result."""
+        """True if there is a result."""
         return self.value >= GoalStatus.SUCCEEDED.value
 
 
 class Publisher(Protocol[M_contra]):
-    """One who publishes on a topic."""
+    """Publisher on one topic."""
 
     def publish(self, message: M_contra) -> None:
-        """Give `message` to everybody who listens now; never waits.  Raises `BusError` for another type."""
+        """Send a message to all present subscriptions; never waits.
+
+        Args:
+            message: of the topic's type.
+
+        Raises:
+            BusError: it has another type.
+        """
 
 
 class Subscription(Protocol[M_co]):
-    """One who listens on a topic, with a queue of his own."""
+    """Subscription to one topic, with a queue of its own.
+
+    Attributes:
+        dropped_count: number of messages that newer ones pushed out of the queue.
+    """
 
     dropped_count: int  # the oldest messages that gave way to newer ones
 
     def receive(self, timeout: float = 0.0) -> M_co | None:
-        """The oldest message that was not taken; None where there is none within `timeout` seconds."""
+        """Remove and return the oldest message in the queue.
+
+        Args:
+            timeout: s of real time to wait for one.
+
+        Returns:
+            The message; None if there is none in time.
+        """
 
     def close(self) -> None:
-        """Listen no more; safe to call twice."""
+        """Unsubscribe; safe to call twice."""
 
 
 class ServerGoal(Protocol[G_co, F_contra, R_contra]):
-    """A goal as whoever pursues it sees it."""
+    """Goal of an action, at the server's end."""
 
     @property
     def goal(self) -> G_co:
-        """What is wanted."""
+        """Goal message of the client."""
 
     @property
     def status(self) -> GoalStatus:
-        """How it stands; CANCELING once somebody has asked for that."""
+        """Status; CANCELING once a client has asked for that."""
 
     def send_feedback(self, feedback: F_contra) -> None:
-        """Tell how it goes; of what is told and not yet heard, the newest stays."""
+        """Send feedback; it replaces feedback that the client has not read.
+
+        Args:
+            feedback: of the action's type.
+        """
 
     def set_result(self, status: GoalStatus, result: R_contra) -> None:
-        """Give the result; raises `BusError` where there is one already."""
+        """Set the result and end the goal.
+
+        Args:
+            status: SUCCEEDED, CANCELED or ABORTED.
+            result: of the action's type.
+
+        Raises:
+            BusError: there is a result already, or `status` is not an end.
+        """
 
 
 class ClientGoal(Protocol[F_co, R_co]):
-    """A goal as whoever wants it sees it."""
+    """Goal of an action, at the client's end."""
 
     @property
     def status(self) -> GoalStatus:
-        """How it stands."""
+        """Status of the goal."""
 
     def feedback(self, timeout: float = 0.0) -> F_co | None:
-        """How it goes, if that is newer than what was heard before."""
+        """Return the newest feedback that was not returned before.
+
+        Args:
+            timeout: s of real time to wait for it.
+
+        Returns:
+            The feedback; None if there is none in time.
+        """
 
     def cancel(self) -> None:
-        """Ask that it be given up; the result says whether it was."""
+        """Ask the server to cancel the goal; the result says if it did."""
 
     def result(self, timeout: float) -> R_co:
-        """The result; raises `NoServerError` where there is none within `timeout` seconds."""
+        """Wait for the result.
+
+        Args:
+            timeout: s of real time.
+
+        Returns:
+            The result.
+
+        Raises:
+            NoServerError: there is none in time.
+        """
 
 
 class ActionServer(Protocol[G_co, F_contra, R_contra]):
-    """One who pursues the goals of an action, one call after the other, in his own thread."""
+    """Server of one action; call it from one thread."""
 
     def next_goal(self, timeout: float = 0.0) -> ServerGoal[G_co, F_contra, R_contra] | None:
-        """The next goal; None where there is none within `timeout` seconds."""
+        """Accept the next goal.
+
+        Args:
+            timeout: s of real time to wait for one.
+
+        Returns:
+            The goal; None if there is none in time.
+        """
 
     def close(self) -> None:
-        """Take no more goals, and abort those that are not over; safe to call twice."""
+        """Accept no more goals and abort those that are not over; safe to call twice."""
 
 
 class PublisherFactory(Protocol):
-    """Where messages can be published: a bus, or what keeps them."""
+    """Destination of messages: a bus or a recorder."""
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> Publisher[M]:
-        """A publisher on `topic`; latched: who comes later still gets the last message."""
+        """Make a publisher.
+
+        Args:
+            topic: absolute ROS 2 name.
+            kind: type of its messages.
+            latched: keep the last message for later subscriptions.
+
+        Returns:
+            The publisher.
+
+        Raises:
+            BusError: the name is invalid, or has another type.
+        """
 
 
 class Bus(PublisherFactory, Protocol):
-    """Where topics, services and actions meet by name; a name has one type."""
+    """Topics, services and actions by name; each name has one type."""
 
     def subscribe(self, topic: str, kind: type[M], *, depth: int = 10) -> Subscription[M]:
-        """Listen on `topic`; of what is not taken the newest `depth` are kept."""
+        """Subscribe to a topic.
+
+        Args:
+            topic: absolute ROS 2 name.
+            kind: type of its messages.
+            depth: length of the queue; when it is full, the oldest message is dropped.
+
+        Returns:
+            The subscription.
+
+        Raises:
+            BusError: the name is invalid, or has another type.
+        """
 
     def serve(
         self, service: str, kinds: tuple[type[Q], type[R]], answer: Callable[[Q], R]
     ) -> Callable[[], None]:
-        """Answer `service`, in the thread of whoever asks, until what is returned is called."""
+        """Offer a service.
+
+        Args:
+            service: absolute ROS 2 name.
+            kinds: types of request and response.
+            answer: called with each request, in the thread of the caller.
+
+        Returns:
+            Function that withdraws the service.
+
+        Raises:
+            BusError: the name is invalid, has another type or is served already.
+        """
 
     def call(self, service: str, kinds: tuple[type[Q], type[R]], request: Q) -> R:
-        """Ask `service`; raises `NoServerError` where nobody serves it."""
+        """Call a service and wait for its response.
+
+        Args:
+            service: absolute ROS 2 name.
+            kinds: types of request and response.
+            request: the request.
+
+        Returns:
+            The response.
+
+        Raises:
+            NoServerError: nobody serves it.
+            BusError: the name is invalid, or a type differs.
+        """
 
     def serve_action(
         self, action: str, kinds: tuple[type[G], type[F], type[R]], *, waiting: int = 10
     ) -> ActionServer[G, F, R]:
-        """Pursue the goals of `action`; beyond `waiting` that were not taken, goals are refused."""
+        """Offer an action.
+
+        Args:
+            action: absolute ROS 2 name.
+            kinds: types of goal, feedback and result.
+            waiting: limit on goals that wait to be accepted; more are refused.
+
+        Returns:
+            The server, to accept goals from.
+
+        Raises:
+            BusError: the name is invalid, has another type or is served already.
+        """
 
     def send_goal(self, action: str, kinds: tuple[type[G], type[F], type[R]], goal: G) -> ClientGoal[F, R]:
-        """Want something of `action`; raises `NoServerError` where nobody pursues it."""
+        """Send a goal to an action.
+
+        Args:
+            action: absolute ROS 2 name.
+            kinds: types of goal, feedback and result.
+            goal: the goal.
+
+        Returns:
+            The client's end of the goal.
+
+        Raises:
+            NoServerError: nobody serves the action.
+            BusError: the name is invalid, a type differs, or too many goals wait.
+        """
 
     def names(self) -> Mapping[str, str]:
-        """Every name in use, with its type in ROS 2."""
+        """List the names in use.
+
+        Returns:
+            ROS 2 type by name.
+        """

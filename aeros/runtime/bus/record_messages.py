@@ -1,17 +1,22 @@
-"""Records of the audit log as messages."""
+"""Messages of audit records: every record is an event, and a decision has a message of its own."""
 
 from __future__ import annotations
 
 import json
 from typing import Any
 
-from aeros.runtime.bus.messages import Decision, Event, Time, stamp
+from aeros.runtime.bus.messages import DecisionMessage, Event, Time, stamp
 
 
-def parse_record(line: bytes, last: Time) -> tuple[Event, Decision | None]:
-    """The record in `line`, and where it is a decision of the gate, that.
+def parse_record(line: bytes, last: Time) -> tuple[Event, DecisionMessage | None]:
+    """Make the messages of a record.
 
-    last: stamps a record that names no time of its own; the plant's clock when it was last heard of.
+    Args:
+        line: line of the audit log.
+        last: stamp for a record that has no time of its own: latest known time of the plant's clock.
+
+    Returns:
+        The event, and the decision if the record is one.
     """
     record = json.loads(line)
     number, name, details = record["sequence"], record["event"], record["details"]
@@ -21,12 +26,12 @@ def parse_record(line: bytes, last: Time) -> tuple[Event, Decision | None]:
     if name != "decision":
         return event, None
     action, reasons = _to_json(details["decided"]), _to_json(details["reasons"])
-    decision = Decision(
+    decision = DecisionMessage(
         when, number, details["module"], details["skill"], details["verdict"], action, reasons
     )
     return event, decision
 
 
 def _to_json(plain: Any) -> str:
-    """As the record has it."""
+    """Return parsed JSON in its canonical spelling."""
     return json.dumps(plain, sort_keys=True, separators=(",", ":"))

@@ -1,7 +1,7 @@
-"""What was measured while a run went on, ten times a second, as a file that grows line by line.
+"""File of measurements during a run, ten lines per second of plant time, for `aeros top` and `aeros report`.
 
-For whoever looks on or looks back: `aeros top` and `aeros report`.  It is no record: nothing is decided by
-it, it is not chained, and what cannot be written is counted and left out, as no robot stops for a plot.
+It is no record: nothing is decided by it, it is not hash-chained, and lines that cannot be written are
+counted and left out, because no robot stops for a plot.
 """
 
 from __future__ import annotations
@@ -20,19 +20,25 @@ from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.model.model import Site
 
 FILE: Final = "measured.jsonl"
-"""Its name in the folder of a run."""
+"""Name of the file in the folder of a run."""
 
 PERIOD: Final = 0.1
-"""Plant seconds between lines about control ticks, and between observations of the same truths."""
+"""Minimum time between lines, plant seconds; a changed bool or text is written at once."""
 
 _DIGITS: Final = 6
 
 
 class SampleWriter:
-    """Writes what it hears of to `path`, as `{"time": T, "state": {NAME: [VALUE, MEASURED_AT]}}`; SI.
+    """Writer of measurements, as lines `{"time": T, "state": {NAME: [VALUE, MEASURED_AT]}}`; SI.
 
-    Kept is each single value of the vocabulary, and whatever else the site's rules read.
-    lost: lines that could not be written.
+    Written are all scalar variables, and the other variables that the site's rules read.
+
+    Attributes:
+        lost: number of lines that could not be written.
+
+    Args:
+        path: the file; lines are appended.
+        site: declares state variables and rules.
     """
 
     def __init__(self, path: Path, site: Site) -> None:
@@ -40,7 +46,7 @@ class SampleWriter:
         self._kept = _recorded_variables(site)
         self._last: dict[str, float] = {}
         self._truths: dict[str, Any] = {}
-        # A run that goes on after a crash goes on with its file, on a line of its own.
+        # A run that is resumed after a crash continues its file on a new line.
         self._file = path.open("a+b", buffering=0)
         if self._file.tell() > 0:
             self._file.seek(-1, SEEK_END)
@@ -48,13 +54,13 @@ class SampleWriter:
                 self._file.write(b"\n")
 
     def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
-        """What was measured at a control tick."""
+        """Implements `MeasurementListener.on_tick`."""
         if now - self._last.get("tick", -inf) >= PERIOD:
             self._last["tick"] = now
             self._write(now, {name: _read(value, now) for name, value in values.items()})
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
-        """What was measured, each value at its own time."""
+        """Implements `MeasurementListener.on_observed`."""
         state = {name: _read(reading, inf) for name, reading in readings.items()}
         now = max((reading.time for reading in state.values() if isfinite(reading.time)), default=inf)
         truths = {name: one.value for name, one in state.items() if type(one.value) in (bool, str)}
@@ -64,7 +70,7 @@ class SampleWriter:
             self._write(now, state)
 
     def close(self) -> None:
-        """Nothing more will be written."""
+        """Close the file."""
         self._file.close()
 
     def __enter__(self) -> Self:
@@ -74,12 +80,12 @@ class SampleWriter:
         self.close()
 
     def _write(self, now: float, state: Mapping[str, Reading]) -> None:
-        told = {
+        written = {
             name: [_to_json(one.value), one.time if isfinite(one.time) else None]
             for name, one in state.items()
             if name in self._kept
         }
-        line = json.dumps({"time": now, "state": told}, separators=(",", ":")) + "\n"
+        line = json.dumps({"time": now, "state": written}, separators=(",", ":")) + "\n"
         try:
             self._file.write(line.encode())
         except OSError:
@@ -95,14 +101,14 @@ def _recorded_variables(site: Site) -> frozenset[str]:
 
 
 def _read(value: Any, now: float) -> Reading:
-    """`value` as a reading with a time that is a number, `now` where it has none of its own."""
+    """Return `value` as a reading with a numeric time; `now` if it has no time of its own."""
     if type(value) is not Reading:
         return Reading(value, now)
     return value if type(value.time) in (float, int) else Reading(value.value, inf)
 
 
 def _to_json(value: Any) -> Any:
-    """A value as JSON, to six digits; None of what has no form of the vocabulary's."""
+    """Return a value as JSON with six digits; None if it is not a value of the vocabulary."""
     if type(value) in (tuple, list):
         return [_to_json(part) for part in value]
     if type(value) in (bool, str):

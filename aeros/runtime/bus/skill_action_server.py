@@ -1,7 +1,8 @@
-"""Goals of `/aeros/execute_skill` become steps of the executor, which has every action of them decided.
+"""Action server of `/aeros/execute_skill`: each goal becomes a step of the executor.
 
-Whoever owns the executor calls `serve_goals`, in the thread in which steps go on; nobody else starts any
-meanwhile.  Goals that come beside each other run beside each other, as far as their resources allow.
+So the gate decides every action of a goal. The executor's owner calls `serve_goals` in the thread that runs
+the steps; nobody else starts steps meanwhile. Concurrent goals run concurrently, as far as their resources
+allow.
 """
 
 from __future__ import annotations
@@ -24,103 +25,122 @@ Server = ActionServer[ExecuteSkillGoal, ExecuteSkillFeedback, ExecuteSkillResult
 Goal = ServerGoal[ExecuteSkillGoal, ExecuteSkillFeedback, ExecuteSkillResult]
 
 MAX_GOALS: Final = 8
-"""Goals at a time; each may have a process of its own.  Others wait, and the server refuses too many."""
+"""Limit on active goals; each may have a process of its own.  More wait, and the server refuses too many."""
 
-_TURN_S: Final = 0.05  # plant seconds after which cancellations and new goals are looked at again
+_TURN_S: Final = 0.05  # plant seconds between checks for cancellations and new goals
 _POLL_INTERVAL_S: Final = 0.05  # s, while there is no goal
 
 
 class SteppableRuntime(Runtime, Protocol):
-    """A runtime that can be looked at between whatever it does; `Executor` is one."""
+    """Runtime that returns to its caller between steps' actions; `Executor` is one."""
 
     def advance_once(self, until: float) -> EndedStep | None:
-        """Let one thing happen, or time go on until `until`, in plant seconds; a step that has ended."""
+        """Let one skill act, or advance time.
+
+        Args:
+            until: latest time to advance to, plant seconds.
+
+        Returns:
+            A step that has ended; None if none has.
+        """
 
     def decision_counts(self, step: StepHandle) -> DecisionCounts | None:
-        """What was decided of a step so far; None once it has ended."""
+        """Return the counts of decisions on an active step.
+
+        Args:
+            step: the step.
+
+        Returns:
+            Numbers of allowed, attenuated and denied actions so far; None once the step has ended.
+        """
 
 
 def serve_goals(server: Server, runtime: SteppableRuntime, is_over: Callable[[], bool]) -> None:
-    """Pursue the goals of `server` until `is_over`, then cancel what is left, and close it.
+    """Serve goals until `is_over`, then cancel the active ones and close the server.
 
-    A goal succeeds where its skill finishes, is canceled where that was asked for and done, and is aborted
-    otherwise; `status` and `reason` of the result say how the step ended.  What `runtime` raises goes
-    through, and aborts every goal.
+    A goal succeeds if its skill finishes, is canceled if the client asked for that and it was done, and is
+    aborted otherwise; `status` and `reason` of the result say how the step ended. An exception of `runtime`
+    propagates and aborts every goal.
+
+    Args:
+        server: server of `/aeros/execute_skill`.
+        runtime: runs the steps.
+        is_over: asked in every turn.
     """
-    pursuit = _GoalRunner(runtime)
+    runner = _GoalRunner(runtime)
     try:
         while not is_over():
-            if len(pursuit.goals) < MAX_GOALS:
-                goal = server.next_goal(0.0 if pursuit.goals else _POLL_INTERVAL_S)
+            if len(runner.goals) < MAX_GOALS:
+                goal = server.next_goal(0.0 if runner.goals else _POLL_INTERVAL_S)
                 if goal is not None:
-                    pursuit.start_goal(goal)
-            pursuit.cancel_requested()
-            pursuit.advance()
-        pursuit.cancel_all()
-        while pursuit.goals:
-            pursuit.advance()
+                    runner.start_goal(goal)
+            runner.cancel_requested()
+            runner.advance()
+        runner.cancel_all()
+        while runner.goals:
+            runner.advance()
     finally:
         server.close()
 
 
 class _MalformedError(Exception):
-    """The inputs of a goal are none; the message says why."""
+    """The inputs of a goal are malformed; the message says how."""
 
 
 @dataclass
 class _ActiveGoal:
-    """A goal whose step is under way, and what was told of it."""
+    """Goal whose step is active, and the latest feedback sent."""
 
     goal: Goal
     feedback_sent: DecisionCounts = field(default_factory=DecisionCounts)
 
 
 class _GoalRunner:
-    """The goals under way, by their steps."""
+    """Active goals, by their steps."""
 
     def __init__(self, runtime: SteppableRuntime) -> None:
         self.goals: dict[StepHandle, _ActiveGoal] = {}
         self._runtime = runtime
 
     def start_goal(self, goal: Goal) -> None:
-        """Start its step, or say why there is none."""
-        asked = goal.goal
+        """Start the step of a goal; if it is refused, end the goal with the reason."""
+        request = goal.goal
         try:
-            inputs = _parse_inputs(asked.inputs)
+            inputs = _parse_inputs(request.inputs)
         except _MalformedError as wrong:
-            refusal = {"module": asked.module, "skill": asked.skill, "reason": str(wrong)}
+            refusal = {"module": request.module, "skill": request.skill, "reason": str(wrong)}
             self._runtime.note("goal-refused", refusal)
             _finish_goal(goal, StepResult(StepStatus.REFUSED, str(wrong)))
             return
-        started = self._runtime.start(StepRequest(asked.module, asked.skill, inputs))
+        started = self._runtime.start(StepRequest(request.module, request.skill, inputs))
         if isinstance(started, StepResult):
             _finish_goal(goal, started)
         else:
             self.goals[started] = _ActiveGoal(goal)
 
     def cancel_requested(self) -> None:
-        """Cancel what whoever wants it does not want any more."""
-        for step, pursued in self.goals.items():
-            if pursued.goal.status is GoalStatus.CANCELING:
-                self._runtime.cancel(step, "whoever had asked for it cancels it")
+        """Cancel the steps whose clients asked for that."""
+        for step, active in self.goals.items():
+            if active.goal.status is GoalStatus.CANCELING:
+                self._runtime.cancel(step, "cancelled by the client")
 
     def cancel_all(self) -> None:
-        """Cancel whatever is under way."""
+        """Cancel all active steps."""
         for step in self.goals:
-            self._runtime.cancel(step, "whoever pursues it ends")
+            self._runtime.cancel(step, "the action server is closing")
 
     def advance(self) -> None:
-        """Let steps go on for a turn; tell how they go, and the result of one that has ended."""
+        """Run steps for one turn; send feedback, and the result of a step that has ended."""
         if not self.goals:
             return
         ended = self._runtime.advance_once(self._runtime.now() + _TURN_S)
         if ended is not None:
             _finish_goal(self.goals.pop(ended.step).goal, ended.result)
-        for step, pursued in self.goals.items():
+        for step, active in self.goals.items():
             counts = self._runtime.decision_counts(step)
-            if counts is not None and counts != pursued.feedback_sent:
-                pursued.feedback_sent = counts
-                pursued.goal.send_feedback(
+            if counts is not None and counts != active.feedback_sent:
+                active.feedback_sent = counts
+                active.goal.send_feedback(
                     ExecuteSkillFeedback(counts.allowed, counts.attenuated, counts.denied)
                 )
 
@@ -137,7 +157,7 @@ def _finish_goal(goal: Goal, result: StepResult) -> None:
 
 
 def _parse_inputs(text: str) -> dict[str, Any]:
-    """A JSON object, no name of it twice; of which types its values have to be, the skill declares."""
+    """Parse a JSON object without duplicate keys; the skill's declaration gives the types of its values."""
     try:
         inputs = json.loads(text, object_pairs_hook=_reject_duplicate_keys, parse_constant=_reject_constant)
     except RecursionError:
@@ -150,11 +170,11 @@ def _parse_inputs(text: str) -> dict[str, Any]:
 
 
 def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    inputs = dict(pairs)
+    if len(inputs) < len(pairs):
         raise _MalformedError("an input is given twice")
-    return found
+    return inputs
 
 
 def _reject_constant(text: str) -> None:
-    raise _MalformedError(f"`{text}` is no number of JSON")
+    raise _MalformedError(f"`{text}` is not a JSON number")

@@ -1,6 +1,6 @@
-"""The frames of a robot's chain as transforms, each in the one before: world, base, links, tool.
+"""Transforms of a robot's chain of frames: world, base, links, tool; each in its parent frame.
 
-Joints are where they were measured; the chain itself and the base are what the plant said of them.
+Joint angles are measured; chain and base pose come from the plant's planned motions.
 """
 
 from __future__ import annotations
@@ -29,20 +29,27 @@ TOOL: Final = "tool"
 def chain_transforms(
     body: RobotBody, base: Vec3 | None, names: Sequence[str], q: JointVector, when: Time
 ) -> TFMessage:
-    """Where each frame is in the one before it.
+    """Make the transforms of all frames of a chain.
 
-    base: where the base is in the world; None where that is not known, and then it is not told.
-    names: of the joints, one for each of `q`, rad; the link that joint NAME moves is `NAME_link`.
+    Args:
+        body: the chain.
+        base: position of the base in the world frame, m; None if unknown, then its transform is left out.
+        names: names of the joints, one for each of `q`; the link that joint NAME moves is `NAME_link`.
+        q: joint angles, rad.
+        when: time stamp.
+
+    Returns:
+        Pose of each frame in its parent.
     """
-    found = [] if base is None else [_transform_message(WORLD, BASE, base, when)]
+    messages = [] if base is None else [_transform_message(WORLD, BASE, base, when)]
     parent = BASE
     for row, angle, name in zip(body.dh_rows, q, names, strict=True):
         frame, child = child_frame(ORIGIN, mounting_of(row), angle), f"{name}_link"
         turned = Transform(Vector3(*frame.origin), frame_quaternion(frame))
-        found.append(TransformStamped(Header(when, parent), child, turned))
+        messages.append(TransformStamped(Header(when, parent), child, turned))
         parent = child
-    found.append(_transform_message(parent, TOOL, body.tool_offset, when))
-    return TFMessage(tuple(found))
+    messages.append(_transform_message(parent, TOOL, body.tool_offset, when))
+    return TFMessage(tuple(messages))
 
 
 def _transform_message(parent: str, child: str, by: Vec3, when: Time) -> TransformStamped:
@@ -50,9 +57,15 @@ def _transform_message(parent: str, child: str, by: Vec3, when: Time) -> Transfo
 
 
 def frame_quaternion(frame: JointFrame) -> Quaternion:
-    """The unit quaternion that turns the parent's axes into those of `frame`.
+    """Convert the rotation of a frame to a quaternion.
 
-    Of four ways to write it down, that which divides by the largest component.
+    Of four equivalent formulas, uses the one that divides by the largest component.
+
+    Args:
+        frame: rotation relative to its parent frame.
+
+    Returns:
+        Unit quaternion that rotates the parent's axes into those of `frame`.
     """
     _, (a, b, c), (d, e, f), (g, h, i) = frame  # the columns of the rotation
     # Four times the squares of w, x, y and z.

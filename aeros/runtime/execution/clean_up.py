@@ -1,4 +1,4 @@
-"""Clean-up: a step that ends, however it does, is cleaned up after once (rules 3 and 5 of `executor`)."""
+"""Clean-up of a step: runs exactly once, however the step ends (rules 3 and 5 of `executor`)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aeros.runtime.execution.step import ActiveStep, StepTable
 from aeros.runtime.ports import Plant, StepHandle, StepResult, StepStatus
 from aeros.runtime.records.records import caller_details
 from aeros.runtime.skills.in_process_run import SkillRunResult
-from aeros.spec.model.cause import causes_to_json as told_causes
+from aeros.spec.model.cause import causes_to_json
 
 
 class ExecutionContext(NamedTuple):
@@ -31,7 +31,11 @@ class ExecutionContext(NamedTuple):
 
 
 class CleanUp:
-    """Ends steps: brings what they move to rest, closes their skills, and records how they ended."""
+    """Clean-up of steps: brings their motions to rest, closes their skills and records how they ended.
+
+    Attributes:
+        on_error: context manager that cleans up every step if its block raises.
+    """
 
     def __init__(self, context: ExecutionContext) -> None:
         self._table = context.table
@@ -41,10 +45,14 @@ class CleanUp:
         self._pipeline = context.pipeline
         self._followed = context.followed
         self.on_error = _CleanUpOnError(self.clean_up_all)
-        """A context manager that cleans up after every step where its block raises."""
 
     def halt_step(self, handle: StepHandle, ending: SkillRunResult) -> None:
-        """End a step: now if it moves nothing, else once that has come to rest."""
+        """End a step: now if it has no active motion, else once its motion has come to rest.
+
+        Args:
+            handle: the step; must not have ended.
+            ending: status and reason to record. Ignored if the step is ending already.
+        """
         step = self._table.steps[handle]
         if step.active_motion is None:
             step.result = ending
@@ -55,7 +63,11 @@ class CleanUp:
             self._plant.halt(step.active_motion.handle)
 
     def stop_all(self, reason: str) -> None:
-        """Make a protective stop, which ends every step that moves something."""
+        """Make a protective stop and end every step that has an active motion; do nothing if none has.
+
+        Args:
+            reason: recorded as the reason of each step that was not ending already.
+        """
         moving = [handle for handle, step in self._table.steps.items() if step.active_motion is not None]
         if not moving:
             return
@@ -66,7 +78,11 @@ class CleanUp:
             self.halt_step(handle, step.result or SkillRunResult(StepStatus.STOPPED, reason))
 
     def motions_ended(self, handles: Iterable[StepHandle]) -> None:
-        """Take the motions of these steps for over: nothing of them is under way any more."""
+        """Mark the motions of these steps as over: monitors drop them, and a held configuration is released.
+
+        Args:
+            handles: steps, with or without an active motion.
+        """
         for handle in handles:
             step = self._table.steps[handle]
             if step.active_motion is not None:
@@ -75,39 +91,47 @@ class CleanUp:
         self._followed.release()
 
     def clean_up_all(self, failure: BaseException) -> None:
-        """Clean up after every step that has not ended, and record each as broken by `failure`."""
+        """Clean up every step that has not ended, newest first, and record each as broken by `failure`.
+
+        Stops the plant first. Every part of the clean-up runs even if another raises.
+
+        Args:
+            failure: the exception that ended the executor's work; its description goes into the record.
+        """
         steps = dict(self._table.steps)
-        with ExitStack() as leaving:
+        with ExitStack() as stack:
             for handle, step in reversed(steps.items()):
-                leaving.callback(self._record_failure, step, failure)
-                leaving.callback(self._clean_up_step, handle, step)
-            leaving.callback(self._table.hold_conditions.clear)
-            leaving.callback(self._table.steps.clear)
-            leaving.callback(self.motions_ended, steps)
-            if any(step.has_begun for step in steps.values()):
-                leaving.callback(self._plant.stop)
+                stack.callback(self._record_failure, step, failure)
+                stack.callback(self._clean_up_step, handle, step)
+            stack.callback(self._table.hold_conditions.clear)
+            stack.callback(self._table.steps.clear)
+            stack.callback(self.motions_ended, steps)
+            if any(step.is_running for step in steps.values()):
+                stack.callback(self._plant.stop)
 
     def _finish_step(self, handle: StepHandle) -> None:
-        """Clean up after a step that moves nothing, record its end, and keep its result."""
+        """Clean up a step without active motion, record its end and keep its result."""
         step = self._table.steps.pop(handle)
         self._table.hold_conditions.pop(handle, None)
         try:
-            with ExitStack() as leaving:
-                # Run from the last to the first, each even if another raises: what moves is stopped first.
-                leaving.callback(self._clean_up_step, handle, step)
-                if step.has_begun and not step.is_finished and not self._table.is_moving():
-                    leaving.callback(self._plant.stop)
+            with ExitStack() as stack:
+                # Callbacks run from last to first, each even if another raises: the plant stops first.
+                stack.callback(self._clean_up_step, handle, step)
+                if step.is_running and not step.is_finished and not self._table.is_moving():
+                    stack.callback(self._plant.stop)
         except BaseException as failure:
             self._record_failure(step, failure)
             raise
         status, words, outputs, causes = step.result or SkillRunResult(StepStatus.STOPPED, "")
-        # A skill's own words may hold what no file, database or terminal takes.
+        # A skill's reason may contain surrogates, which files, databases and terminals reject.
         reason = words.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}
-        event = "step-ended" if step.has_begun else "step-refused"
-        gave = {} if outputs is None else {"outputs": dict(outputs)}
-        why = {"causes": told_causes(causes)} if causes else {}
-        self._audit.append(event, {**outcome, **why, **caller_details(step.caller), **gave})
+        event = "step-ended" if step.is_running else "step-refused"
+        output_details = {} if outputs is None else {"outputs": dict(outputs)}
+        cause_details = {"causes": causes_to_json(causes)} if causes else {}
+        self._audit.append(
+            event, {**outcome, **cause_details, **caller_details(step.caller), **output_details}
+        )
         counts = step.decision_counts
         self._table.results[handle] = StepResult(
             status,
@@ -121,15 +145,18 @@ class CleanUp:
         )
 
     def _clean_up_step(self, handle: StepHandle, step: ActiveStep) -> None:
-        """Close the skill, tell the plant, release what the step holds: each even if another raises."""
-        with ExitStack() as leaving:
-            leaving.callback(self._resources.release, handle)
-            if step.has_begun:
-                leaving.callback(lambda: self._plant.skill_ended(step.name, finished=step.is_finished))
-            leaving.callback(step.close_skill)
+        """Close the skill, notify the plant, release the resources; each runs even if another raises."""
+        with ExitStack() as stack:
+            stack.callback(self._resources.release, handle)
+            if step.is_running:
+                stack.callback(lambda: self._plant.skill_ended(step.name, finished=step.is_finished))
+            stack.callback(step.close_skill)
 
     def _record_failure(self, step: ActiveStep, failure: BaseException) -> None:
-        """Record that the step broke off; a log that cannot be written is what is being raised already."""
+        """Record that the step broke off.
+
+        If the log cannot be written, a note is added to `failure`, which is being raised already.
+        """
         try:
             self._audit.append(
                 "step-broken", {"reason": describe_exception(failure), **caller_details(step.caller)}
@@ -139,15 +166,15 @@ class CleanUp:
 
 
 class _CleanUpOnError:
-    """A context manager that cleans up after every step where its block raises."""
+    """Context manager that cleans up every step if its block raises."""
 
     def __init__(self, clean_up_all: Callable[[BaseException], None]) -> None:
         self._clean_up_all = clean_up_all
 
     def __enter__(self) -> None:
-        """Nothing is to be cleaned up yet."""
+        """Do nothing: there is nothing to clean up yet."""
 
     def __exit__(self, _: object, failure: BaseException | None, __: object) -> None:
-        """Clean up; what was raised goes on."""
+        """Clean up if the block raised; the exception propagates."""
         if failure is not None:
             self._clean_up_all(failure)

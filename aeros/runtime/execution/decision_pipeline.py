@@ -1,7 +1,7 @@
-"""Everything that an executor decides by: gate, whole motions, quotas, histories and monitors, as one.
+"""Decision pipeline of the executor: gate, whole motions, quotas, histories and monitors behind one call.
 
-`decide` looks at the state once, decides the action by itself, then together with what is under way, then
-the motion that it becomes, and has it all in the record, durable, before it returns.
+`decide` reads the state once. It decides the action alone, then jointly with the active actions, then the
+motion that the action becomes. The decision is durably recorded before `decide` returns.
 """
 
 from __future__ import annotations
@@ -32,12 +32,15 @@ from aeros.spec.model.cause import Cause
 
 
 class PipelineDecision(NamedTuple):
-    """What was decided and recorded.
+    """Outcome of `DecisionPipeline.decide`, recorded already.
 
-    begun: the action that may be executed, as from now on it is under way; None where it was denied.
-    plan: what the plant said it would be, where it was asked.
-    ends_others: it is a protective stop, which is not denied for what moves but ends that.
-    causes: why it was not simply allowed, as data.
+    Attributes:
+        decision: the gate's decision, after the check of the whole motion.
+        active_action: the action that may be executed and counts as active from now on; None if denied.
+        plan: the motion that the plant planned; None if the plant was not asked.
+        is_protective_stop: the action is a protective stop. It is never denied because of other motions;
+            it ends them.
+        causes: why the action was denied or attenuated, as data; empty if it was allowed.
     """
 
     decision: Decision
@@ -48,7 +51,11 @@ class PipelineDecision(NamedTuple):
 
 
 class DecisionPipeline:
-    """Decides under one configuration, and from `switch_configuration` on under another."""
+    """Everything that one executor decides with, under one configuration at a time.
+
+    Attributes:
+        monitors: the runtime monitor; called at every control tick.
+    """
 
     def __init__(self, configuration: Configuration, gate: Gate, plant: Plant, audit: AuditLog) -> None:
         self._configuration = configuration
@@ -59,13 +66,16 @@ class DecisionPipeline:
         self._motions = MotionDecider(configuration.site.motion)
         self._usage = QuotaUsageCounter(configuration.site.quotas)
         self.monitors = RuntimeMonitor(gate.monitor_rules, self._histories)
-        self._teller = IncrementalDecisionEncoder()
-        self._body: tuple[object, str] | None = None  # the last that was recorded, and its digest
+        self._encoder = IncrementalDecisionEncoder()
+        self._body: tuple[object, str] | None = None  # the latest recorded body, and its digest
 
     def switch_configuration(self, configuration: Configuration) -> None:
-        """Decide under `configuration` from now on; nothing may be under way.
+        """Decide under another configuration from now on. No motion may be active.
 
-        Under the same site histories and quotas go on; under another, histories begin anew.
+        If the site is the same, histories and quota counts go on. If it is another, histories start empty.
+
+        Args:
+            configuration: the new configuration.
         """
         site = configuration.site
         self._gate = self._gate.with_configuration(configuration)
@@ -77,55 +87,91 @@ class DecisionPipeline:
         self._configuration = configuration
 
     def resume_from(self, recount: SessionState) -> None:
-        """Go on with what an earlier session under the same site had counted and seen."""
+        """Go on with the quota counts and histories of an earlier session under the same site.
+
+        Args:
+            recount: counts and histories rebuilt from the audit log.
+        """
         self._usage, self._histories = recount.usage, recount.histories
         self.monitors = RuntimeMonitor(self._gate.monitor_rules, self._histories)
 
     def decide(
         self, caller: Caller, requested_action: Action, active_motions: Sequence[ActiveMotion]
     ) -> PipelineDecision:
-        """Decide what `caller` asks for, on what is measured now."""
-        # In this order: a reading is never younger than the time it is judged at.
+        """Decide a requested action on the current readings, and record the decision.
+
+        Args:
+            caller: module, skill and inputs of the request.
+            requested_action: the action, with the parameters that the skill gave.
+            active_motions: motions of other steps that have not come to rest.
+
+        Returns:
+            The decision, with the action to execute unless it was denied.
+
+        Raises:
+            AuditError: the decision cannot be recorded, so nothing may move.
+            InternalError: the gate allowed something and named no action.
+        """
+        # Readings before the clock, so that no reading is younger than `now`.
         measured = self._plant.observe()
         now = self._plant.now()
         readings = self._histories.update(measured, now)
         gated, usage = self._decide_alone(caller, readings, requested_action, now)
-        ends_others = self._is_protective(gated)
-        others = () if ends_others else active_motions
+        is_protective_stop = self._is_protective(gated)
+        others = () if is_protective_stop else active_motions
         if others:
             gated = self._gate.decide_jointly(gated, readings, now, [other.active_action for other in others])
         companions: Sequence[ConcurrentMotion] = ()
         if others:
             companions = concurrent_motions(
-                ((one.active_action, one.plan, one.is_halting) for one in others), now
+                ((other.active_action, other.plan, other.is_halting) for other in others), now
             )
         decision, plan, motion = self._decide_motion(gated, readings, companions)
-        digest, beside = self._configuration.digest, [other.active_action.record_number for other in others]
+        digest, concurrent_records = (
+            self._configuration.digest,
+            [other.active_action.record_number for other in others],
+        )
         halting = [other.active_action.record_number for other in others if other.is_halting]
         causes: tuple[Cause, ...] = ()
         if decision.kind is not DecisionKind.ALLOW:
             causes = denial_causes(self._configuration, decision, caller, readings, requested_action, now)
-        made = DecisionRecord(
-            decision, digest, now, readings, caller, requested_action, usage, beside, halting, motion, causes
+        record = DecisionRecord(
+            decision,
+            digest,
+            now,
+            readings,
+            caller,
+            requested_action,
+            usage,
+            concurrent_records,
+            halting,
+            motion,
+            causes,
         )
-        details = self._teller.encode(made)
-        record = self._audit.append("decision", details)
+        details = self._encoder.encode(record)
+        record_number = self._audit.append("decision", details)
         if decision.kind is DecisionKind.DENY:
             return PipelineDecision(decision, None, plan, is_protective_stop=False, causes=causes)
         if decision.action is None:
             raise InternalError(f"the gate said {decision.kind.value} and gave no action")
         return PipelineDecision(
-            decision, ActiveAction(decision.action, readings, now, record), plan, ends_others
+            decision, ActiveAction(decision.action, readings, now, record_number), plan, is_protective_stop
         )
 
     def count_execution(self, active_action: ActiveAction) -> None:
-        """Count an action that is about to begin: one that fails half-way was executed too."""
+        """Count an action against its quotas, just before it begins.
+
+        An action that fails half-way counts too.
+
+        Args:
+            active_action: the action, with the plant time (s) of its decision.
+        """
         self._usage.count_execution(active_action.action.kind, active_action.decided_at)
 
     def _decide_alone(
         self, caller: Caller, readings: Readings, requested_action: Action, now: float
     ) -> tuple[Decision, Mapping[str, int] | None]:
-        """The decision, and the use of quotas that it was made on."""
+        """Decide the action without regard to others; return the decision and the quota usage behind it."""
         try:
             usage = self._usage.usage_at(now)
         except ClockError as wrong:
@@ -135,9 +181,9 @@ class DecisionPipeline:
     def _decide_motion(
         self, gated: Decision, readings: Readings, concurrent_motions: Sequence[ConcurrentMotion]
     ) -> tuple[Decision, PlannedMotion | None, Mapping[str, Any]]:
-        """What the whole motion makes of the decision, that motion, and what the record is to say of it.
+        """Check the whole motion; return the decision, the planned motion and the record's details about it.
 
-        None and nothing where there is no motion to decide.
+        Without a motion to check, the gate's decision is returned with None and no details.
         """
         action = gated.action
         if action is None or not self._motions.covers_kind(action.kind):
@@ -145,15 +191,15 @@ class DecisionPipeline:
         plan = self._plant.plan(action)
         decision = self._motions.decide(gated, plan, readings, concurrent_motions)
         body = self._record_robot_body(plan.body) if type(plan) is Trajectory else ""
-        return decision, plan, self._teller.encode_motion(plan, body, gated, decision)
+        return decision, plan, self._encoder.encode_motion(plan, body, gated, decision)
 
     def _record_robot_body(self, body: object) -> str:
-        """The digest by which records name the body, which is in the record from then on."""
+        """Record the robot's body unless the latest recorded one is the same, and return its digest."""
         if self._body is None or body is not self._body[0]:
-            told = body_to_json(body)
-            digest = digest_of(told)
+            encoded_body = body_to_json(body)
+            digest = digest_of(encoded_body)
             if self._body is None or digest != self._body[1]:
-                self._audit.append("body", {"body": told})
+                self._audit.append("body", {"body": encoded_body})
             self._body = (body, digest)
         return self._body[1]
 

@@ -1,25 +1,25 @@
-"""The executor: runs steps, skill → gate → motion → record → plant → observation, in this order and no other.
+"""The executor: runs steps, always in the order skill, gate, motion check, record, plant, observation.
 
-Rules, which the modules of this package name by their numbers:
+Rules, which the modules of this package cite by number:
 
-1. No motion without a decision on readings taken just before, and no decision acted on before its record is
-   durable (`step_control`).
-2. Several steps may be under way, in one thread: whichever skill is due yields its next action, and time
-   goes on for all motions together once each skill has one.  An action is decided by itself and together
-   with those under way (`scheduler`).
-3. However a step ends, by itself, denied, stopped, late, cancelled, or because something here is broken,
-   the same clean-up runs once: what it moves is brought to rest unless the skill finished, the generator
-   is closed, the plant hears that the skill ended, what it held is released, the end is recorded
-   (`clean_up`).
-4. A violation at a control tick is a protective stop of everything that moves, and ends every step that
-   does.  A denial, a time-out or a revocation ends its own step alone (`scheduler`).
-5. What a skill, a planner or a caller gets wrong is a `StepResult`.  What is wrong with AEROS itself
-   (`InternalError` from the gate, a plant that raises) or with the record (`AuditError`) is raised,
-   after the clean-up of every step (`clean_up`).
-6. A configuration that changed is followed once nothing moves that was begun under the one before
+1. No motion starts without a decision on readings taken just before. No decision takes effect before its
+   record is durable (`step_control`).
+2. Several steps may be active, in one thread. The skill that is due yields its next action; once every
+   skill has an action, time advances for all motions together. An action is decided alone and jointly
+   with the active actions (`scheduler`).
+3. However a step ends (finished, denied, stopped, late, cancelled, or because AEROS itself is broken), the
+   same clean-up runs once: its motion is brought to rest unless the skill finished, the generator is
+   closed, the plant is notified, the step's resources are released, and the end is recorded (`clean_up`).
+4. A violation at a control tick is a protective stop of all motions and ends every step that has one. A
+   denial, a timeout or a revocation ends its own step alone (`scheduler`).
+5. Errors of a skill, a planner or a caller become a `StepResult`. Errors of AEROS itself (`InternalError`
+   from the gate, a plant that raises) and of the record (`AuditError`) are raised, after the clean-up of
+   every step (`clean_up`).
+6. A changed configuration takes effect once no motion is active that began under the previous one
    (`governor.FollowedConfiguration`).
 
-An isolated skill is interrupted at any time; one that runs in this process, not while its own code runs.
+An isolated skill can be interrupted at any time. A skill in this process cannot be interrupted while its
+own code runs.
 """
 
 from __future__ import annotations
@@ -61,24 +61,24 @@ from aeros.spec.verification.certificate import Certificate
 
 
 class Executor:
-    """The runtime as the agent sees it (`ports.Runtime`), for one configuration and one plant.
+    """The runtime as the agent uses it (`ports.Runtime`), for one configuration and one plant.
 
-    It owns neither plant nor log: whoever made them closes them.  As a context manager it leaves no step
-    under way.
+    It does not own the plant or the log: their creators close them. As a context manager it leaves no step
+    active.
 
     Args:
-        configuration: the site and the modules that govern at first.
-        gate: decides every action; replaced by `gate.set_capacities` where the configuration changes.
-        plant: what moves, and what measures.
-        audit: the log that every decision is in before it is acted on.
+        configuration: site and modules in force at first.
+        gate: decides every action; replaced by `gate.with_configuration` when the configuration changes.
+        plant: moves and measures.
+        audit: log that holds every decision before it takes effect.
         open_run: opens a run of a skill, in this process or isolated.
         governor: names the configuration in force and passes on the operator's commands; without one,
-            `configuration` is in force for good.
-        resumed: go on with the session that the log holds, which ended without a word: its counts of quotas
-            and its histories are taken over, with a gap since.
+            `configuration` stays in force.
+        resumed: continue the session in the log, which ended without a closing record. Its quota counts and
+            histories are restored, with a gap since its last record.
 
     Raises:
-        AuditError: another site governed the session that is resumed.
+        AuditError: another site was in force in the session to resume.
     """
 
     def __init__(
@@ -115,49 +115,63 @@ class Executor:
 
     @property
     def site(self) -> Site:
-        """The site whose policy governs."""
+        """The site whose policy is in force."""
         return self._followed.configuration.site
 
     @property
     def is_stopped(self) -> bool:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.is_stopped`."""
         return self._governor.command is OperatorCommand.STOP
 
     def active_modules(self) -> Mapping[str, Ecm]:
-        """Return the certified, active modules by name."""
+        """Implements `Runtime.active_modules`."""
         self._followed.follow()
         return self._followed.configuration.modules
 
     def certificate(self, module: str) -> Certificate | None:
-        """Return what is proved of an active module."""
+        """Implements `Runtime.certificate`."""
         return self._followed.configuration.certificates.get(module)
 
     def now(self) -> float:
-        """Return the time on the plant's clock, s."""
+        """Implements `Runtime.now`."""
         return self._plant.now()
 
     def observe(self) -> Readings:
-        """Return everything that is measured now."""
+        """Implements `Runtime.observe`."""
         return self._plant.observe()
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
-        """Record an event of the agent's, as a note, so that it cannot pass for one of the runtime's."""
+        """Record an event of the agent as a note, so that it cannot be mistaken for an event of the runtime.
+
+        Args:
+            event: name of the agent's event.
+            details: JSON-encodable values.
+        """
         self._audit.append("note", {"event": event, "details": dict(details)})
 
     def log_head(self) -> LogHead:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.log_head`."""
         return self._audit.head
 
     def events_since(self, head: LogHead) -> Sequence[AuditEvent] | None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.events_since`."""
         records = self._audit.records_since(head)
         if records is None:
             return None
-        own = (one for one in records if one["event"] != "note")
-        return [AuditEvent(one["sequence"], one["event"], decode_value(one["details"])) for one in own]
+        own = (record for record in records if record["event"] != "note")
+        return [
+            AuditEvent(record["sequence"], record["event"], decode_value(record["details"])) for record in own
+        ]
 
     def run_step(self, request: StepRequest) -> StepResult:
-        """Run one skill to its end; never raises for a bad request."""
+        """Run one skill to its end; never raises for a bad request.
+
+        Args:
+            request: module, skill and inputs (SI).
+
+        Returns:
+            The result; with status REFUSED and a reason for a bad request.
+        """
         started = self.start(request)
         if isinstance(started, StepResult):
             return started
@@ -166,7 +180,7 @@ class Executor:
         return self._table.results.pop(started)
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """See `ports.Runtime`; never raises for a bad request."""
+        """Implements `Runtime.start`; never raises for a bad request."""
         with self._clean_up.on_error:
             self._followed.follow()
             asked = {"module": request.module, "skill": request.skill, "inputs": request.inputs}
@@ -178,10 +192,10 @@ class Executor:
             return self._scheduler.enqueue(step)
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.wait`."""
         if not self._table.steps and not self._table.results:
             if until == inf:
-                raise MisuseError("nothing was started that could end")
+                raise MisuseError("no step was started, so none can end")
             with self._clean_up.on_error:
                 self._plant.advance(self._scheduler.monitor_tick, until)
             return None
@@ -191,32 +205,42 @@ class Executor:
         return self._table.next_ended()
 
     def advance_once(self, until: float) -> EndedStep | None:
-        """Let one skill act, or time go on until `until` at most (plant seconds).
+        """Let one skill act, or advance time.
 
-        For callers that have to look at something else too; returns soon, also while the operator pauses.
+        For callers that poll something else in between: returns soon, also while the operator pauses.
+
+        Args:
+            until: latest time to advance to, plant seconds.
 
         Returns:
-            A step that has ended, if any has.
+            A step that has ended; None if none has.
         """
         if not self._table.results:
             self._scheduler.run_until(until)
         return self._table.next_ended() if self._table.results else None
 
     def cancel(self, step: StepHandle, reason: str) -> None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.cancel`."""
         if step in self._table.steps:
             with self._clean_up.on_error:
                 self._clean_up.halt_step(step, SkillRunResult(StepStatus.CANCELLED, reason))
 
     def decision_counts(self, step: StepHandle) -> DecisionCounts | None:
-        """Count the decisions on a step so far; None once it has ended."""
-        under_way = self._table.steps.get(step)
-        return None if under_way is None else under_way.decision_counts
+        """Return the counts of decisions on an active step.
+
+        Args:
+            step: the step.
+
+        Returns:
+            Numbers of allowed, attenuated and denied actions so far; None once the step has ended.
+        """
+        active_step = self._table.steps.get(step)
+        return None if active_step is None else active_step.decision_counts
 
     def close(self) -> None:
-        """Clean up after every step that has not ended; safe to call twice."""
+        """Clean up every step that has not ended; safe to call twice."""
         if self._table.steps:
-            self._clean_up.clean_up_all(MisuseError("whoever had asked for it is gone"))
+            self._clean_up.clean_up_all(MisuseError("the executor was closed before the step ended"))
 
     def __enter__(self) -> Self:
         return self
@@ -224,10 +248,10 @@ class Executor:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # A configuration that changed; see `FollowedConfiguration`.
+    # Called by `FollowedConfiguration` when the configuration has changed.
 
     def _switch(self, configuration: Configuration) -> None:
-        """Decide and grant under `configuration` from now on."""
+        """Decide, and grant resources, under `configuration` from now on."""
         self._pipeline.switch_configuration(configuration)
         self._resources.set_capacities(resource_capacities(configuration.site))
 
@@ -236,10 +260,10 @@ class Executor:
 
 
 def _recount_sessions(audit: AuditLog, site: Site) -> SessionState:
-    """Add up the sessions in the log; raises `AuditError` unless it was `site` that governed them."""
+    """Rebuild counts and histories from the log; raises `AuditError` if another site was in force in it."""
     records = audit.records_since(EMPTY_LOG_HEAD) or []
     opening = ("session-opened", "session-resumed", "configuration-changed")
     governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]
     if any(digest != site.digest for digest in governed):
-        raise AuditError(f"`{audit.path}` cannot be gone on with: another site governed it")
+        raise AuditError(f"`{audit.path}` cannot be resumed: another site was in force")
     return recount_records(records, site)

@@ -1,6 +1,6 @@
-"""The configuration in force: who names it, and how the executor follows it.
+"""Governor of an executor: names the configuration in force, and rules for when the executor follows it.
 
-A governor has one configuration for good, or it is a registry that an operator changes meanwhile.
+A governor has one fixed configuration, or it is a registry that an operator changes during the run.
 """
 
 from __future__ import annotations
@@ -17,72 +17,95 @@ _ALWAYS_IN_FORCE: Final = nullcontext(True)
 
 
 class OperatorCommand(Enum):
-    """What the operator asks of whoever executes."""
+    """Command of the operator to a running executor."""
 
     RUN = 0
-    PAUSE = 1  # nothing begins until RUN
-    STOP = 2  # what moves is stopped, and nothing begins
+    PAUSE = 1  # no action begins until RUN
+    STOP = 2  # all motions are stopped, and no action begins
 
 
 class Governor(Protocol):
-    """What an executor asks before every action and at every control tick."""
+    """Source of the configuration in force; asked before every action and at every control tick."""
 
     @property
     def generation(self) -> int:
-        """Changes with the configuration; quick to ask."""
+        """Number of the configuration in force; changes with it. Must be quick."""
 
     @property
     def command(self) -> OperatorCommand:
-        """What is asked of the executor now; quick to ask."""
+        """Current command of the operator. Must be quick."""
 
     def configuration(self) -> tuple[int, Configuration]:
-        """The configuration in force, proved, and its generation.  Raises `UserError`."""
+        """Return the configuration in force, proved.
+
+        Returns:
+            The generation, and its configuration.
+
+        Raises:
+            UserError: the configuration cannot be read or proved.
+        """
 
     def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
-        """Whether `generation` is still in force; while the block runs, no change of it is complete."""
+        """Keep a change of the configuration from completing while a block runs.
+
+        Args:
+            generation: the generation that the caller is about to act under.
+
+        Returns:
+            Context manager whose value is True if `generation` is still in force.
+        """
 
     def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
-        """Why an action of `kind` that this skill began may not go on, or None."""
+        """Say why an active action may not go on.
+
+        Args:
+            module: id of the module that began it.
+            skill: id of the skill.
+            kind: action kind.
+
+        Returns:
+            The reason in words, or None if the action may go on.
+        """
 
 
 class FixedGovernor:
-    """One configuration for good, and nobody who asks for a pause."""
+    """Governor with one fixed configuration and no operator commands."""
 
     def __init__(self, configuration: Configuration) -> None:
         self._configuration = configuration
 
     @property
     def generation(self) -> int:
-        """See `Governor`."""
+        """Implements `Governor.generation`."""
         return 0
 
     @property
     def command(self) -> OperatorCommand:
-        """See `Governor`."""
+        """Implements `Governor.command`."""
         return OperatorCommand.RUN
 
     def configuration(self) -> tuple[int, Configuration]:
-        """See `Governor`."""
+        """Implements `Governor.configuration`."""
         return 0, self._configuration
 
     def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
-        """See `Governor`."""
+        """Implements `Governor.hold_generation`."""
         return _ALWAYS_IN_FORCE if generation == 0 else nullcontext(False)
 
     def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
-        """See `Governor`."""
+        """Implements `Governor.revocation_reason`."""
         return None
 
 
 class FollowedConfiguration:
-    """The configuration that an executor follows: another is taken over only while nothing moves.
+    """The configuration that an executor follows: it changes only while no motion is active.
 
     Args:
         configuration: the one at first.
         governor: names the one in force.
-        is_moving: says whether any action is under way.
-        switch: has everything decided under the configuration that it is given, from then on.
-        record: records a configuration that was taken over.
+        is_moving: returns True while any motion is active.
+        switch: called with a new configuration, to decide everything under it from then on.
+        record: called with a new configuration, to record it.
     """
 
     def __init__(
@@ -94,17 +117,17 @@ class FollowedConfiguration:
         record: Callable[[Configuration], None],
     ) -> None:
         self.configuration = configuration
-        # Of no generation yet: what was loaded before may have changed since, so the first look follows.
+        # None, so that the first `follow` reads it: it may have changed since it was loaded.
         self.generation: int | None = None
         self._governor = governor
         self._is_moving = is_moving
         self._switch = switch
         self._record = record
-        # Entered while anything moves: until it is left no change of the configuration is complete.
+        # Entered while a motion is active; until it is exited, no change of the configuration completes.
         self._held: AbstractContextManager[bool] | None = None
 
     def follow(self) -> int:
-        """Take over the configuration that is in force, unless something moves.
+        """Switch to the configuration in force, unless a motion is active.
 
         Returns:
             The generation that is followed.
@@ -122,11 +145,15 @@ class FollowedConfiguration:
         return generation
 
     def is_latest(self) -> bool:
-        """Follow, and say whether it is the configuration in force that is followed then."""
+        """Follow, then return True if the followed configuration is the one in force."""
         return self.follow() == self._governor.generation
 
     def is_active(self, ecm: Ecm) -> bool:
-        """Say whether the same module, with the same manifest and code, is active now."""
+        """Return True if the same module, with the same manifest and code, is active now.
+
+        Args:
+            ecm: the module as it was when its step started.
+        """
         now = self.configuration.modules.get(ecm.id)
         if now is ecm:
             return True
@@ -134,10 +161,9 @@ class FollowedConfiguration:
         return now is not None and (now.manifest_digest, now.code_digest) == was
 
     def hold(self) -> bool:
-        """Let no change of the configuration be complete until `release`, where nothing moves yet.
+        """Keep changes of the configuration from completing until `release`.
 
-        Returns:
-            Whether the configuration that is followed is in force.
+        While a motion is active, an earlier `hold` does so already.
         """
         if self._is_moving():
             return self.is_latest()
@@ -146,7 +172,7 @@ class FollowedConfiguration:
         return in_force
 
     def release(self) -> None:
-        """Let changes of the configuration be complete, once nothing moves."""
+        """Let changes of the configuration complete, if no motion is active."""
         if self._held is not None and not self._is_moving():
             acting, self._held = self._held, None
             acting.__exit__(None, None, None)

@@ -1,7 +1,7 @@
-"""What must be measured as long as a skill runs, watched as rules are: unknown is not measured.
+"""Hold-conditions: conditions that must be measured as true while a skill runs. Unknown counts as violated.
 
-It is decided on the values of the moment: at a control tick on what is measured at every tick, and on all
-that is measured then where the condition reads anything else.
+At a control tick a condition is decided on the values measured at every tick. If it reads other variables
+too, the plant is asked for them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from aeros.spec.model.model import ActionCondition, Site, Skill
 
 
 class HoldCondition:
-    """The hold-condition of one run of a skill, with the run's inputs."""
+    """Compiled hold-condition of one run of a skill, with the inputs of the run."""
 
     def __init__(
         self, site: Site, module: str, skill: Skill, clause: ActionCondition, inputs: Mapping[str, Any]
@@ -36,16 +36,33 @@ class HoldCondition:
         for _ in unpack_arguments(
             forms, {f"inputs.{name}": value for name, value in inputs.items()}, "", self._inputs
         ):
-            pass  # what is no input of the skill was refused before it began; here it is unknown
+            pass  # undeclared inputs were refused before the step began; here they are unknown
 
     def violation(self, readings: Readings, now: float) -> Cause | None:
-        """Why it is not measured as true, or None."""
+        """Check the condition on readings.
+
+        Args:
+            readings: value (SI) and plant time (s) of each state variable, by name.
+            now: plant seconds.
+
+        Returns:
+            The cause if the condition is false or unknown; None if it holds.
+        """
         return self._decide(lambda name: readings.get(name), now)
 
     def violation_at_tick(
         self, measured: Mapping[str, Any], now: float, observe: Callable[[], Readings]
     ) -> Cause | None:
-        """Likewise of what a monitor is given; `observe` is asked for the rest, if there is any."""
+        """Check the condition at a control tick.
+
+        Args:
+            measured: values (SI) or readings measured at this tick, by name.
+            now: plant seconds.
+            observe: returns all readings; called only if the condition reads a variable not in `measured`.
+
+        Returns:
+            The cause if the condition is false or unknown; None if it holds.
+        """
         slow = {} if self._forms.keys() <= measured.keys() else observe()
 
         def read(name: str) -> Any:
@@ -78,7 +95,17 @@ class HoldCondition:
 def hold_condition_for(
     site: Site, module: str, skill: Skill, inputs: Mapping[str, Any]
 ) -> HoldCondition | None:
-    """The hold-condition of a run of `skill`, if it declares one."""
+    """Compile the hold-condition of a run of `skill`.
+
+    Args:
+        site: declares the state variables.
+        module: id of the skill's module.
+        skill: the skill.
+        inputs: checked inputs of the run, SI, by name.
+
+    Returns:
+        The condition; None if the skill declares none.
+    """
     return (
         None
         if skill.hold_condition is None
@@ -87,7 +114,7 @@ def hold_condition_for(
 
 
 def _unpack_reading(checker: ValueChecker, reading: Any, now: float, values: Scalars) -> str | None:
-    """Take the scalars of a reading, or say why it serves for nothing; completes “`NAME` …”."""
+    """Add the scalars of a reading to `values`, or return why it is unusable, to complete “`NAME` …”."""
     if reading is None:
         return "is not measured"
     fault = check_freshness(checker, getattr(reading, "time", None), now, True) or checker.unpack(

@@ -1,4 +1,4 @@
-"""A step's inputs and outputs against what the skill declares: types, ranges, defaults, nothing unknown."""
+"""Checks of a step's inputs and outputs against the skill's declarations: types, ranges, defaults, names."""
 
 from __future__ import annotations
 
@@ -13,21 +13,42 @@ from aeros.spec.model.model import Declared
 
 
 class InputError(Exception):
-    """Inputs or outputs are not what the skill declares; the message says why."""
+    """Inputs or outputs differ from what the skill declares; the message says how."""
 
 
 def check_inputs(declared: Mapping[str, Declared], values: Mapping[str, Any]) -> dict[str, Any]:
-    """A value of the declared type, in SI, for every declared input; raises `InputError`.
+    """Check inputs and convert them to the declared types.
 
-    Integers become int, reals float (from float, int or Fraction; a Fraction on its bound stays
-    inside), vectors and families (tuple or list) tuples.  Immutable all the way down, so what was
-    checked is what is used.
+    Integers become int, reals float (from float, int or Fraction; a Fraction on its bound stays inside),
+    vectors and families (tuple or list) tuples. The result is immutable all the way down, so the checked
+    values are the used values.
+
+    Args:
+        declared: the skill's inputs, by name.
+        values: given values, SI, by name.
+
+    Returns:
+        A value of the declared type, SI, for every declared input; defaults fill in missing ones.
+
+    Raises:
+        InputError: a value is missing, unknown, of another type or outside its range.
     """
     return _check_values("input", declared, values)
 
 
 def check_outputs(declared: Mapping[str, Declared], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Likewise for every declared output; raises `InputError`."""
+    """Check outputs and convert them to the declared types, as `check_inputs` does.
+
+    Args:
+        declared: the skill's outputs, by name.
+        values: returned values, SI, by name.
+
+    Returns:
+        A value of the declared type, SI, for every declared output.
+
+    Raises:
+        InputError: a value is missing, unknown, of another type or outside its range.
+    """
     return _check_values("output", declared, values)
 
 
@@ -75,7 +96,7 @@ def _check_scalar(
             return value
         case EnumType(members=members):
             if type(value) is not str or value not in members:
-                raise InputError(f"the {name} is none of {', '.join(members)}")
+                raise InputError(f"the {name} is not one of {', '.join(members)}")
             return value
         case IntegerType():
             return _check_integer(name, _real(name, declared.range, value))
@@ -108,4 +129,4 @@ def _double(name: str, exact: Fraction) -> float:
 
 
 def _format_name(name: object) -> str:
-    return f"`{name[:100]}`" if type(name) is str else "that is no text"
+    return f"`{name[:100]}`" if type(name) is str else "whose name is not a string"

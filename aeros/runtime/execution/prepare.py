@@ -1,4 +1,4 @@
-"""What is asked of a skill, and what it gives at its end, against what is active and what it declares."""
+"""Preparation of a step: checks of its request against the active modules, and of its outputs."""
 
 from __future__ import annotations
 
@@ -15,13 +15,27 @@ from aeros.spec.model.model import Ecm, Skill
 
 
 class StepRefusedError(Exception):
-    """The step never starts; the message says why."""
+    """The step is refused before it starts; the message says why."""
 
 
 def prepare_step(
     request: StepRequest, configuration: Configuration, resources: ResourceQueue, open_run: OpenRun
 ) -> ActiveStep:
-    """The step that is asked for, ready to start; raises `StepRefusedError`."""
+    """Check a request and open the run of its skill.
+
+    Args:
+        request: module, skill and inputs.
+        configuration: configuration in force.
+        resources: resources of the site, with their capacities.
+        open_run: opens the run of the skill.
+
+    Returns:
+        The step, ready to start.
+
+    Raises:
+        StepRefusedError: the module or skill is not active, a resource does not exist, an input is wrong, or
+            the code is not the certified code.
+    """
     ecm, skill = _find_skill(request, configuration)
     lacking = resources.never_available(required_resources(skill))
     if lacking is not None:
@@ -36,17 +50,26 @@ def prepare_step(
 
 
 def check_result_outputs(skill: Skill, ending: SkillRunResult) -> SkillRunResult:
-    """The ending, with outputs that are what the skill declares; it may give none at all."""
+    """Check the outputs that a skill returned.
+
+    Args:
+        skill: declares the outputs.
+        ending: how the run ended, with or without outputs.
+
+    Returns:
+        `ending` with converted outputs, or unchanged if the skill returned None; an ending with status RAISED
+        if the outputs differ from the declaration.
+    """
     if ending.outputs is None:
         return ending
     try:
         return ending._replace(outputs=check_outputs(skill.outputs, ending.outputs))
     except InputError as fault:
-        return SkillRunResult(StepStatus.RAISED, f"what it returned is not its outputs: {fault}")
+        return SkillRunResult(StepStatus.RAISED, f"the returned outputs differ from its declaration: {fault}")
 
 
 def _find_skill(request: StepRequest, configuration: Configuration) -> tuple[Ecm, Skill]:
-    """The module and the skill that are asked for, among the active ones."""
+    """Find the requested module and skill among the active ones; raises `StepRefusedError`."""
     if type(request.module) is not str or type(request.skill) is not str:
         raise StepRefusedError("module and skill are not both names")
     ecm = configuration.modules.get(request.module)

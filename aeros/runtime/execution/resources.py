@@ -1,12 +1,12 @@
-"""Who holds what of the site's resources: all that a step needs at once, or nothing and a turn in a queue.
+"""Allocation of the site's resources: a step gets everything it needs at once, or waits in a queue.
 
-A resource has a capacity; whoever needs it takes one of it.  What one needs is granted whole, and only
-where nobody who asked earlier and still waits needs any of it too.
+A resource has a capacity; a step needs one unit of each of its resources. A step is granted all of them
+together, and only if no step that asked earlier and still waits needs any of them.
 
-- No deadlock: nobody who holds something waits, so there is no circle of such.
-- No starvation: what the first who waits needs is granted to nobody else, so it is his once those who
-  hold it have released it.  Whoever is next to him in line is then first of those who need theirs.
-- Who needs nothing that anybody before him waits for goes ahead: that delays nobody.
+- No deadlock: a step that holds resources never waits, so there is no circle of waiting steps.
+- No starvation: resources that the first waiting step needs are granted to no other step, so it gets them
+  once their holders release them. The step behind it is then the first one.
+- A step that shares no resource with the steps before it overtakes them, which delays none of them.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from aeros.spec.diagnostics.errors import MisuseError
 
 
 class ResourceQueue:
-    """What is held and who waits, each by a number; no clock and no threads of its own.
+    """Held resources and waiting steps, each step identified by a number. No clock, no threads.
 
-    waiting: what each of those who wait needs, in the order in which they asked.
+    Attributes:
+        waiting: needs of each waiting step, in the order in which they asked.
     """
 
     def __init__(self, capacities: Mapping[str, int]) -> None:
@@ -29,41 +30,75 @@ class ResourceQueue:
         self.waiting: dict[int, frozenset[str]] = {}
 
     def set_capacities(self, capacities: Mapping[str, int]) -> None:
-        """Other capacities from now on; what is held stays held."""
+        """Replace the capacities; held resources stay held.
+
+        Args:
+            capacities: number of units, by resource.
+        """
         self._capacities = dict(capacities)
 
     def never_available(self, needs: Collection[str]) -> str | None:
-        """What of it there is none at all of, so that it could never be granted."""
+        """Find a needed resource that does not exist here, so that it could never be granted.
+
+        Args:
+            needs: resources by name.
+
+        Returns:
+            The first such name in alphabetical order; None if all exist.
+        """
         return min((name for name in needs if self._capacities.get(name, 0) < 1), default=None)
 
-    def enqueue(self, who: int, needs: Collection[str]) -> None:
-        """Wait for one of each of `needs`."""
-        if who in self._held or who in self.waiting:
-            raise MisuseError(f"{who} has asked before")
-        self.waiting[who] = frozenset(needs)
+    def enqueue(self, step: int, needs: Collection[str]) -> None:
+        """Add a step to the queue.
+
+        Args:
+            step: number of the step.
+            needs: resources of which it needs one unit each.
+
+        Raises:
+            MisuseError: the step waits or holds resources already.
+        """
+        if step in self._held or step in self.waiting:
+            raise MisuseError(f"step {step} waits or holds resources already")
+        self.waiting[step] = frozenset(needs)
 
     def grant_ready(self) -> list[int]:
-        """Those whose turn it is, in the order they asked in; they hold what they need from now on."""
+        """Grant resources to every waiting step whose turn it is.
+
+        Returns:
+            Numbers of the steps that hold their resources from now on, in the order in which they asked.
+        """
         if not self.waiting:
             return []
         free = Counter(self._capacities)
         free.subtract(name for needs in self._held.values() for name in needs)
         awaited: set[str] = set()
         granted = []
-        for who, needs in list(self.waiting.items()):
+        for step, needs in list(self.waiting.items()):
             if needs & awaited or any(free[name] < 1 for name in needs):
                 awaited |= needs
                 continue
             free.subtract(needs)
-            self._held[who] = self.waiting.pop(who)
-            granted.append(who)
+            self._held[step] = self.waiting.pop(step)
+            granted.append(step)
         return granted
 
-    def release(self, who: int) -> None:
-        """`who` holds nothing any more and waits for nothing; safe to call twice."""
-        self._held.pop(who, None)
-        self.waiting.pop(who, None)
+    def release(self, step: int) -> None:
+        """Release everything a step holds and remove it from the queue; safe to call twice.
+
+        Args:
+            step: number of the step.
+        """
+        self._held.pop(step, None)
+        self.waiting.pop(step, None)
 
     def held_count(self, name: str) -> int:
-        """How many of `name` are held."""
+        """Count the steps that hold a resource.
+
+        Args:
+            name: the resource.
+
+        Returns:
+            Number of held units.
+        """
         return sum(name in needs for needs in self._held.values())

@@ -1,4 +1,4 @@
-"""The scheduler: whose turn it is, and how time goes on for all motions (rules 2 and 4 of `executor`)."""
+"""Scheduler: gives skills their turns and advances time for all motions (rules 2 and 4 of `executor`)."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from aeros.runtime.records.records import caller_details
 from aeros.runtime.skills.in_process_run import SkillRunResult
 
 _POLL_INTERVAL_S: Final = 0.01
-"""Time between two looks while the operator pauses, s."""
+"""Poll interval while the operator pauses, s."""
 
 _STOP: Final = OperatorCommand.STOP
 
 
 class Scheduler:
-    """Begins steps, gives each skill that is due its turn, and lets time go on while any action moves."""
+    """Scheduler of steps: begins them, lets due skills act, and advances time while any motion is active."""
 
     def __init__(self, context: ExecutionContext, clean_up: CleanUp, control: StepControl) -> None:
         self._table = context.table
@@ -38,19 +38,26 @@ class Scheduler:
         self._control = control
 
     def enqueue(self, step: ActiveStep) -> StepHandle:
-        """Start a step, which waits its turn for the resources that it needs."""
+        """Start a step; it begins once the resources it needs are free.
+
+        Args:
+            step: prepared step.
+
+        Returns:
+            The handle of the step.
+        """
         handle = self._table.add(step)
         self._resources.enqueue(handle, required_resources(step.skill))
         return handle
 
     def run_until(self, until: float) -> bool:
-        """Let a skill that is due act; where none is, let time go on.
+        """Let a due skill act; if none is due, advance time.
 
         Args:
             until: plant seconds.
 
         Returns:
-            Whether `until` comes before anything else.
+            True if `until` was reached before anything else happened.
         """
         with self._clean_up.on_error:
             self._begin_ready_steps()
@@ -66,14 +73,14 @@ class Scheduler:
         return False
 
     def monitor_tick(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """Monitor everything under way at one control tick, and halt what was revoked or does not hold.
+        """Monitor the active motions at a control tick; halt steps that are revoked or lost their condition.
 
         Args:
             now: plant seconds.
-            measured: as a `ports.Monitor` is given it.
+            measured: values measured at this tick, as `ports.Monitor` defines them.
 
         Returns:
-            The rule that is violated, upon which the plant makes a protective stop; None where none is.
+            The violated rule, upon which the plant makes a protective stop; None if no rule is violated.
         """
         if self._governor.command is _STOP:
             return HALTED.reason
@@ -93,37 +100,37 @@ class Scheduler:
         return self._pipeline.monitors(now, measured)
 
     def _begin_ready_steps(self) -> None:
-        """Begin the steps whose turn it is; their time-outs run from now on."""
+        """Begin the steps whose turn it is; their timeouts run from now on."""
         if not self._resources.waiting:
             return
-        for who in self._resources.grant_ready():
-            step = self._steps[StepHandle(who)]
+        for number in self._resources.grant_ready():
+            step = self._steps[StepHandle(number)]
             step.deadline = self._plant.now() + float(step.skill.timeout)
             began = {"time": self._plant.now(), "deadline": step.deadline}
             self._audit.append("step-began", {**began, **caller_details(step.caller)})
-            step.has_begun = True
+            step.is_running = True
             self._plant.skill_began(step.name)
         for handle, step in list(self._steps.items()):
             lacking = (
-                None if step.has_begun else self._resources.never_available(required_resources(step.skill))
+                None if step.is_running else self._resources.never_available(required_resources(step.skill))
             )
             if lacking is not None:
                 reason = f"this site has no `{lacking}` any more"
                 self._clean_up.halt_step(handle, SkillRunResult(StepStatus.STOPPED, reason))
 
     def _advance_plant(self, until: float) -> bool:
-        """Let time go on until a motion ends or a time-out has passed.
+        """Advance time until a motion ends or a timeout has passed.
 
         Returns:
-            Whether `until` comes before either.
+            True if `until` was reached before either.
         """
         moving = {handle: step for handle, step in self._steps.items() if step.active_motion is not None}
         latest = min([until, *(step.deadline for step in moving.values() if step.result is None)])
         ended = self._plant.advance(self.monitor_tick, latest)
         landed = {
-            handle: ended[one.handle]
+            handle: ended[motion.handle]
             for handle, step in moving.items()
-            if (one := step.active_motion) and one.handle in ended
+            if (motion := step.active_motion) and motion.handle in ended
         }
         self._clean_up.motions_ended(landed)
         for handle, completion in landed.items():
@@ -140,7 +147,7 @@ class Scheduler:
         return latest == until
 
     def _ending_broken(self, completion: MotionCompletion) -> SkillRunResult:
-        """Return how a step ends whose motion broke off; of a violated rule, with what was measured."""
+        """Return how a step ends whose motion broke off; for a violated rule, with the measured values."""
         if self._governor.command is _STOP:
             return HALTED
         ending, violation = ending_stopped(completion), self._pipeline.monitors.violation
@@ -154,7 +161,7 @@ class Scheduler:
         return ending._replace(reason=f"{ending.reason}: {violation}")
 
     def _revocation_reason(self, step: ActiveStep) -> str | None:
-        """Return why what the step has under way may not go on, or None."""
+        """Return why the step's active motion may not go on, or None."""
         if step.active_motion is None:
             return None
         caller, kind = step.caller, step.active_motion.active_action.action.kind

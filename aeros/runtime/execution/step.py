@@ -1,4 +1,4 @@
-"""Steps as the executor has them: the run of a skill, what was decided of it, and what it moves."""
+"""Steps of the executor: the run of a skill, the decisions on it, and its active motion."""
 
 from __future__ import annotations
 
@@ -30,10 +30,13 @@ from aeros.spec.model.model import Ecm, Site, Skill
 
 
 class ActiveMotion(NamedTuple):
-    """A step's action on the plant.
+    """Action of a step that the plant is executing.
 
-    plan: what the plant said it would be, where it was asked.
-    is_halting: it comes to rest before its end.
+    Attributes:
+        handle: names the motion to the plant.
+        active_action: the decided action.
+        plan: motion that the plant planned; None if it was not asked.
+        is_halting: the motion is being brought to rest before its end.
     """
 
     handle: MotionHandle
@@ -43,7 +46,7 @@ class ActiveMotion(NamedTuple):
 
 
 class ObservationFilter:
-    """The state that a module may sense under a site: that of the sensors which it declares, while fresh."""
+    """State that a module may sense under a site: fresh values of the sensors that it declares."""
 
     def __init__(self, ecm: Ecm, site: Site) -> None:
         self.site = site
@@ -52,30 +55,30 @@ class ObservationFilter:
             for name, declared in site.state.items()
             if declared.sensor in ecm.requested_access.sensors and declared.max_age is not None
         ]
-        # Of the moments that are observed: their names, those of them that are sensed, with their places.
+        # Columns of the latest snapshot: all names, and name and index of each sensed variable.
         self._order: ColumnNames | None = None
         self._places: list[tuple[str, int]] = []
-        # The last column, and what was sensed of it.
+        # The latest column, and the sensed values in it.
         self._column: tuple[Any, ...] = ()
         self._values: dict[str, Any] = {}
 
     def observe(self, readings: Readings, now: float) -> dict[str, Any]:
-        """Select what the module senses of `readings`, as far as it is fresh.
+        """Select what the module may sense of `readings`.
 
-        A reading is fresh when it is at most its variable's `max_age` old and not from the future.
-        Everything else is left out, which a skill reads as unknown.
+        A reading is fresh if it is at most its variable's `max_age` old and not from the future. Everything
+        else is left out, which a skill reads as unknown.
 
         Args:
-            readings: everything that is measured.
+            readings: all measured values (SI) with their plant times (s), by name.
             now: plant seconds.
 
         Returns:
-            Values by vocabulary name, SI; the caller may change it.
+            Values (SI) by vocabulary name, in a new dict that the caller may change.
         """
         if not isfinite(now):
             return {}
         if type(readings) is Snapshot and readings.time == now:
-            return self._observe_moment(readings)
+            return self._observe_snapshot(readings)
         return {
             name: reading.value
             for name, max_age in self._sensed
@@ -83,15 +86,15 @@ class ObservationFilter:
             and (reading.time == now or _is_recent(reading.time, now, max_age))
         }
 
-    def _observe_moment(self, moment: Snapshot) -> dict[str, Any]:
+    def _observe_snapshot(self, snapshot: Snapshot) -> dict[str, Any]:
         """Select what is sensed of readings that were all taken now."""
-        if moment.order is not self._order:
-            self._order, self._column, places = moment.order, (), moment.order.places
+        if snapshot.order is not self._order:
+            self._order, self._column, places = snapshot.order, (), snapshot.order.places
             self._places = [(name, places[name]) for name, _ in self._sensed if name in places]
-        if moment.column is not self._column:
-            column = self._column = moment.column
+        if snapshot.column is not self._column:
+            column = self._column = snapshot.column
             self._values = {name: column[place] for name, place in self._places}
-        # A copy, as the skill may change it.
+        # A copy, because the skill may change it.
         return dict(self._values)
 
 
@@ -101,15 +104,20 @@ def _is_recent(time: float, now: float, max_age: Fraction) -> bool:
 
 @dataclass
 class ActiveStep:
-    """A step that was started.
+    """A step that was started and has not ended.
 
-    deadline: plant seconds; runs once it has begun, which is when it holds what it needs.
-    hold: what must be measured as long as it runs.
-    actions: how often the skill was asked for one.
-    observation_filter: what its skill may sense, by the site that governed at its last observation.
-    asked: the action that it asked for, not yet decided.
-    may_pass: what it was denied last may be allowed later.
-    ending: how it ends, from when that is known; what it moves may still have to come to rest.
+    Attributes:
+        run: the run of its skill.
+        hold_condition: condition that must be measured as true while it runs.
+        deadline: plant seconds at which its timeout passes; set when it begins.
+        is_running: it holds its resources, so its skill may act.
+        request_count: number of actions that the skill was asked for.
+        observation_filter: what its skill may sense, under the site in force at its last observation.
+        requested_action: action that it asked for and that is not decided yet.
+        active_motion: its motion on the plant.
+        is_transient: its latest denial may turn into an allowance later.
+        result: how it ends, once that is known; its motion may still have to come to rest.
+        decision_counts: decisions on it so far.
     """
 
     ecm: Ecm
@@ -118,7 +126,7 @@ class ActiveStep:
     run: SkillRunProtocol
     hold_condition: HoldCondition | None = None
     deadline: float = 0.0
-    has_begun: bool = False
+    is_running: bool = False
     request_count: int = 0
     observation_filter: ObservationFilter | None = None
     requested_action: Action | None = None
@@ -134,16 +142,16 @@ class ActiveStep:
 
     @property
     def is_due(self) -> bool:
-        """Whether its skill is the next to do something."""
-        return self.has_begun and self.active_motion is None
+        """True if its skill acts next: it has begun and has no active motion."""
+        return self.is_running and self.active_motion is None
 
     @property
     def is_finished(self) -> bool:
-        """Whether the skill ran to its own end."""
+        """True if the skill ran to its own end."""
         return self.result is not None and self.result.status is StepStatus.FINISHED
 
     def close_skill(self) -> None:
-        """End the skill; where its own clean-up raises, the ending says so."""
+        """Close the run of the skill; if the skill's own clean-up raises, add that to the result's reason."""
         complaint = self.run.close()
         if complaint is not None and self.result is not None:
             reason = f"{self.result.reason}; and its own clean-up raised {complaint}"
@@ -151,39 +159,55 @@ class ActiveStep:
 
 
 class StepTable:
-    """The steps of one executor: those that have not ended, and the results of those that have.
+    """Steps of one executor: those that have not ended, and the results of those that have.
 
-    steps: by handle, in the order in which they were started.
-    hold_conditions: of these steps, by handle, those conditions that must be measured as long as they run.
-    results: of steps that have ended, until the caller has fetched them.
+    Attributes:
+        steps: by handle, in the order in which they were started.
+        hold_conditions: by handle, the hold-conditions of these steps.
+        results: by handle, results that the caller has not fetched yet.
     """
 
     def __init__(self) -> None:
         self.steps: dict[StepHandle, ActiveStep] = {}
         self.hold_conditions: dict[StepHandle, HoldCondition] = {}
         self.results: dict[StepHandle, StepResult] = {}
-        self._started = 0
+        self._last_handle = 0
 
     def add(self, step: ActiveStep) -> StepHandle:
-        """Add a step that is started, and number it."""
-        self._started += 1
-        handle = StepHandle(self._started)
+        """Add a step and number it.
+
+        Args:
+            step: the step to add.
+
+        Returns:
+            Its handle.
+        """
+        self._last_handle += 1
+        handle = StepHandle(self._last_handle)
         self.steps[handle] = step
         if step.hold_condition is not None:
             self.hold_conditions[handle] = step.hold_condition
         return handle
 
     def next_ended(self) -> EndedStep:
-        """Remove the first of the results and return it."""
+        """Remove and return the oldest result; there must be one.
+
+        Returns:
+            Handle and result of a step that has ended.
+        """
         handle = next(iter(self.results))
         return EndedStep(handle, self.results.pop(handle))
 
     def active_motions(self) -> list[ActiveMotion]:
-        """List what is under way, what comes to rest included."""
+        """List the active motions.
+
+        Returns:
+            One for each step that has one, including motions that are being brought to rest.
+        """
         return [step.active_motion for step in self.steps.values() if step.active_motion is not None]
 
     def is_moving(self) -> bool:
-        """Say whether anything is under way."""
+        """Return True if any step has an active motion."""
         for step in self.steps.values():  # noqa: SIM110  `any` takes three times as long, at every action
             if step.active_motion is not None:
                 return True
@@ -191,30 +215,58 @@ class StepTable:
 
 
 HALTED: Final = SkillRunResult(StepStatus.HALTED, "the operator stops it")
-"""How a step ends when the operator stops everything."""
+"""Ending of every step when the operator stops the run."""
 
 
 def ending_unheld(cause: Cause | None) -> SkillRunResult | None:
-    """Return how a step ends whose hold-condition is not measured; None where nothing objects."""
+    """Return the ending for a check of a hold-condition.
+
+    Args:
+        cause: why the condition is violated; None if it holds.
+
+    Returns:
+        The ending of the step; None if the condition holds.
+    """
     return None if cause is None else SkillRunResult(StepStatus.HOLD_LOST, str(cause), causes=(cause,))
 
 
 def ending_stopped(completion: MotionCompletion) -> SkillRunResult:
-    """Return how a step ends whose motion did not reach its end."""
+    """Return the ending of a step whose motion broke off.
+
+    Args:
+        completion: how the plant says that the motion ended.
+
+    Returns:
+        The ending, with status STOPPED and the plant's reason.
+    """
     return SkillRunResult(StepStatus.STOPPED, completion.reason or "the plant gave no reason")
 
 
 def required_resources(skill: Skill) -> frozenset[str]:
-    """What a step of the skill holds: its resources and its actuators."""
+    """List the resources that a step of a skill holds.
+
+    Args:
+        skill: the skill.
+
+    Returns:
+        Its resources, and its actuators as `actuator NAME`.
+    """
     return skill.resources | {_actuator(name) for name in skill.actuators}
 
 
 def resource_capacities(site: Site) -> dict[str, int]:
-    """How many steps may hold each resource at one time, and each actuator: one."""
+    """Return the capacities of a site's resources.
+
+    Args:
+        site: declares resources and action kinds.
+
+    Returns:
+        By resource, how many steps may hold it at a time; 1 for each actuator.
+    """
     moved = {name for kind in site.kinds.values() for name in kind.actuators}
     return {**site.resources, **{_actuator(name): 1 for name in moved}}
 
 
 def _actuator(name: str) -> str:
-    """Named apart: a site may have a resource of the same name, and count it otherwise."""
+    """Return the resource name of an actuator, distinct from a declared resource of the same name."""
     return f"actuator {name}"

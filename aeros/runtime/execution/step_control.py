@@ -22,11 +22,11 @@ from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.skill import Action
 
 MAX_ACTIONS: Final = 10_000
-"""Actions of one step beyond which a skill floods; a zero-time action could otherwise repeat for ever."""
+"""Limit on the actions of one step; without it a zero-time action could repeat for ever."""
 
 
 class StepControl:
-    """Lets the skill of a step act once, where nobody objects."""
+    """Control of one step at a time: its skill acts once, unless operator or configuration forbid it."""
 
     def __init__(self, context: ExecutionContext, clean_up: CleanUp) -> None:
         self._table = context.table
@@ -39,7 +39,7 @@ class StepControl:
         self._is_paused = False
 
     def actions_are_paused(self) -> bool:
-        """Say whether no action may begin: the operator pauses, or one of an older configuration moves."""
+        """Return True if no action may begin: the operator paused, or a new configuration is pending."""
         paused = self._governor.command is OperatorCommand.PAUSE
         if paused is not self._is_paused:
             self._is_paused = paused
@@ -47,10 +47,13 @@ class StepControl:
         return paused or not self._followed.is_latest()
 
     def run_skill(self, step: ActiveStep) -> SkillRunResult | None:
-        """Let the skill ask for an action and begin it.
+        """Let the skill ask for an action, decide it and begin it.
+
+        Args:
+            step: a step that is due.
 
         Returns:
-            How the step ends; None where its action has begun, or waits to be decided.
+            How the step ends; None if its action has begun or still waits to be decided.
         """
         lost = self._check_hold_condition(step)
         if lost is not None:
@@ -65,17 +68,17 @@ class StepControl:
             return SkillRunResult(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
         in_force = self._followed.hold()
         try:
-            asked = step.requested_action
-            if not in_force or asked is None:
+            action = step.requested_action
+            if not in_force or action is None:
                 return None
             step.requested_action = None
-            # Once more: meanwhile the skill has computed.
-            return self._check_hold_condition(step) or self._decide_and_begin(step, asked)
+            # Again, because the skill took time to compute.
+            return self._check_hold_condition(step) or self._decide_and_begin(step, action)
         finally:
             self._followed.release()
 
     def _resume_skill(self, step: ActiveStep) -> SkillRunResult | None:
-        """Let the skill ask for its next action, into `step.asked`; or return how the step ends."""
+        """Store the skill's next action in `step.requested_action`; or return how the step ends."""
         if step.request_count == MAX_ACTIONS:
             return SkillRunResult(StepStatus.RAISED, f"the skill floods: more than {MAX_ACTIONS} actions")
         step.request_count += 1
@@ -83,41 +86,41 @@ class StepControl:
         if step.observation_filter is None or step.observation_filter.site is not site:
             step.observation_filter = ObservationFilter(step.ecm, site)
         observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
-        asked = step.run.resume(observation, step.deadline - self._plant.now())
-        if isinstance(asked, SkillRunResult) and asked.status is StepStatus.RAISED:
-            return asked
+        response = step.run.resume(observation, step.deadline - self._plant.now())
+        if isinstance(response, SkillRunResult) and response.status is StepStatus.RAISED:
+            return response
         if self._plant.now() > step.deadline:
             return SkillRunResult(StepStatus.TIMED_OUT, "the skill's time-out has passed")
-        if isinstance(asked, SkillRunResult):
-            return check_result_outputs(step.skill, asked)
-        step.requested_action = asked
+        if isinstance(response, SkillRunResult):
+            return check_result_outputs(step.skill, response)
+        step.requested_action = response
         return None
 
     def _check_hold_condition(self, step: ActiveStep) -> SkillRunResult | None:
-        """Return how the step ends if its hold-condition is not measured now."""
+        """Return how the step ends if its hold-condition is not measured as true now."""
         if step.hold_condition is None:
             return None
-        # In this order: a reading is never younger than the time it is judged at.
+        # Readings before the clock, so that no reading is younger than `now`.
         readings = self._plant.observe()
         return ending_unheld(step.hold_condition.violation(readings, self._plant.now()))
 
-    def _decide_and_begin(self, step: ActiveStep, asked: Action) -> SkillRunResult | None:
-        """Have an action decided and recorded, and begin it; None when it has begun."""
-        decided = self._pipeline.decide(step.caller, asked, self._table.active_motions())
+    def _decide_and_begin(self, step: ActiveStep, action: Action) -> SkillRunResult | None:
+        """Decide, record and begin an action; return how the step ends, or None if the action has begun."""
+        decided = self._pipeline.decide(step.caller, action, self._table.active_motions())
         step.decision_counts = step.decision_counts.with_decision(decided.decision.kind)
-        begun, plan = decided.active_action, decided.plan
-        if begun is None:
+        active_action, plan = decided.active_action, decided.plan
+        if active_action is None:
             site = self._followed.configuration.site
-            step.is_transient = is_transient_denial(decided.decision.reasons, asked.kind, site)
+            step.is_transient = is_transient_denial(decided.decision.reasons, action.kind, site)
             why = format_reasons(decided.decision.reasons)
             return SkillRunResult(StepStatus.DENIED, why, causes=decided.causes)
         if decided.is_protective_stop:
             self._clean_up.stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
-        self._pipeline.count_execution(begun)
-        # A completion: the plant cannot do it, and nothing moves.
-        motion = plan if isinstance(plan, MotionCompletion) else self._plant.begin(begun.action, plan)
+        self._pipeline.count_execution(active_action)
+        # A completion means that the plant cannot do it; nothing moves then.
+        motion = plan if isinstance(plan, MotionCompletion) else self._plant.begin(active_action.action, plan)
         if isinstance(motion, MotionCompletion):
             return ending_stopped(motion)
-        step.active_motion = ActiveMotion(motion, begun, plan)
-        self._pipeline.monitors.add(begun)
+        step.active_motion = ActiveMotion(motion, active_action, plan)
+        self._pipeline.monitors.add(active_action)
         return None

@@ -1,1 +1,1 @@
-"""Untrusted skill code in a process of its own, which can compute, answer, and nothing else."""
+"""Isolation of untrusted skill code, in a process that can compute and answer, and nothing else."""

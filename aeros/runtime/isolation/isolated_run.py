@@ -1,4 +1,4 @@
-"""One run of a skill in a worker: whatever the code does comes back as an action or as an ending, in time."""
+"""Run of a skill in a worker: whatever the code does becomes an action or an ending, within a time limit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aeros.runtime.isolation.protocol import (
     SkillRaised,
     SkillRejected,
     WorkerConnection,
-    WorkerGoneError,
+    WorkerEndedError,
     WorkerResponse,
 )
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
@@ -31,43 +31,47 @@ from aeros.runtime.skills.load import CertifiedCode
 from aeros.skill import Action, Observation
 
 MIN_RESPONSE_TIMEOUT_S: Final = 1.0
-"""Seconds of real time that a skill has for each answer at least.
+"""Minimum time that a skill has for each answer, s of real time.
 
-What is left of its time-out is plant time.  A simulation's clock stands still while a skill thinks, so
-whether a skill is late in it must not depend on how busy the machine is; and where it does not stand
-still, the time-out is looked at again when the answer is there, before anything moves.
+The rest of its timeout is plant time.  A simulator's clock stands still while a skill computes, so a
+timeout there must not depend on how busy the machine is.  On a clock that goes on, the timeout is checked
+again when the answer has arrived, before anything moves.
 """
 
 _CLEAN_UP_TIMEOUT_S: Final = 1.0
-"""Seconds of real time that a skill's own clean-up has."""
+"""Time that a skill's own clean-up has, s of real time."""
 
 
 class IsolatedRun:
-    """A skill loaded in a worker of its own, not yet started.
+    """Skill loaded in a worker of its own, not yet started; implements `SkillRunProtocol`.
 
-    layers: what the worker puts on before it sees any code.
-    answer_within: seconds of real time in which each answer must be there.
-    Raises `SkillRefusedError`.
+    Args:
+        pool: provides the worker.
+        layers: isolation layers that the worker applies before it sees any code.
+        code: certified code of the skill.
+        inputs: checked inputs, SI, by name.
+        answer_within: limit on the time of each answer, s of real time.
+
+    Raises:
+        SkillRefusedError: there is no worker, or the code cannot be loaded in it.
     """
 
     def __init__(
         self,
-        nursery: ZygotePool,
+        pool: ZygotePool,
         layers: Iterable[IsolationLayer],
         code: CertifiedCode,
         inputs: Mapping[str, Any],
         answer_within: float,
     ) -> None:
-        self._nursery = nursery
+        self._pool = pool
         self._answer_within = answer_within
         self._is_open = False
         try:
-            self._zygote, channel = nursery.spawn_worker()
+            self._zygote, channel = pool.spawn_worker()
         except ZygoteError as failure:
-            raise SkillRefusedError(
-                f"no worker can be had for module `{code.module}`: {failure}"
-            ) from failure
-        self._conversation = WorkerConnection(channel)
+            raise SkillRefusedError(f"there is no worker for module `{code.module}`: {failure}") from failure
+        self._connection = WorkerConnection(channel)
         self._is_alive = True
         try:
             self._load(layers, code, inputs)
@@ -76,22 +80,22 @@ class IsolatedRun:
             raise
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
-        """Run the skill up to its next action or its end, for at most `seconds` more or its limit."""
+        """Implements `SkillRunProtocol.resume`; kills the worker if it exceeds its time limit."""
         if not self._is_alive:
             return SkillRunResult(StepStatus.RAISED, "the skill's process has ended")
         within = min(max(seconds, MIN_RESPONSE_TIMEOUT_S), self._answer_within)
         self._is_open = True
         try:
-            said = self._conversation.request(
+            response = self._connection.request(
                 ResumeSkill(WorkerConnection.token(), dict(observation)), within
             )
-            return self._interpret_response(said)
+            return self._interpret_response(response)
         except ResponseTimeoutError:
             self._kill_worker()
             return SkillRunResult(
                 StepStatus.TIMED_OUT, f"the skill did not answer within {within:g} s and was killed"
             )
-        except WorkerGoneError:
+        except WorkerEndedError:
             return SkillRunResult(
                 StepStatus.RAISED, f"the skill's process {_format_exit_code(self._kill_worker())}"
             )
@@ -100,15 +104,13 @@ class IsolatedRun:
             return SkillRunResult(StepStatus.RAISED, f"the skill's process was killed: {failure}")
 
     def close(self) -> str | None:
-        """End the skill and everything that it started; what its own clean-up raised, if anything."""
+        """Implements `SkillRunProtocol.close`; ends the skill and every process that it started."""
         if not self._is_alive:
             return None
         try:
             return self._clean_up() if self._is_open else None
         finally:
             self._kill_worker()
-
-    # Inside.
 
     def _load(self, layers: Iterable[IsolationLayer], code: CertifiedCode, inputs: Mapping[str, Any]) -> None:
         names = tuple(layer.value for layer in layers)
@@ -123,16 +125,16 @@ class IsolatedRun:
             dict(inputs),
         )
         try:
-            said = self._conversation.request(load, self._answer_within)
-        except WorkerGoneError as failure:
+            response = self._connection.request(load, self._answer_within)
+        except WorkerEndedError as failure:
             why = f"its process {_format_exit_code(self._kill_worker())}"
             raise SkillRefusedError(f"the code of module `{code.module}` fails to load: {why}") from failure
         except (ProtocolError, TypeError, ValueError, OverflowError) as failure:
             raise SkillRefusedError(
                 f"the code of module `{code.module}` fails to load: {failure}"
             ) from failure
-        if not isinstance(said, SkillLoaded):
-            why = said.reason if isinstance(said, SkillRejected) else "it answers out of turn"
+        if not isinstance(response, SkillLoaded):
+            why = response.reason if isinstance(response, SkillRejected) else "it sent an unexpected response"
             raise SkillRefusedError(why)
 
     def _interpret_response(self, response: WorkerResponse) -> Action | SkillRunResult:
@@ -146,28 +148,32 @@ class IsolatedRun:
             return finished_result(response.outputs)
         if isinstance(response, SkillRaised):
             return SkillRunResult(StepStatus.RAISED, response.reason)
-        raise ProtocolError("it answers out of turn")
+        raise ProtocolError("it sent an unexpected response")
 
     def _clean_up(self) -> str | None:
         try:
-            said = self._conversation.request(CloseSkill(WorkerConnection.token()), _CLEAN_UP_TIMEOUT_S)
+            response = self._connection.request(CloseSkill(WorkerConnection.token()), _CLEAN_UP_TIMEOUT_S)
         except ResponseTimeoutError:
             return f"TimeoutError: it took more than {_CLEAN_UP_TIMEOUT_S:g} s and was killed"
         except ProtocolError as failure:
             return f"{type(failure).__name__}: {failure}"
-        return said.error if isinstance(said, SkillClosed) else "ConversationError: it answers out of turn"
+        return (
+            response.error
+            if isinstance(response, SkillClosed)
+            else "ProtocolError: it sent an unexpected response"
+        )
 
     def _kill_worker(self) -> int | None:
-        """Kill the worker with everything below it; its exit code if it is known."""
+        """Kill the worker with all its descendants; return its exit code if it is known."""
         if not self._is_alive:
             return None
         self._is_alive = False
-        self._conversation.close()
+        self._connection.close()
         try:
             code = self._zygote.end_worker()
         except ZygoteError:
-            return None  # the zygote is dead, and with it everything below it: nothing to give back
-        self._nursery.release(self._zygote)
+            return None  # the zygote was killed with everything below it, so it is not released
+        self._pool.release(self._zygote)
         return code
 
 

@@ -1,4 +1,4 @@
-"""System calls that Python's library lacks, by way of libc; a failed one is an OSError."""
+"""System calls that Python's library lacks, through libc; a failed call raises OSError."""
 
 from __future__ import annotations
 
@@ -10,13 +10,35 @@ _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 def system_call(number: int, *arguments: Any) -> int:
-    """The result of system call `number`."""
-    # Varargs are passed as C ints unless told otherwise, which would cut pointers in half.
+    """Make a system call.
+
+    Args:
+        number: number of the call on this architecture.
+        arguments: integers, or objects that ctypes can pass.
+
+    Returns:
+        The result, not negative.
+
+    Raises:
+        OSError: the call failed.
+    """
+    # Varargs would be passed as C ints by default, which would cut pointers in half.
     return _check_result(_LIBC.syscall(ctypes.c_long(number), *map(_to_long, arguments)))
 
 
 def process_control(option: int, *arguments: Any) -> int:
-    """The result of `prctl`."""
+    """Call `prctl`.
+
+    Args:
+        option: the operation.
+        arguments: up to four; missing ones are 0.
+
+    Returns:
+        The result, not negative.
+
+    Raises:
+        OSError: the call failed.
+    """
     return _check_result(_LIBC.prctl(ctypes.c_int(option), *map(_to_long, (*arguments, 0, 0, 0, 0)[:4])))
 
 

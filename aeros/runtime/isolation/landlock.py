@@ -1,7 +1,7 @@
-"""Landlock: from here on this process opens no file, binds and connects no TCP, signals nobody outside.
+"""Landlock: from here on this process opens no file, uses no TCP, and signals no process outside.
 
-A ruleset that handles every right its kernel knows and grants none.  What is open stays open.  Not
-handled by it: UDP and other sockets, forks, `stat` and the like, for which there is `seccomp`.
+A ruleset that handles every right its kernel knows and grants none. Open files stay open. Landlock does not
+cover UDP and other sockets, forks, `stat` and similar calls, for which there is `seccomp`.
 Source: Linux, Documentation/userspace-api/landlock.rst and include/uapi/linux/landlock.h
 """
 
@@ -19,7 +19,7 @@ _RESTRICT_SELF: Final = 446
 _CREATE_RULESET_VERSION: Final = 1
 
 _FILE_RIGHTS: Final = {1: 13, 2: 14, 3: 15, 5: 16}
-"""How many rights over files there are, from the version that brought the last of them."""
+"""Number of file rights, by the version that introduced the last of them."""
 _TCP_RIGHTS: Final = (4, 0b11)  # since version 4: bind, connect
 _SCOPES: Final = (6, 0b11)  # since version 6: abstract UNIX sockets, signals
 
@@ -33,12 +33,19 @@ class _Ruleset(ctypes.Structure):
 
 
 def landlock_version() -> int:
-    """The version of Landlock's interface; raises OSError where the kernel has none."""
+    """Ask the kernel for its version of Landlock.
+
+    Returns:
+        The version of the interface, from 1.
+
+    Raises:
+        OSError: the kernel has no Landlock.
+    """
     return system_call(_CREATE_RULESET, None, 0, _CREATE_RULESET_VERSION)
 
 
 def restrict_files() -> None:
-    """Give up every right that this kernel's Landlock knows.  Needs `no_new_privileges` before."""
+    """Give up every right that this kernel's Landlock handles. Needs `drop_privileges` before."""
     version = landlock_version()
     rights = max(count for since, count in _FILE_RIGHTS.items() if since <= version)
     ruleset = _Ruleset((1 << rights) - 1)

@@ -1,4 +1,4 @@
-"""The layers by name, and how a worker puts them on."""
+"""Isolation layers by name, and how a worker applies them."""
 
 from __future__ import annotations
 
@@ -15,41 +15,52 @@ from aeros.runtime.isolation.seccomp import restrict_system_calls
 
 
 class IsolationLayer(Enum):
-    """One layer of isolation, by the name it has in site files and records."""
+    """A layer of isolation, by its name in site files and records."""
 
     LANDLOCK = "landlock"
     SECCOMP = "seccomp"
     RLIMITS = "rlimits"
-    BUBBLEWRAP = "bubblewrap"  # around the zygote, so every worker has it from birth
+    BUBBLEWRAP = "bubblewrap"  # around the zygote, so every worker starts inside it
 
 
 APPLY_LAYER: Final[dict[IsolationLayer, Callable[[], None]]] = {
-    # In this order: each needs what the next takes away.
+    # In this order: each needs something that the next one takes away.
     IsolationLayer.RLIMITS: restrict_resources,
     IsolationLayer.LANDLOCK: restrict_files,
     IsolationLayer.SECCOMP: restrict_system_calls,
 }
-"""The layers that a worker puts on by itself."""
+"""Layers that a worker applies to itself."""
 
 
 def apply_layers(layers: Iterable[IsolationLayer], keep: int) -> None:
-    """Keep only descriptor `keep` (and 0 to 2, which lead nowhere), then put on `layers`.
+    """Close all inherited descriptors and apply isolation layers to this process.
 
-    Raises OSError where one cannot be put on; the caller must then run nothing.
+    Descriptors 0 to 2 stay open but lead nowhere.
+
+    Args:
+        layers: layers to apply; those that a process cannot apply to itself are skipped.
+        keep: descriptor to keep open.
+
+    Raises:
+        OSError: a layer cannot be applied; the caller must then run no code.
     """
-    wanted = frozenset(layers)
+    requested = frozenset(layers)
     for descriptor in (1, 2):
         os.dup2(0, descriptor)
     close_all_but(keep)
     drop_privileges()
-    for layer, put_on in APPLY_LAYER.items():
-        if layer in wanted:
-            put_on()
+    for layer, apply in APPLY_LAYER.items():
+        if layer in requested:
+            apply()
 
 
 def close_all_but(keep: int) -> None:
-    """Close every descriptor except 0 to 2 and `keep`."""
+    """Close every descriptor except 0 to 2 and one more.
+
+    Args:
+        keep: descriptor to keep open.
+    """
     for descriptor in map(int, os.listdir("/proc/self/fd")):
         if descriptor > 2 and descriptor != keep:
-            with suppress(OSError):  # the one that listed them is closed already
+            with suppress(OSError):  # the descriptor of the listing is closed already
                 os.close(descriptor)

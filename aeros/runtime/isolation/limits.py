@@ -1,4 +1,4 @@
-"""Resource limits: how much memory, how many processes and files, for how long."""
+"""Resource limits of a worker: memory, processes, open files, processor time."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from pathlib import Path
 from typing import Final
 
 MEMORY: Final = 256 * 1024 * 1024
-"""Bytes that a worker may map beyond what the zygote had mapped; a skill holds a few thousand numbers."""
+"""Bytes that a worker may map beyond those of the zygote; a skill holds a few thousand numbers."""
 
 FILES: Final = 16
-"""Open files at most; a worker needs four, and one to put on Landlock."""
+"""Limit on open files; a worker needs four, and one to apply Landlock."""
 
 CPU: Final = 3600
-"""Seconds of processor time, the longest time-out a site may grant; ends what nobody is left to end."""
+"""Limit on processor time, s: the longest timeout a site may grant.  Ends orphaned processes too."""
 
 
 def restrict_resources() -> None:
-    """Lower this process's limits, for good.
+    """Lower this process's limits, permanently.
 
-    Not held by them: processes of root (`RLIMIT_NPROC` is ignored), for which there is `seccomp`.
+    Root is exempt from `RLIMIT_NPROC`; `seccomp` covers that.
     """
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     memory = pages * resource.getpagesize() + MEMORY

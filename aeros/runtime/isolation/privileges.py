@@ -1,4 +1,4 @@
-"""Gives up privileges: no capability, none to be gained.  Always done, also where layers are missing."""
+"""Privileges: drop all capabilities and the means to regain them. Always done, even if layers are missing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _CAPABILITY_VERSION: Final = 0x20080522
 
 
 def drop_privileges() -> None:
-    """No capability in any set, and no program gains one by being executed."""
+    """Drop every capability, and prevent executed programs from gaining any."""
     process_control(_PR_SET_NO_NEW_PRIVS, 1)
     number = _CAPSET.get(os.uname().machine)
     if number is None:
-        return  # an ordinary user has none to give up; of root, the layers take what they hold
+        return  # an ordinary user has none to drop; root is left to the layers
     header = (ctypes.c_uint32 * 2)(_CAPABILITY_VERSION, 0)
     system_call(number, ctypes.byref(header), ctypes.byref((ctypes.c_uint32 * 6)()))
 

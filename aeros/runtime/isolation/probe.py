@@ -1,7 +1,7 @@
-"""Each layer is probed by what it does: something is tried, the layer put on, the same tried again.
+"""Probes of isolation layers: try something, apply the layer, try the same again.
 
-A layer is there when what worked before works no longer.  What the kernel says it supports is not
-asked: container runtimes and security modules filter system calls, and then say one thing and do another.
+A layer is in place if what worked before fails afterwards. The kernel is not asked what it supports:
+container runtimes and security modules filter system calls, so its answer may differ from its behaviour.
 """
 
 from __future__ import annotations
@@ -43,33 +43,42 @@ _LAYER_ATTEMPTS: Final[dict[IsolationLayer, tuple[Callable[[], None], ...]]] = {
 
 
 def probe_layer(layer: IsolationLayer) -> str | None:
-    """Why `layer` is missing here, tried in a process forked for it; None if it is there.
+    """Probe a layer in a process forked for it.
 
-    layer: one that a worker puts on by itself.
+    Args:
+        layer: one that a worker applies to itself.
+
+    Returns:
+        Why the layer is missing here; None if it is in place.
     """
     read_end, write_end = os.pipe()
     child = os.fork()
     if child == 0:
         try:
-            found = _missing_reason(layer) or ""
-            os.write(write_end, found.encode("utf-8", "replace")[:_MAX_TEXT_LENGTH])
+            reason = _missing_reason(layer) or ""
+            os.write(write_end, reason.encode("utf-8", "replace")[:_MAX_TEXT_LENGTH])
             os._exit(0)
         finally:
             os._exit(1)
     os.close(write_end)
     with os.fdopen(read_end, "rb") as pipe:
-        said = pipe.read().decode("utf-8", "replace")
+        reason = pipe.read().decode("utf-8", "replace")
     _, status = os.waitpid(child, 0)
     if status != 0:
         return f"its probe ended with {os.waitstatus_to_exitcode(status)}"
-    return said or None
+    return reason or None
 
 
 def probe_sandbox(runtime_pid: int, path: str, address: str) -> str | None:
-    """Why this process is not closed off from the runtime's surroundings; None if it is.
+    """Probe this process's separation from the runtime's surroundings.
 
-    runtime_pid: the runtime's process.  path: a file of it.  address: a UNIX socket in the abstract
-        namespace on which it listens, which belongs to its network.
+    Args:
+        runtime_pid: id of the runtime's process.
+        path: a file of the runtime.
+        address: abstract UNIX socket on which the runtime listens, in its network namespace.
+
+    Returns:
+        What can still be reached; None if nothing can.
     """
     if _attempt_succeeds(lambda: os.kill(runtime_pid, 0)):
         return "the runtime's process can be seen"
@@ -82,15 +91,15 @@ def probe_sandbox(runtime_pid: int, path: str, address: str) -> str | None:
 
 
 def _missing_reason(layer: IsolationLayer) -> str | None:
-    for one in _LAYER_ATTEMPTS[layer]:
-        one()
+    for attempt in _LAYER_ATTEMPTS[layer]:
+        attempt()
     try:
         drop_privileges()
         APPLY_LAYER[layer]()
     except OSError as failure:
         return str(failure)
-    if any(_attempt_succeeds(one) for one in _LAYER_ATTEMPTS[layer]):
-        return "it was put on and has no effect"
+    if any(_attempt_succeeds(attempt) for attempt in _LAYER_ATTEMPTS[layer]):
+        return "it was applied and has no effect"
     return None
 
 

@@ -1,11 +1,11 @@
-"""What runtime and worker say to each other: length-prefixed MessagePack of a closed schema.
+"""Protocol between runtime and worker: length-prefixed MessagePack with a closed schema.
 
     frame := length:uint32 payload          length is that of the payload, big-endian, and capped
 
-A worker is believed in nothing.  A frame of it is read up to a cap and a deadline, decoded to plain
-values of exactly the types below, and must carry the token of the question it answers, which nobody can
-know before it was asked: so no answer can be sent ahead, or twice.  Floats may be NaN or infinite:
-what a value is worth, the gate decides.
+Nothing that a worker sends is trusted. Its frame is read up to a size limit and a deadline, and decoded to
+plain values of exactly the types below. It must carry the token of the request it answers, which nobody can
+know before the request: so no response can be sent ahead, or twice. Floats may be NaN or infinite; the gate
+checks values.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from typing import Final
 import msgspec
 
 MAX_RESPONSE_BYTES: Final = 64 * 1024
-"""Bytes of one answer of a worker at most; an action takes about a hundred."""
+"""Limit on the bytes of one response of a worker; an action takes about a hundred."""
 
 MAX_REQUEST_BYTES: Final = 1024 * 1024
-"""Bytes of one question to a worker at most; the longest holds a file of skill code."""
+"""Limit on the bytes of one request to a worker; the longest holds a file of skill code."""
 
 TOKEN_BYTES: Final = 16
 """Bytes of a token."""
 
 MAX_TEXT_LENGTH: Final = 1000
-"""Characters of one text that people read."""
+"""Limit on the characters of one text for people."""
 
 _PREFIX: Final = 4
 
 JsonValue = None | bool | int | float | str
-"""One value of an observation, an input or a parameter, if it is no vector."""
+"""One scalar of an observation, an input or a parameter."""
 
 
 class WorkerMessage(msgspec.Struct, frozen=True, tag=True, forbid_unknown_fields=True):
-    """Every frame carries the token of its exchange."""
+    """A message in either direction, with the token of its exchange."""
 
     token: bytes
 
 
 class LoadSkill(WorkerMessage, frozen=True):
-    """Lock down, then execute `source`, the file `name` of `module`, and find its generator function."""
+    """Request to lock down, execute `source`, the file `name` of `module`, and find its generator."""
 
     layers: tuple[str, ...]
     module: str
@@ -55,46 +55,46 @@ class LoadSkill(WorkerMessage, frozen=True):
 
 
 class ResumeSkill(WorkerMessage, frozen=True):
-    """Run the skill up to its next action."""
+    """Request to run the skill up to its next action."""
 
     observation: dict[str, JsonValue | tuple[JsonValue, ...]]
 
 
 class CloseSkill(WorkerMessage, frozen=True):
-    """Close the generator, so that its own clean-up runs."""
+    """Request to close the generator, so that its own clean-up runs."""
 
 
 class SkillLoaded(WorkerMessage, frozen=True):
-    """The skill is ready."""
+    """Response: the skill is ready."""
 
 
 class SkillRejected(WorkerMessage, frozen=True):
-    """The code cannot be run, and why."""
+    """Response: the code cannot be run, with the reason."""
 
     reason: str
 
 
 class ActionRequested(WorkerMessage, frozen=True):
-    """The skill asks for an action."""
+    """Response: the skill asks for an action."""
 
     kind: str
     parameters: dict[str, JsonValue | list[JsonValue]]
 
 
 class SkillFinished(WorkerMessage, frozen=True):
-    """The skill ran to its end, and what it returned."""
+    """Response: the skill ran to its end, with the value it returned."""
 
     outputs: dict[str, JsonValue | list[JsonValue]] | None = None
 
 
 class SkillRaised(WorkerMessage, frozen=True):
-    """The skill's code failed, and how in words."""
+    """Response: the skill's code raised, with a description."""
 
     reason: str
 
 
 class SkillClosed(WorkerMessage, frozen=True):
-    """The generator is closed; what its clean-up raised, in words."""
+    """Response: the generator is closed, with a description of what its clean-up raised."""
 
     error: str | None
 
@@ -108,25 +108,46 @@ _ENCODER: Final = msgspec.msgpack.Encoder()
 
 
 class ProtocolError(Exception):
-    """The worker did not answer as agreed; the message says what it did instead."""
+    """The worker violated the protocol; the message says how."""
 
 
 class ResponseTimeoutError(ProtocolError):
     """The worker did not answer in time."""
 
 
-class WorkerGoneError(ProtocolError):
-    """The worker is gone."""
+class WorkerEndedError(ProtocolError):
+    """The worker's process ended."""
 
 
 def encode(frame: WorkerMessage) -> bytes:
-    """`frame` with its prefix.  Raises what msgspec raises for values that the schema lacks."""
+    """Encode a message as a frame.
+
+    Args:
+        frame: the message.
+
+    Returns:
+        Length prefix and payload.
+
+    Raises:
+        TypeError: the schema lacks a value; msgspec may raise ValueError and OverflowError too.
+    """
     payload = _ENCODER.encode(frame)
     return len(payload).to_bytes(_PREFIX, "big") + payload
 
 
 def decode_response(payload: bytes, token: bytes) -> WorkerResponse:
-    """The answer in `payload` to the question that bore `token`; raises `ProtocolError`."""
+    """Decode a response.
+
+    Args:
+        payload: frame without its prefix.
+        token: token of the request.
+
+    Returns:
+        The response.
+
+    Raises:
+        ProtocolError: it is malformed, or carries another token.
+    """
     try:
         answer = _RESPONSE_DECODER.decode(payload)
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as failure:
@@ -137,7 +158,7 @@ def decode_response(payload: bytes, token: bytes) -> WorkerResponse:
 
 
 class WorkerConnection:
-    """The runtime's end: one question, then one answer within a deadline, in turn."""
+    """The runtime's end of the channel: one request, then one response before a deadline, in turn."""
 
     def __init__(self, channel: socket.socket) -> None:
         self._channel = channel
@@ -147,11 +168,28 @@ class WorkerConnection:
 
     @staticmethod
     def token() -> bytes:
-        """A token for one exchange that nobody can guess."""
+        """Make a token for one exchange.
+
+        Returns:
+            `TOKEN_BYTES` random bytes, which nobody can guess.
+        """
         return os.urandom(TOKEN_BYTES)
 
     def request(self, question: RuntimeRequest, seconds: float) -> WorkerResponse:
-        """The worker's answer, which may take `seconds` of real time; raises `ProtocolError`."""
+        """Send a request and wait for the response.
+
+        Args:
+            question: the request, with a fresh token.
+            seconds: limit on the whole exchange, s of real time.
+
+        Returns:
+            The response.
+
+        Raises:
+            ProtocolError: the response is malformed, too long or not the only one.
+            ResponseTimeoutError: it is late.
+            WorkerEndedError: the worker's process ended.
+        """
         deadline = time.monotonic() + seconds
         self._send(encode(question), deadline)
         length = int.from_bytes(self._receive(_PREFIX, deadline), "big")
@@ -169,34 +207,34 @@ class WorkerConnection:
 
     def _send(self, data: bytes, deadline: float) -> None:
         if len(data) > _PREFIX + MAX_REQUEST_BYTES:
-            raise ProtocolError(f"what it is to be told has more than {MAX_REQUEST_BYTES} bytes")
-        # The channel is empty but for this question, so it takes one that is not larger than its buffer.
+            raise ProtocolError(f"the request to it has more than {MAX_REQUEST_BYTES} bytes")
+        # The channel is empty, so a request that fits into its buffer is sent at once.
         self._channel.settimeout(max(deadline - time.monotonic(), 0.001))
         try:
             self._channel.sendall(data)
         except TimeoutError as failure:
             raise ResponseTimeoutError("it does not listen") from failure
         except OSError as failure:
-            raise WorkerGoneError("its process ended") from failure
+            raise WorkerEndedError("its process ended") from failure
         finally:
             self._channel.setblocking(False)
 
     def _receive(self, length: int, deadline: float) -> bytes:
-        heard = bytearray()
-        while len(heard) < length:
+        received = bytearray()
+        while len(received) < length:
             if not self._is_readable(deadline - time.monotonic()):
                 raise ResponseTimeoutError("it does not answer")
             try:
-                part = self._channel.recv(length - len(heard))
+                part = self._channel.recv(length - len(received))
             except OSError as failure:
-                raise WorkerGoneError("its process ended") from failure
+                raise WorkerEndedError("its process ended") from failure
             if not part:
-                raise WorkerGoneError("its process ended")
-            heard += part
-        return bytes(heard)
+                raise WorkerEndedError("its process ended")
+            received += part
+        return bytes(received)
 
     def _peek(self) -> bytes:
-        """What comes next; nothing if the worker hung up, as it may after its last answer."""
+        """Return the next byte without consuming it; empty if the worker hung up, as it may after its end."""
         try:
             return self._channel.recv(1, socket.MSG_PEEK)
         except OSError:
@@ -207,7 +245,14 @@ class WorkerConnection:
 
 
 def receive_request(descriptor: int) -> RuntimeRequest | None:
-    """The worker's end: the next question, or None when the runtime has hung up."""
+    """Receive the next request, at the worker's end.
+
+    Args:
+        descriptor: the channel.
+
+    Returns:
+        The request; None if the runtime has hung up.
+    """
     prefix = _read(descriptor, _PREFIX)
     if prefix is None:
         return None
@@ -216,7 +261,12 @@ def receive_request(descriptor: int) -> RuntimeRequest | None:
 
 
 def send_response(descriptor: int, data: bytes) -> None:
-    """The worker's end: send an encoded answer."""
+    """Send an encoded response, at the worker's end.
+
+    Args:
+        descriptor: the channel.
+        data: frame from `encode`.
+    """
     while data:
         data = data[os.write(descriptor, data) :]
 
@@ -232,5 +282,12 @@ def _read(descriptor: int, length: int) -> bytes | None:
 
 
 def sanitize_text(text: str) -> str:
-    """`text`, so short and so plain that a frame holds it."""
+    """Shorten and escape a text so that a frame can hold it.
+
+    Args:
+        text: any text.
+
+    Returns:
+        At most `MAX_TEXT_LENGTH` characters of it, with surrogates escaped.
+    """
     return text[:MAX_TEXT_LENGTH].encode("utf-8", "backslashreplace").decode()

@@ -1,7 +1,7 @@
-"""seccomp: from here on this process can compute, read and write what is open, sleep, and end.
+"""seccomp: from here on this process can compute, use open descriptors, sleep, and end.
 
-An allowlist: every other system call, known today or added to the kernel tomorrow, fails with EPERM.
-Memory can never be made executable.  A call of a foreign architecture kills the process.
+An allowlist: every other system call, known today or added to the kernel later, fails with EPERM. Memory can
+never be made executable. A call of a foreign architecture kills the process.
 Source: Linux, Documentation/userspace-api/seccomp_filter.rst; numbers from asm/unistd_64.h and
 asm-generic/unistd.h
 """
@@ -17,8 +17,8 @@ from typing import Final, NamedTuple
 from aeros.runtime.isolation.kernel import process_control
 
 
-class Architecture(NamedTuple):
-    """What a filter must know of a machine: its audit number, and its system calls by name."""
+class CpuArchitecture(NamedTuple):
+    """Processor architecture for a filter: its audit number, and its system call numbers by name."""
 
     audit: int
     calls: dict[str, int]
@@ -26,14 +26,14 @@ class Architecture(NamedTuple):
 
 # fmt: off
 ARCHITECTURES: Final = {
-    "x86_64": Architecture(0xC000003E, {
+    "x86_64": CpuArchitecture(0xC000003E, {
         "read": 0, "write": 1, "close": 3, "mmap": 9, "mprotect": 10, "munmap": 11, "brk": 12,
         "rt_sigprocmask": 14, "rt_sigreturn": 15, "sched_yield": 24, "mremap": 25, "madvise": 28,
         "nanosleep": 35, "getpid": 39, "exit": 60, "gettimeofday": 96, "gettid": 186, "futex": 202,
         "restart_syscall": 219, "clock_gettime": 228, "clock_nanosleep": 230, "exit_group": 231,
         "getrandom": 318,
     }),
-    "aarch64": Architecture(0xC00000B7, {
+    "aarch64": CpuArchitecture(0xC00000B7, {
         "read": 63, "write": 64, "close": 57, "mmap": 222, "mprotect": 226, "munmap": 215, "brk": 214,
         "rt_sigprocmask": 135, "rt_sigreturn": 139, "sched_yield": 124, "mremap": 216, "madvise": 233,
         "nanosleep": 101, "getpid": 172, "exit": 93, "gettimeofday": 169, "gettid": 178, "futex": 98,
@@ -41,7 +41,7 @@ ARCHITECTURES: Final = {
         "getrandom": 278,
     }),
 }
-"""Everything a worker may call, for the machines that are known; elsewhere this layer is missing."""
+"""System calls that a worker may make, by machine; on other machines this layer is missing."""
 # fmt: on
 
 _NOT_EXECUTABLE: Final = frozenset(("mmap", "mprotect"))
@@ -80,18 +80,22 @@ class _FilterProgram(ctypes.Structure):
 
 
 def restrict_system_calls() -> None:
-    """Leave only the allowed system calls, for good.  Needs `no_new_privileges` before."""
+    """Restrict this process to the allowed system calls, permanently. Needs `drop_privileges` before.
+
+    Raises:
+        OSError: the architecture is not listed, or the kernel refuses the filter.
+    """
     machine = os.uname().machine
     if machine not in ARCHITECTURES:
         raise OSError(errno.ENOSYS, f"the system calls of {machine} are not listed")
-    instructions = [_Instruction(*one) for one in _filter(ARCHITECTURES[machine])]
+    instructions = [_Instruction(*fields) for fields in _filter(ARCHITECTURES[machine])]
     array = (_Instruction * len(instructions))(*instructions)
     program = _FilterProgram(len(instructions), array)
     process_control(_PR_SET_SECCOMP, _MODE_FILTER, ctypes.byref(program))
 
 
-def _filter(architecture: Architecture) -> Iterator[tuple[int, int, int, int]]:
-    """The program: (code, instructions to skip if true, if false, operand)."""
+def _filter(architecture: CpuArchitecture) -> Iterator[tuple[int, int, int, int]]:
+    """Yield the program: (code, instructions to skip if true, if false, operand)."""
     yield _LOAD, 0, 0, _ARCHITECTURE_OFFSET
     yield _JUMP_EQUAL, 1, 0, architecture.audit
     yield _RETURN, 0, 0, _KILL

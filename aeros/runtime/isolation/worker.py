@@ -1,7 +1,7 @@
-"""A worker: locks itself down, runs one skill once, and ends.
+"""Worker process: locks itself down, runs one skill once, and ends.
 
-Everything here after `apply_layers` shares its process with hostile code and is worth nothing as a defence:
-that code may speak to the runtime itself.  What holds it is the kernel, and what `frames` believes.
+After `apply_layers` everything here shares its process with hostile code and defends nothing: that code may
+talk to the runtime itself. The kernel confines it, and the runtime's side of `protocol` checks what it sends.
 """
 
 from __future__ import annotations
@@ -43,12 +43,16 @@ _FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillClose
 
 
 def serve(channel: int) -> None:
-    """Run the one skill that the runtime, at the other end of `channel`, sends."""
+    """Run the one skill that the runtime sends.
+
+    Args:
+        channel: descriptor of a socket whose other end the runtime holds.
+    """
     worker = _Worker(channel)
     while (question := receive_request(channel)) is not None:
-        said = worker.handle(question)
-        send_response(channel, encode(said))
-        if isinstance(said, _FINAL_RESPONSES):
+        response = worker.handle(question)
+        send_response(channel, encode(response))
+        if isinstance(response, _FINAL_RESPONSES):
             return
 
 
@@ -72,23 +76,23 @@ class _Worker:
                 yielded = next(self._body)
             else:
                 yielded = self._body.send(question.observation)
-            asked = copy_action(yielded)
+            action = copy_action(yielded)
         except StopIteration as end:
             return _finished_message(question.token, end.value)
         except NoActionError as failure:
             return SkillRaised(question.token, sanitize_text(str(failure)))
         except BaseException as failure:
             return SkillRaised(question.token, sanitize_text(describe_exception(failure)))
-        return _action_message(question.token, asked)
+        return _action_message(question.token, action)
 
     def _handle_load(self, load: LoadSkill) -> WorkerResponse:
         try:
             apply_layers([IsolationLayer(name) for name in load.layers], self._channel)
         except OSError as failure:
             return SkillRejected(
-                load.token, sanitize_text(f"a layer of isolation cannot be put on: {failure}")
+                load.token, sanitize_text(f"a layer of isolation cannot be applied: {failure}")
             )
-        # Nothing can be opened any more; without these, an import says so in the usual words.
+        # No file can be opened any more; without paths an import fails with the usual message.
         sys.path.clear()
         sys.path_importer_cache.clear()
         self._load = load
@@ -119,7 +123,7 @@ def _finished_message(token: bytes, value: object) -> WorkerResponse:
         return SkillRaised(token, sanitize_text(str(failure)))
     except (TypeError, ValueError, OverflowError, RecursionError) as failure:
         return SkillRaised(
-            token, sanitize_text(f"the skill returns outputs that are no plain data: {failure}")
+            token, sanitize_text(f"the skill returns outputs that are not plain data: {failure}")
         )
     if size > MAX_RESPONSE_BYTES:
         return SkillRaised(token, f"the skill returns outputs of more than {MAX_RESPONSE_BYTES} bytes")
@@ -127,14 +131,14 @@ def _finished_message(token: bytes, value: object) -> WorkerResponse:
 
 
 def _action_message(token: bytes, action: Action) -> WorkerResponse:
-    # msgspec takes exact built-in types, so no code of the values' runs here.
+    # msgspec accepts exact built-in types only, so no code of the values runs here.
     try:
-        asked = ActionRequested(token, action.kind, dict(action.parameters))
-        size = len(encode(asked))
+        request = ActionRequested(token, action.kind, dict(action.parameters))
+        size = len(encode(request))
     except (TypeError, ValueError, OverflowError, RecursionError) as failure:
         return SkillRaised(
-            token, sanitize_text(f"the skill asks for an action that is no plain data: {failure}")
+            token, sanitize_text(f"the skill asks for an action that is not plain data: {failure}")
         )
     if size > MAX_RESPONSE_BYTES:
         return SkillRaised(token, f"the skill asks for an action of more than {MAX_RESPONSE_BYTES} bytes")
-    return asked
+    return request

@@ -1,11 +1,11 @@
-"""The zygote: a process with everything a worker needs already imported, which forks a worker in a moment.
+"""Zygote process: has everything imported that a worker needs, so that forking a worker is quick.
 
-It runs no skill code itself, serves one worker at a time, and adopts whatever that worker leaves behind:
-when a worker has ended or is to end, all of the zygote's descendants are killed, and it says so only
-when there are none.  It ends, and with it everything below it, when the runtime hangs up.
+It runs no skill code itself, serves one worker at a time, and adopts the worker's orphans. When a worker has
+ended or is to end, the zygote kills all of its own descendants, and reports only when there are none left.
+It ends, and everything below it ends, when the runtime hangs up.
 
-Messages come one a packet:  spawn (with the worker's channel) | kill | probe PID PATH ADDRESS
-and are answered:            ready | gone EXITCODE | JSON of what `probe` found
+Messages come one per packet:  spawn (with the worker's channel) | kill | probe PID PATH ADDRESS
+and the replies are:           ready | gone EXITCODE | JSON of the probes' results
 """
 
 from __future__ import annotations
@@ -32,12 +32,17 @@ _MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
 def main(control: int, preload: Sequence[str]) -> None:
-    """Serve the runtime, at the other end of `control`, until it hangs up."""
+    """Serve the runtime until it hangs up.
+
+    Args:
+        control: descriptor of a socket whose other end the runtime holds.
+        preload: names of modules to import before the first worker is forked.
+    """
     close_all_but(control)
     become_subreaper()
     for name in preload:
         importlib.import_module(name)
-    # What is here now stays: it need not be gone through, and so not be copied, in every worker.
+    # These objects live forever: workers need not scan, and so not copy, them.
     gc.freeze()
     with socket.socket(fileno=control) as channel:
         channel.send(b"ready")
@@ -53,7 +58,7 @@ def main(control: int, preload: Sequence[str]) -> None:
 
 
 def _fork_worker(control: socket.socket, channel: int) -> None:
-    """Fork a worker that speaks over `channel`, and see it and all its descendants to their end."""
+    """Fork a worker that talks over `channel`; wait for its end and end all its descendants."""
     worker = os.fork()
     if worker == 0:
         try:
@@ -68,7 +73,7 @@ def _fork_worker(control: socket.socket, channel: int) -> None:
         select.select([control.fileno(), ended], [], [])
     finally:
         os.close(ended)
-    # Either it ended by itself, or there is a message, and the only one there can be is to kill it.
+    # Either it ended by itself, or there is a message, which can only be `kill`.
     os.kill(worker, signal.SIGKILL)
     _, status = os.waitpid(worker, 0)
     _end_descendants()
@@ -77,7 +82,7 @@ def _fork_worker(control: socket.socket, channel: int) -> None:
 
 
 def _end_descendants() -> None:
-    """Kill until there is nobody left; each one killed hands its own children up to be killed next."""
+    """Kill descendants until none is left; orphans of a killed process become children, to be killed next."""
     while True:
         try:
             reaped, _ = os.waitpid(-1, os.WNOHANG)
@@ -96,8 +101,8 @@ def _children() -> list[int]:
 
 
 def _probe(surroundings: Sequence[str]) -> dict[str, str | None]:
-    """Why each layer is missing, or None."""
-    found = {layer.value: probe_layer(layer) for layer in APPLY_LAYER}
+    """Return for each layer why it is missing, or None."""
+    reasons = {layer.value: probe_layer(layer) for layer in APPLY_LAYER}
     pid, path, address = surroundings
-    found[IsolationLayer.BUBBLEWRAP.value] = probe_sandbox(int(pid), path, address)
-    return found
+    reasons[IsolationLayer.BUBBLEWRAP.value] = probe_sandbox(int(pid), path, address)
+    return reasons

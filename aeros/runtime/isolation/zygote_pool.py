@@ -1,4 +1,4 @@
-"""The runtime's end of zygotes: starts them, has them fork workers, and sees every worker to its end."""
+"""Zygotes at the runtime's end: starts them, has them fork workers, and ends every worker."""
 
 from __future__ import annotations
 
@@ -21,55 +21,71 @@ from aeros.runtime.isolation.bubblewrap import find_bubblewrap, wrap_command
 from aeros.runtime.isolation.layers import IsolationLayer
 
 _START: Final = 20.0
-"""Seconds in which a zygote must be ready; it takes about 0.1."""
+"""Timeout for the start of a zygote, s; it takes about 0.1."""
 
 _END: Final = 5.0
-"""Seconds in which a zygote must have killed a worker; it takes about a millisecond."""
+"""Timeout for the end of a worker, s; it takes about a millisecond."""
 
 _PACKAGES: Final = ("aeros", "msgspec")
-"""What a zygote needs beyond Python's own library."""
+"""Packages that a zygote needs beyond Python's own library."""
 
 _MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
 class ZygoteError(Exception):
-    """No worker can be had; the message says why."""
+    """There is no worker; the message says why."""
 
 
 class Zygote:
-    """One zygote process.  Serves one worker at a time.
+    """One zygote process. Serves one worker at a time.
 
-    program: bubblewrap's path, or None to do without it.
+    Args:
+        preload: names of modules that it imports.
+        program: path of bubblewrap; None to do without it.
+
+    Raises:
+        ZygoteError: it did not start; the message ends with the last line of its error output.
     """
 
     def __init__(self, preload: Sequence[str], program: str | None) -> None:
         self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._process: subprocess.Popen[bytes] | None = None
-        # A handle of the first process in the namespaces, where there are any.
+        # Handle of the first process in the namespaces, if there are any.
         self._first: int | None = None
-        with theirs, tempfile.TemporaryFile() as said:
+        with theirs, tempfile.TemporaryFile() as stderr:
             try:
-                self._start(theirs.fileno(), preload, program, said)
+                self._start(theirs.fileno(), preload, program, stderr)
                 theirs.close()
                 self._expect_word(b"ready", _START)
             except (OSError, ZygoteError) as failure:
                 self.kill()
-                said.seek(0)
-                heard = said.read(2000).decode("utf-8", "replace").strip().splitlines()
-                raise ZygoteError(f"{failure}" + (f": {heard[-1]}" if heard else "")) from failure
+                stderr.seek(0)
+                lines = stderr.read(2000).decode("utf-8", "replace").strip().splitlines()
+                raise ZygoteError(f"{failure}" + (f": {lines[-1]}" if lines else "")) from failure
 
     def probe(self) -> dict[IsolationLayer, str | None]:
-        """For each layer why it is missing, or None: each is probed by what it does."""
+        """Probe the isolation layers by their effects.
+
+        Returns:
+            For each layer why it is missing, or None if it is in place.
+        """
         address = f"aeros-{os.getpid()}-{os.urandom(8).hex()}"
         with socket.socket(socket.AF_UNIX) as listening, tempfile.NamedTemporaryFile(prefix="aeros-") as file:
             listening.bind(f"\0{address}")
             listening.listen()
             self._channel.send(f"probe {os.getpid()} {file.name} {address}".encode())
-            found = json.loads(self._receive(_START))
-        return {IsolationLayer(name): missing for name, missing in found.items()}
+            reasons = json.loads(self._receive(_START))
+        return {IsolationLayer(name): missing for name, missing in reasons.items()}
 
     def spawn_worker(self) -> socket.socket:
-        """A new worker, by the channel that it listens to.  The one before must be gone."""
+        """Fork a worker. The previous one must have ended.
+
+        Returns:
+            The channel to the worker.
+
+        Raises:
+            ZygoteError: the zygote has ended.
+        """
         ours, theirs = socket.socketpair()
         with theirs:
             try:
@@ -80,9 +96,13 @@ class Zygote:
         return ours
 
     def end_worker(self) -> int:
-        """Kill the worker and everything that it started; its exit code, negative for a signal.
+        """Kill the worker and every process that it started.
 
-        Raises `ZygoteError` if that cannot be confirmed, after killing the zygote with all below it.
+        Returns:
+            The exit code of the worker, negative for a signal.
+
+        Raises:
+            ZygoteError: the end cannot be confirmed; the zygote was killed with everything below it.
         """
         try:
             self._channel.send(b"kill")
@@ -92,7 +112,7 @@ class Zygote:
             raise ZygoteError(f"the zygote was killed, as it did not end its worker: {failure}") from failure
 
     def close(self) -> None:
-        """End the zygote, and with it every process below it; safe to call twice."""
+        """End the zygote and every process below it; safe to call twice."""
         self._channel.close()
         if self._process is not None:
             with suppress(subprocess.TimeoutExpired):
@@ -103,7 +123,7 @@ class Zygote:
         """Kill everything at once; safe to call twice."""
         self._channel.close()
         if self._first is not None:
-            # Where there is a process namespace, the kernel takes everything in it along.
+            # In a process namespace, the kernel then kills everything else in it.
             with suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._first, signal.SIGKILL)
             os.close(self._first)
@@ -113,13 +133,11 @@ class Zygote:
                 os.killpg(self._process.pid, signal.SIGKILL)
             self._process.wait()
 
-    # Inside.
-
     def _start(self, control: int, preload: Sequence[str], program: str | None, stderr: IO[bytes]) -> None:
         roots = {name.partition(".")[0] for name in preload} - sys.stdlib_module_names
         packages = [_folder_of(name) for name in sorted(roots.union(_PACKAGES))]
         places = sorted({str(folder.parent) for folder in packages})
-        # -S: nothing that is installed beside Python (`.pth` files, `sitecustomize`) runs at start.
+        # -S: no installed start-up code (`.pth` files, `sitecustomize`) runs.
         code = (
             f"import sys; sys.path += {places!r}; import {_ZYGOTE} as z; z.main({control}, {list(preload)!r})"
         )
@@ -153,14 +171,14 @@ class Zygote:
             env={"OPENBLAS_NUM_THREADS": "1"},
             cwd="/",
             pass_fds=keep,
-            # Of its own, so that Ctrl-C at the terminal reaches the runtime alone.
+            # A new session, so that Ctrl-C at the terminal reaches the runtime alone.
             start_new_session=True,
         )
 
     def _expect_word(self, word: bytes, seconds: float) -> bytes:
         message = self._receive(seconds)
-        found, _, rest = message.partition(b" ")
-        if found != word:
+        reply, _, rest = message.partition(b" ")
+        if reply != word:
             raise ZygoteError(f"the zygote says {message[:40]!r} for {word.decode()!r}")
         return rest
 
@@ -176,10 +194,14 @@ class Zygote:
 
 
 class ZygotePool:
-    """Zygotes to be had, as many as workers are in flight; probed once.
+    """Pool of zygotes, as many as there are workers at a time; the host is probed once.
 
-    preload: modules that skill code may import.
-    bubblewrap: its path; by default where this host has it.
+    Attributes:
+        missing: for each layer why it is missing on this host, or None.
+
+    Args:
+        preload: names of modules that skill code may import.
+        bubblewrap: its path; by default that of this host's program, if it has one.
     """
 
     def __init__(self, preload: Sequence[str], bubblewrap: str | None = None) -> None:
@@ -200,7 +222,14 @@ class ZygotePool:
             self.missing[IsolationLayer.BUBBLEWRAP] = why
 
     def spawn_worker(self) -> tuple[Zygote, socket.socket]:
-        """A new worker: the zygote that is lent for it, and its channel.  Raises `ZygoteError`."""
+        """Fork a worker.
+
+        Returns:
+            The zygote that is lent for it, to be given to `release`; and the channel to the worker.
+
+        Raises:
+            ZygoteError: there is no worker.
+        """
         while (zygote := self._pop()) is not None:
             try:
                 return zygote, zygote.spawn_worker()
@@ -210,7 +239,11 @@ class ZygotePool:
         return zygote, zygote.spawn_worker()
 
     def release(self, zygote: Zygote) -> None:
-        """Take back a zygote whose worker is gone."""
+        """Return a zygote to the pool after its worker has ended.
+
+        Args:
+            zygote: one that `spawn_worker` lent.
+        """
         with self._lock:
             self._idle.append(zygote)
 
@@ -237,17 +270,17 @@ def _folder_of(package: str) -> Path:
 
 
 def _bundled_library_folders(packages: Sequence[Path]) -> list[str]:
-    """Where wheels put shared libraries of theirs."""
+    """Return the folders in which wheels put their shared libraries."""
     return [str(folder.parent / f"{folder.name}.libs") for folder in packages]
 
 
 def _first_process_handle(info: int) -> int:
-    """A handle of the first process in the namespaces, from the JSON that bubblewrap writes of it."""
-    told = b""
-    while not told.rstrip().endswith(b"}"):
+    """Open a handle of the first process in the namespaces, from the JSON that bubblewrap writes about it."""
+    output = b""
+    while not output.rstrip().endswith(b"}"):
         readable, _, _ = select.select([info], [], [], _START)
         part = os.read(info, 4096) if readable else b""
         if not part:
             raise ZygoteError("bubblewrap does not say what it started")
-        told += part
-    return os.pidfd_open(json.loads(told)["child-pid"])
+        output += part
+    return os.pidfd_open(json.loads(output)["child-pid"])

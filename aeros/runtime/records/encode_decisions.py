@@ -1,7 +1,8 @@
-"""Decisions as their records hold them, encoded anew only as far as they are not what was told before.
+"""Encode decision records as canonical JSON, incrementally.
 
-Most decisions are plain: allowed as asked, with nothing beside.  Their text is put together of parts; of all
-others `decision_details` is encoded like anything else.
+Most decisions are plain: allowed unchanged, with no concurrent motions. Their text is assembled from parts
+that are cached between calls. All other decisions are encoded by `decision_details`, which is the
+definition of the encoding.
 """
 
 from __future__ import annotations
@@ -26,59 +27,78 @@ from aeros.runtime.records.records import (
 from aeros.skill import Action
 
 _MAX_PLAIN_SIZE: Final = MAX_SIZE // 4
-"""Size of a plain decision's readings, and of its motion, at most: then all of it fits into a record."""
+"""Limit on the size of a plain decision's readings and motion, each: then a record has room for all of it."""
 
 _MAX_TEXT: Final = 1000
-"""Characters of a text that a skill asks for, and of its inputs, in a plain decision."""
+"""Limit on the characters of one text among the parameters or inputs of a plain decision."""
 
 _TEXT: Final = frozenset({str})
 _DOUBLE: Final = frozenset({float})
 
 _MISSING: Final = object()
-"""In place of a parameter that is not there."""
+"""Stands for a missing parameter."""
 
 _NO_CALLER: Final = Caller("", "", {})
 
 
 class IncrementalDecisionEncoder:
-    """Says what `decision_details` says of one decision after another, of plain ones as canonical text."""
+    """Encoder that agrees with `decision_details` and reuses the text of unchanged parts. Not thread-safe."""
 
     def __init__(self) -> None:
         self._readings = IncrementalReadingsEncoder()
         self._caller = _NO_CALLER
-        self._who: tuple[str, str] | None = None  # inputs and module, and skill, of that caller
+        self._who: tuple[str, str] | None = None  # its text: inputs and module, and skill
         self._usage: tuple[Mapping[str, int], str] = ({}, "{}")
         self._motionless: tuple[PlannedMotion, Mapping[str, Any]] | None = None
 
     def encode_motion(
         self, plan: PlannedMotion, body: str, gated: Decision, decision: Decision
     ) -> Mapping[str, Any]:
-        """`motion_details` of what a plant said; `body` as in `motion_to_json`."""
+        """Encode a planned motion and the decision on it, as `motion_details` does.
+
+        Args:
+            plan: what the plant planned for the action.
+            body: digest of the body of a trajectory; see `motion_to_json`.
+            gated: the gate's decision, before the check of the motion.
+            decision: the final decision; the same object if the motion changed nothing.
+
+        Returns:
+            Details for the record of the decision.
+        """
         if type(plan) is not NoMotion or type(plan.reason) is not str or decision is not gated:
             return motion_details(gated, decision, motion_to_json(plan, body))
-        # It never changes, and a plant without a body says nothing else.
+        # Cached, because a plant without a body returns the same object every time.
         if self._motionless is None or plan is not self._motionless[0]:
             self._motionless = plan, motion_details(gated, decision, motion_to_json(plan, body))
         return self._motionless[1]
 
     def encode(self, record: DecisionRecord) -> Mapping[str, Any] | Encoded:
-        """The details of the decision's record; see `decision_details`."""
+        """Encode the details of a decision's record.
+
+        Args:
+            record: the decision and everything it was based on.
+
+        Returns:
+            Canonical text of a plain decision; of any other what `decision_details` returns.
+        """
         text = self._encode_plain(record)
         return decision_details(record, self._readings.encode) if text is None else text
 
     def _encode_plain(self, record: DecisionRecord) -> Encoded | None:
-        """The text of a plain decision; None of another."""
-        decision, configuration, now, readings, caller, asked, usage, beside, halting, motion, causes = record
-        if decision.kind is not DecisionKind.ALLOW or decision.reasons or beside or halting or causes:
+        """Return the text of a plain decision; None if it is not plain."""
+        decision, configuration, now, readings, caller, action, usage, concurrent, halting, motion, causes = (
+            record
+        )
+        if decision.kind is not DecisionKind.ALLOW or decision.reasons or concurrent or halting or causes:
             return None
         if usage is None or type(now) is not float or not isfinite(now) or decision.action is None:
             return None
         if caller is not self._caller:
             self._caller, self._who = caller, _encode_caller(caller)
-        wanted = _encode_action(asked)
-        if self._who is None or wanted is None:
+        requested = _encode_action(action)
+        if self._who is None or requested is None:
             return None
-        decided = wanted if _is_unchanged(decision.action, asked) else _encode_action(decision.action)
+        decided = requested if _is_unchanged(decision.action, action) else _encode_action(decision.action)
         state = self._readings.encode(readings)
         moved, size = "", 0
         if motion:
@@ -91,11 +111,11 @@ class IncrementalDecisionEncoder:
             return None
         who, skill = self._who
         text = (
-            f'{{"asked":{wanted},"configuration":"{configuration}","decided":{decided},{who}{moved}'
+            f'{{"asked":{requested},"configuration":"{configuration}","decided":{decided},{who}{moved}'
             f',"reasons":[],{skill},"state":{state.text},"state_digest":"{state.digest}","time":{now!r}'
             f',"usage":{self._encode_usage(usage)},"verdict":"ALLOW"}}'
         )
-        # Whatever it is, an encoding has at least as many characters as it takes of `MAX_SIZE`.
+        # An encoding has at least as many characters as its size counts, so this is an upper bound.
         return Encoded(text, len(text))
 
     def _encode_usage(self, usage: Mapping[str, int]) -> str:
@@ -106,7 +126,7 @@ class IncrementalDecisionEncoder:
 
 
 def _encode_caller(caller: Caller) -> tuple[str, str] | None:
-    """A caller's inputs and module, and its skill, as items of a record, where they are no more than flat."""
+    """Return a caller's inputs with its module, and its skill, as items of a record; None if not flat."""
     details = caller_details(caller)
     inputs = _encode_flat(details["inputs"])
     if inputs is None:
@@ -123,12 +143,12 @@ def _encode_action(action: Action) -> str | None:
 
 
 def _encode_flat(values: Any) -> str | None:
-    """A dict of doubles, truths, short texts and tuples of doubles as canonical text; None of others."""
+    """Return a dict of doubles, bools, short texts and tuples of doubles as canonical text, else None."""
     if type(values) is not dict or not set(map(type, values)) <= _TEXT:
         return None
     if len(values) == 1 and not values.keys().isdisjoint(ESCAPE_MARKS):
         return None
-    told = []
+    items = []
     for name in sorted(values):
         value = values[name]
         kind = type(value)
@@ -146,12 +166,12 @@ def _encode_flat(values: Any) -> str | None:
             text = "true" if value else "false"
         else:
             return None
-        told.append(f"{encode_basestring_ascii(name)}:{text}")
-    return f"{{{','.join(told)}}}"
+        items.append(f"{encode_basestring_ascii(name)}:{text}")
+    return f"{{{','.join(items)}}}"
 
 
 def _is_unchanged(decided: Action, requested_action: Action) -> bool:
-    """Whether what was decided are the very values that were asked for, so that both have one text."""
+    """Return True if the decided values are the very objects that were requested, so both have one text."""
     if decided.kind != requested_action.kind or len(decided.parameters) != len(requested_action.parameters):
         return False
     for name, value in decided.parameters.items():

@@ -1,6 +1,7 @@
-"""What is measured as a record holds it, encoded anew only as far as it is not what was measured before.
+"""Encode sensor readings as canonical JSON, incrementally.
 
-From one decision to the next most values stay the same objects, and all readings of a moment share its time.
+From one decision to the next most values stay the same objects, and all readings of a snapshot share its
+time.
 """
 
 from __future__ import annotations
@@ -16,41 +17,58 @@ from aeros.runtime.canonical_json import MAX_SIZE, Encoded, Encoder, encode_with
 from aeros.runtime.ports import ColumnNames, Reading, Readings, Snapshot
 
 _IMMUTABLE_TYPES: Final = (float, bool, int, str, type(None))
-"""Types of values that never change."""
+"""Types of immutable values."""
 
 _DOUBLE: Final = {float}
 
 _NOT_CACHED: Final = object()
-"""In place of a value that was not told yet, or may change."""
+"""Stands for a value that is not cached: not encoded yet, or mutable."""
 
 
 def encode_readings(readings: Readings) -> Encoded:
-    """Value and time of each reading, by name."""
-    return encode_with_size({name: [one.value, one.time] for name, one in readings.items()})
+    """Encode value and time of each reading, by name. This is the definition of the encoding.
+
+    Args:
+        readings: value (SI) and plant time (s) of each state variable, by name.
+
+    Returns:
+        Canonical JSON with its size.
+    """
+    return encode_with_size({name: [reading.value, reading.time] for name, reading in readings.items()})
 
 
 class IncrementalReadingsEncoder:
-    """Says what `encode_readings` says of one moment after another.
+    """Encoder that agrees with `encode_readings` and reuses the text of values unchanged since the last call.
 
-    All is in columns, in the order of the names: a decision waits for it, and most of a column is as before.
+    Works on columns in the order of the names, because decisions wait for it and most of a column is
+    unchanged. Not thread-safe.
     """
 
     def __init__(self) -> None:
-        self._order: ColumnNames | None = None  # of the moments that are told, which these are the names of
+        self._order: ColumnNames | None = (
+            None  # of the latest snapshot, if the columns below are in its order
+        )
         self._names: dict[str, None] = {}  # sorted
         self._quoted: list[str] = []
         self._lengths: list[int] = []
         self._pick: Callable[[Readings], tuple[Reading, ...]]
-        self._values: list[Any] = []  # that were told last
-        self._texts: list[str] = []  # of each, name and value up to the time
-        self._sizes: list[int] = []  # what each takes of an encoding's size
-        self._size = 0  # what all of them take
+        self._values: list[Any] = []  # that were encoded last
+        self._texts: list[str] = []  # of each: name and value, up to the time
+        self._sizes: list[int] = []  # size of each in an encoding
+        self._size = 0  # sum of `_sizes`
 
     def encode(self, readings: Readings) -> Encoded:
-        """The readings with their canonical text."""
+        """Encode `readings` as `encode_readings` does.
+
+        Args:
+            readings: value (SI) and plant time (s) of each state variable, by name.
+
+        Returns:
+            Canonical JSON, byte for byte what `encode_readings(readings)` returns.
+        """
         if type(readings) is Snapshot and len(readings) > 1:
             return self._encode_snapshot(readings)
-        # A single one could look like what stands for something else; what has no name is not told.
+        # A single reading could look like an escape; names that are not texts are left to the definition.
         if readings.keys() != self._names.keys():
             if len(readings) < 2 or not all(type(name) is str for name in readings):
                 return encode_readings(readings)
@@ -68,7 +86,7 @@ class IncrementalReadingsEncoder:
         return Encoded(f"{{{','.join(map(str.__add__, self._texts, endings))}}}", size)
 
     def _encode_snapshot(self, snapshot: Snapshot) -> Encoded:
-        """Readings that come in columns."""
+        """Encode readings that come in columns and share one time."""
         if snapshot.order is not self._order:
             self._reset_columns(list(snapshot.order.names))
             self._order = snapshot.order
@@ -93,7 +111,7 @@ class IncrementalReadingsEncoder:
         self._size = 0
 
     def _cache_value(self, place: int, value: Any) -> bool:
-        """Whether this value can be told by itself and kept, as it can never change."""
+        """Cache the text of one value; return False if it cannot be cached because it may change."""
         self._values[place] = _NOT_CACHED
         kind = type(value)
         if kind is float and isfinite(value):
@@ -115,7 +133,7 @@ class IncrementalReadingsEncoder:
 
 
 def _time_suffixes(times: tuple[Any, ...]) -> str | list[str] | None:
-    """What follows each value: one text where all have the same time, None where one of them is no time."""
+    """Return the text after each value: one text if all times are equal, None if any is not finite."""
     first = times[0]
     if all(map(is_, times, repeat(first))):
         return f"{first!r}]" if type(first) is float and isfinite(first) else None
@@ -125,7 +143,7 @@ def _time_suffixes(times: tuple[Any, ...]) -> str | list[str] | None:
 
 
 def _is_immutable(value: Any) -> bool:
-    """Whether the value can never be another one while it is the same object."""
+    """Return True if the value cannot change while it stays the same object."""
     return type(value) in _IMMUTABLE_TYPES or (
         type(value) is tuple and all(type(part) in _IMMUTABLE_TYPES for part in value)
     )

@@ -1,11 +1,11 @@
-"""Contents of the audit record: sessions, decisions, callers, and motions as a plant states them.
+"""Contents of audit records: sessions, decisions, callers and planned motions.
 
-The points of a path are packed: a slide is made of 6,000 numbers, which as text take twice the room.
-A body, which many motions have in common, is recorded once, and named by its digest.  What is not of the form
-of a motion is recorded as it is, as far as a record can.
+The points of a path are packed as base64: a slide consists of 6,000 numbers, which take twice the room as
+text. A body, which many motions share, is recorded once and named by its digest. A plan that does not have
+the form of a motion is recorded as it is, as far as a record can hold it.
 
-What a skill or a planner supplied comes last in each: it may be too large to hold, and what comes
-before it must not suffer (`canonical`).
+Values from a skill or a planner come last in each record: they may be too large to hold, and what comes
+before them must not suffer (`canonical_json`).
 """
 
 from __future__ import annotations
@@ -38,7 +38,14 @@ from aeros.spec.model.cause import Cause, causes_to_json
 
 
 def session_details(configuration: Configuration) -> dict[str, Any]:
-    """Which site governs and which code is active, by digest."""
+    """Describe a configuration for the record that opens or resumes a session.
+
+    Args:
+        configuration: site and active modules.
+
+    Returns:
+        JSON-encodable identity of the site and of each active module, by digest.
+    """
     site = configuration.site
     modules = {
         name: {
@@ -57,14 +64,20 @@ def session_details(configuration: Configuration) -> dict[str, Any]:
 
 
 class DecisionRecord(NamedTuple):
-    """What was decided, and everything that it was decided on: enough to decide it again.
+    """A decision and everything it was based on: enough to decide it again.
 
-    configuration: its digest.
-    usage: by quota, what was used up; None where the clock was wrong and the gate was not asked.
-    beside: the records of the decisions on the actions that were under way.
-    halting: those of them that came to rest before their ends.
-    motion: where the whole motion was to be decided, what `motion_details` says of it.
-    causes: the reasons as data.
+    Attributes:
+        decision: the final decision.
+        configuration: digest of the configuration.
+        now: plant seconds.
+        readings: state on which it was decided.
+        caller: module, skill and inputs.
+        requested_action: the action as the skill asked for it.
+        usage: used-up count of each quota; None if the clock was wrong and the gate was not asked.
+        concurrent_records: numbers of the records of the decisions on the other active actions.
+        halting_records: those of them whose motions were being brought to rest.
+        motion: details from `motion_details`, if the whole motion was decided.
+        causes: why the action was not simply allowed, as data.
     """
 
     decision: Decision
@@ -83,9 +96,14 @@ class DecisionRecord(NamedTuple):
 def decision_details(
     record: DecisionRecord, encode: Callable[[Readings], Encoded] = encode_readings
 ) -> dict[str, Any]:
-    """What the log has of it.
+    """Build the details of a decision's record.
 
-    tell: what says of the readings what `encode_readings` says.
+    Args:
+        record: the decision and everything it was based on.
+        encode: encodes readings as `encode_readings` does.
+
+    Returns:
+        JSON-encodable details; the state carries its canonical text.
     """
     state = encode(record.readings)
     return {
@@ -105,7 +123,14 @@ def decision_details(
 
 
 def decision_outcome(decision: Decision) -> dict[str, Any]:
-    """What came out."""
+    """Build the part of a record that says how a decision came out.
+
+    Args:
+        decision: the decision.
+
+    Returns:
+        Verdict, reasons, and the action that may be executed or None.
+    """
     return {
         "verdict": decision.kind.value,
         "reasons": [[reason.code, reason.rule, reason.text] for reason in decision.reasons],
@@ -114,21 +139,44 @@ def decision_outcome(decision: Decision) -> dict[str, Any]:
 
 
 def motion_details(gated: Decision, decision: Decision, motion: Mapping[str, Any]) -> dict[str, Any]:
-    """The motion that the action becomes, as it is told; where that was denied, what the gate had said."""
+    """Build the part of a record that says which motion was decided.
+
+    Args:
+        gated: the gate's decision, before the check of the motion.
+        decision: the final decision; the same object if the motion changed nothing.
+        motion: encoded by `motion_to_json`.
+
+    Returns:
+        The motion with its digest; if the motion was denied, also the gate's own decision.
+    """
     encoding = encode_with_size(motion)
-    told = {"motion_digest": encoding.digest, "motion": encoding}
-    return told if decision is gated else {**told, "gate": decision_outcome(gated)}
+    details = {"motion_digest": encoding.digest, "motion": encoding}
+    return details if decision is gated else {**details, "gate": decision_outcome(gated)}
 
 
 def caller_details(caller: Caller) -> dict[str, Any]:
-    """Who asks, with its inputs."""
+    """Build the part of a record that says who asked.
+
+    Args:
+        caller: module, skill and inputs.
+
+    Returns:
+        Module, skill and inputs, with the inputs last.
+    """
     return {"module": caller.module, "skill": caller.skill, "inputs": dict(caller.inputs)}
 
 
 def format_reasons(reasons: tuple[Reason, ...]) -> str:
-    """Why an action was denied, in words."""
-    spelt = "; ".join(f"{reason.code} {reason.rule}: {reason.text}" for reason in reasons)
-    return spelt or "the gate gave no reason"
+    """Format the reasons of a denial for people.
+
+    Args:
+        reasons: the reasons, in order.
+
+    Returns:
+        One line, `CODE RULE: TEXT` each, separated by semicolons.
+    """
+    text = "; ".join(f"{reason.code} {reason.rule}: {reason.text}" for reason in reasons)
+    return text or "the gate gave no reason"
 
 
 def _action_details(action: Action) -> dict[str, Any]:
@@ -136,7 +184,15 @@ def _action_details(action: Action) -> dict[str, Any]:
 
 
 def motion_to_json(plan: object, body: str) -> dict[str, Any]:
-    """Encode what a plant says that an action would do; `body`: digest of the body of a trajectory."""
+    """Encode what a plant planned for an action.
+
+    Args:
+        plan: a `Trajectory`, `NoMotion` or `MotionCompletion`; anything else is encoded as it is.
+        body: digest of the body of a trajectory.
+
+    Returns:
+        JSON-encodable dict, which `motion_from_json` decodes.
+    """
     if type(plan) is Trajectory:
         paths, servo = plan.joint_paths, plan.servo
         return {
@@ -155,7 +211,14 @@ def motion_to_json(plan: object, body: str) -> dict[str, Any]:
 
 
 def body_to_json(body: object) -> Any:
-    """Encode the body of a trajectory."""
+    """Encode the body of a trajectory.
+
+    Args:
+        body: a `RobotBody`; anything else is returned as it is.
+
+    Returns:
+        JSON-encodable value, by whose digest motions name the body.
+    """
     if type(body) is not RobotBody:
         return body
     balls = body.balls
@@ -166,8 +229,17 @@ def body_to_json(body: object) -> Any:
 def motion_from_json(encoded_value: Any, bodies: Mapping[str, Any]) -> Any:
     """Decode what `motion_to_json` encoded, so that it can be decided again.
 
-    bodies: what `body_to_json` encoded of each body, by its digest.
-    Raises KeyError, TypeError or ValueError for what is no such encoding.
+    Args:
+        encoded_value: parsed JSON.
+        bodies: encoded bodies (`body_to_json`) by digest.
+
+    Returns:
+        The plan, equal to the encoded one.
+
+    Raises:
+        KeyError: the body is not in `bodies`.
+        TypeError: `encoded_value` is not such an encoding.
+        ValueError: `encoded_value` is not such an encoding.
     """
     match encoded_value:
         case {"motionless": why}:
@@ -194,7 +266,7 @@ def motion_from_json(encoded_value: Any, bodies: Mapping[str, Any]) -> Any:
 
 
 def _path_to_json(path: Any) -> Any:
-    """Encode the points, each that two pieces share once, as doubles in base64; what is no path, as it is."""
+    """Pack the points as doubles in base64, each shared point once; return anything but a path as it is."""
     if not _is_path(path):
         return path
     numbers = [*chain(path[0][0], *(point for piece in path for point in piece[1:]))]
@@ -203,7 +275,7 @@ def _path_to_json(path: Any) -> Any:
 
 
 def _is_path(path: Any) -> bool:
-    """Say whether all are doubles, as many in each point, each piece beginning where the one before ends."""
+    """Return True if all numbers are doubles, points have equal length and pieces are connected."""
     if type(path) is not tuple or not path or any(type(piece) is not tuple for piece in path):
         return False
     points = [*chain.from_iterable(path)]
@@ -262,7 +334,7 @@ def _fields_from_json(encoded_value: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _lists_to_tuples(plain: Any) -> Any:
-    """Restore a value, with tuples in place of lists."""
+    """Decode a value, with tuples in place of lists."""
     if type(plain) is list:
         return tuple([_lists_to_tuples(one) for one in plain])
     return decode_value(plain)

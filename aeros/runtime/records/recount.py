@@ -1,8 +1,8 @@
-"""What the decisions of a session add up to: the use of quotas, and as much as they say of histories.
+"""Recount of a session from its decision records: quota usage, and histories where records determine them.
 
-Until an action has begun, decisions are the only looks at the state, and histories are exactly what they
-add up to.  From then on control ticks look too, of which there is no record: a moment at which nothing is
-known stands for them, and a history that is known all the same is so whatever they saw.
+Until an action has begun, decisions are the only updates of the histories, so the records determine them
+exactly. After that control ticks update them too, and ticks are not recorded. A gap, at which nothing is
+known, stands for them; a history that is known in spite of the gap is right whatever the ticks saw.
 """
 
 from __future__ import annotations
@@ -21,11 +21,15 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.model import Site
 
 QuotaUsage = Mapping[str, int] | ClockError
-"""By quota, how much of it is used up; or why nothing can be counted."""
+"""Used-up count of each quota; or the error if the clock was wrong."""
 
 
 class SessionState:
-    """Counts for one session, from its beginning; `site` is the one that governs."""
+    """Quota usage and histories of one session, updated record by record.
+
+    Args:
+        site: the site in force when the session opened.
+    """
 
     def __init__(self, site: Site) -> None:
         self._usage = QuotaUsageCounter(site.quotas)
@@ -33,28 +37,41 @@ class SessionState:
         self._reset_histories(site)
 
     def switch_site(self, site: Site) -> None:
-        """From now on `site` governs; as `DecisionPipeline` has it, histories of another site begin anew."""
+        """Switch to the site in force from now on.
+
+        If it is another site, histories start empty, as in `DecisionPipeline`.
+
+        Args:
+            site: the site in force.
+        """
         if site.digest != self._site.digest:
             self._usage = self._usage.set_quotas(site.quotas)
             self._reset_histories(site)
 
     @property
     def usage(self) -> QuotaUsageCounter:
-        """What was counted, to be counted on."""
+        """Counter of the quotas, to go on counting with."""
         return self._usage
 
     @property
     def histories(self) -> HistoryTracker:
-        """The histories, to be looked on with."""
+        """Tracker of the histories, to go on updating."""
         return self._histories
 
     def mark_gap(self) -> None:
-        """From here up to the next look at the state nobody looked at it, and something may have moved."""
-        self._has_begun = True
+        """Mark a gap in the observations: until the next decision, anything may have moved unseen."""
+        self._has_gap = True
         self._histories.advance({}, self._latest)
 
     def usage_at(self, now: Any) -> QuotaUsage | None:
-        """What the quotas have counted by then; None where it is no number."""
+        """Return the quota usage at a time.
+
+        Args:
+            now: recorded plant seconds; may be malformed.
+
+        Returns:
+            Count by quota, or the `ClockError` if the clock was wrong; None if `now` is not a number.
+        """
         if not isinstance(now, int | float):
             return None
         try:
@@ -63,13 +80,21 @@ class SessionState:
             return fault
 
     def history_mismatch(self, readings: Readings, now: float) -> str | None:
-        """Look at the state as it was decided on: which history cannot be what is recorded, and why."""
+        """Update the histories with the state of a decision, and compare them with the recorded ones.
+
+        Args:
+            readings: recorded state, with the recorded histories.
+            now: plant seconds.
+
+        Returns:
+            The first history that differs, in words; None if all agree.
+        """
         names = self._histories.names
         self._latest = now
-        if self._has_begun:
+        if self._has_gap:
             self._histories.advance({}, now)
         known = self._histories.update(readings, now)
-        for name in sorted(self._told & known.keys() if self._has_begun else names):
+        for name in sorted(self._recorded & known.keys() if self._has_gap else names):
             recorded = readings.get(name)
             if recorded != known.get(name):
                 return (
@@ -79,21 +104,34 @@ class SessionState:
         return None
 
     def count_execution(self, kind: Any, now: Any) -> None:
-        """Such an action begins."""
-        self._has_begun = True
-        # At what is no time, and of what is no kind, nothing is counted.
+        """Count an action that begins.
+
+        Args:
+            kind: recorded action kind; ignored if malformed.
+            now: recorded plant seconds; ignored if malformed.
+        """
+        self._has_gap = True
+        # Malformed times and kinds are not counted.
         with suppress(ClockError, TypeError):
             self._usage.count_execution(kind, now)
 
     def _reset_histories(self, site: Site) -> None:
         self._site = site
         self._histories = HistoryTracker(site)
-        self._told = _recorded_histories(site)
-        self._has_begun = False
+        self._recorded = _recorded_histories(site)
+        self._has_gap = False
 
 
 def recount_records(records: Iterable[Record], site: Site) -> SessionState:
-    """What the decisions of `records` add up to, all under `site`, for a session that goes on with them."""
+    """Recount all sessions in `records`, to go on with them after a gap.
+
+    Args:
+        records: sound records of one log, in order; the same site must be in force in all of them.
+        site: that site.
+
+    Returns:
+        Quota usage and histories, with a gap after the last record.
+    """
     recount = SessionState(site)
     for record in records:
         details = record["details"]
@@ -110,18 +148,25 @@ def recount_records(records: Iterable[Record], site: Site) -> SessionState:
 
 
 def parse_readings(state: Mapping[str, Any]) -> dict[str, Reading]:
-    """The readings that a record holds."""
+    """Decode the readings of a record.
+
+    Args:
+        state: `[value, time]` by name.
+
+    Returns:
+        Readings by name.
+    """
     return {name: Reading(decode_value(value), decode_value(at)) for name, (value, at) in state.items()}
 
 
 def _recorded_histories(site: Site) -> frozenset[str]:
-    """The histories of what is measured and nothing else; others may count the looks themselves."""
-    told = frozenset(site.state)
-    for one in site.histories:
-        read = t.variables_of(one.term).keys()
-        if read and read <= told:
-            told |= {one.declared.name}
-    return told - site.state.keys()
+    """Return the histories that depend on measured variables alone, not on the number of updates."""
+    names = frozenset(site.state)
+    for history in site.histories:
+        read = t.variables_of(history.term).keys()
+        if read and read <= names:
+            names |= {history.declared.name}
+    return names - site.state.keys()
 
 
 def _format_reading(reading: Reading | None) -> str:

@@ -1,14 +1,14 @@
-"""Decides again what a log says was decided: under the same configuration it must come out the same.
+"""Replay of an audit log: decides every recorded decision again, under the same configuration.
 
-Of a session the configuration is the one that its opening names, and after a change the one that this
-names; a decision that names another is not one of this log.  Compared are verdict, the action that may be
-executed, and all reasons, in whatever order: a record keeps state and parameters by name, not in the order
-in which they arrived.  Where the whole motion was decided, it is decided again, after the gate.  Of a
-request that held what a record cannot, the verdict alone is compared.
+The configuration of a session is the one that its opening record names, and after a change the one that
+the change names. A decision that names another configuration does not belong to the log. Compared are
+verdict, executable action and all reasons, in any order, because a record keeps state and parameters by
+name and not in the order in which they arrived. If the whole motion was decided, it is decided again, after
+the gate. If a request held values that a record cannot hold, only the verdict is compared.
 
-The use of quotas, and as far as they say it the histories, must be what the decisions before add up to
-(`recounting`).  Taken as recorded is which actions were under way beside another; what those were, earlier
-records of the same session say.
+The recorded quota usage, and the histories as far as records determine them, must equal what the earlier
+decisions add up to (`recount`). Which actions were active at a decision is accepted as recorded; those
+actions themselves come from earlier records of the same session.
 """
 
 from __future__ import annotations
@@ -35,15 +35,18 @@ from aeros.runtime.ports import Readings
 from aeros.runtime.records.records import decision_outcome, motion_from_json, session_details
 from aeros.runtime.records.recount import QuotaUsage, SessionState, parse_readings
 from aeros.skill import Action
-from aeros.spec.model.cause import causes_to_json as told_causes
+from aeros.spec.model.cause import causes_to_json
 
 
 @dataclass(frozen=True)
 class ReplayMismatch:
-    """A record that does not come out the same.
+    """A record whose decision comes out differently.
 
-    why: in words; empty where `again` shows it.
-    recorded, again: verdict, action and reasons; `again` is None where nothing could be decided.
+    Attributes:
+        sequence: number of the record.
+        reason: explanation; empty if comparing `recorded` and `replayed` shows it.
+        recorded: verdict, action and reasons in the record.
+        replayed: the same, decided again; None if it could not be decided.
     """
 
     sequence: int
@@ -56,12 +59,12 @@ _REQUIRED_KEYS: Final = ("time", "state", "usage", "module", "skill", "inputs", 
 
 
 class _IncompleteRecordError(Exception):
-    """The record does not hold what it takes to decide again; the message says what is missing."""
+    """The record lacks data that is needed to decide again; the message says which."""
 
 
 @dataclass(frozen=True)
 class _ReplayDecider:
-    """A configuration, and what decides under it."""
+    """A configuration with the gate and the motion decider under it."""
 
     configuration: Configuration
     gate: CompiledGate
@@ -70,11 +73,13 @@ class _ReplayDecider:
 
 @dataclass
 class _Session:
-    """What the records of a session so far say that a later one depends on.
+    """State of a session that later records depend on.
 
-    governing: None where it is not known, and `why` says so.
-    recount: None where a configuration was not known, so nobody knows what was counted under it.
-    begun: the decisions that let something begin, by number; bodies: by digest.
+    Attributes:
+        decider: None if the configuration is unknown; `unusable_reason` says why.
+        state: recount of the session; None once a configuration was unknown.
+        active_actions: details of decisions that let an action begin, by record number.
+        bodies: encoded robot bodies, by digest.
     """
 
     decider: _ReplayDecider | None = None
@@ -86,11 +91,14 @@ class _Session:
 
 @dataclass
 class LogReplay:
-    """Takes the records of one log in order.
+    """Replays the records of one log, fed in order.
 
-    known: where configurations are to be had; each is asked for once.
-    agreed: how many decisions came out the same; verdict_only: of how many of them no more than the
-        verdict could be compared.
+    Attributes:
+        find_configuration: finds configurations by digest; asked once for each.
+        mode: how the gate evaluates terms.
+        matching_count: number of decisions that came out the same.
+        verdict_only_count: number of those of which only the verdict could be compared.
+        mismatches: decisions and sessions that came out differently.
     """
 
     find_configuration: FindConfiguration
@@ -102,7 +110,11 @@ class LogReplay:
     _deciders: dict[str, _ReplayDecider | str] = field(default_factory=dict)
 
     def replay_record(self, record: Record) -> None:
-        """Decide again what `record` says was decided, if it says so of anything."""
+        """Replay one record; a decision is decided again.
+
+        Args:
+            record: the next sound record of the log.
+        """
         match record["event"]:
             case "session-opened":
                 self._session = _Session()
@@ -118,15 +130,15 @@ class LogReplay:
             case "configuration-changed":
                 self._follow(record)
             case "body":
-                told = record["details"].get("body")
-                self._session.bodies[_digest(told)] = told
+                body = record["details"].get("body")
+                self._session.bodies[_digest(body)] = body
             case "decision":
                 self._replay_decision(record)
 
-    # Who governs.
+    # The configuration in force.
 
     def _switch_configuration(self, record: Record) -> None:
-        """From now on the configuration that `record` names governs; all it says of that must be so."""
+        """Switch to the configuration that `record` names, and check everything the record says of it."""
         details, session = record["details"], self._session
         digest = details.get("configuration")
         if type(digest) is not str:
@@ -147,7 +159,7 @@ class LogReplay:
             self.mismatches.append(ReplayMismatch(record["sequence"], "", details, again))
 
     def _decider_for(self, digest: str) -> _ReplayDecider | str:
-        """What decides under the configuration of that digest, or why nothing does."""
+        """Return the decider for the configuration of that digest, or why there is none."""
         try:
             found = self.find_configuration(digest)
         except UnknownConfigurationError as unknown:
@@ -167,11 +179,11 @@ class LogReplay:
     def _replay_decision(self, record: Record) -> None:
         details = record["details"]
         recorded = _outcome(details)
-        why, again = "", None
+        reason, again = "", None
         try:
             again = self._decide(details)
         except (_IncompleteRecordError, GateDisagreementError) as fault:
-            why = str(fault)
+            reason = str(fault)
         if recorded["decided"] is not None:
             self._record_execution(record["sequence"], details)
         whole = not _has_unencodable(decode_value(details))
@@ -184,10 +196,10 @@ class LogReplay:
             self.matching_count += 1
             self.verdict_only_count += not whole
         else:
-            self.mismatches.append(ReplayMismatch(record["sequence"], why, recorded, again))
+            self.mismatches.append(ReplayMismatch(record["sequence"], reason, recorded, again))
 
     def _decide(self, details: Mapping[str, Any]) -> dict[str, Any]:
-        """What comes out now; raises `_IncompleteRecordError` and `GateDisagreementError`."""
+        """Decide again, return the outcome; raises `_IncompleteRecordError` and `GateDisagreementError`."""
         used, wrong = self._recount(details)
         governing = self._session.decider
         if governing is None:
@@ -230,17 +242,17 @@ class LogReplay:
         if isinstance(used, ClockError):
             return spell(clock_denial(used))
         if recorded != used:
-            told = f"what was decided before it adds up to {dict(used)}, and recorded is {recorded}"
-            raise _IncompleteRecordError(f"the use of quotas is another: {told}")
+            sums = f"what was decided before it adds up to {dict(used)}, and recorded is {recorded}"
+            raise _IncompleteRecordError(f"the use of quotas is another: {sums}")
         gated = governing.gate.decide(caller, readings, action, now, recorded)
-        begun = [_parse_active_action(number, earlier) for number, earlier in others]
+        active = [_parse_active_action(number, earlier) for number, earlier in others]
         if others:
-            gated = governing.gate.decide_jointly(gated, readings, now, begun)
+            gated = governing.gate.decide_jointly(gated, readings, now, active)
         halting = details.get("halting", ())
         companions = concurrent_motions(
             (
                 (one, self._motion(earlier), one.record_number in halting)
-                for one, (_, earlier) in zip(begun, others, strict=True)
+                for one, (_, earlier) in zip(active, others, strict=True)
             ),
             now,
         )
@@ -258,10 +270,10 @@ class LogReplay:
         with_causes: bool,
         decision: Decision,
     ) -> dict[str, Any]:
-        """What came out, with the causes where the record has them: older ones have none."""
+        """Return the outcome as recorded, with causes if the record has them; older records have none."""
         again = decision_outcome(decision)
         if with_causes and decision.kind is not DecisionKind.ALLOW:
-            again["causes"] = told_causes(
+            again["causes"] = causes_to_json(
                 denial_causes(configuration, decision, caller, readings, requested_action, now)
             )
         return again
@@ -282,39 +294,39 @@ class LogReplay:
         )
 
     def _motion(self, details: Mapping[str, Any]) -> Any:
-        """What the plant said it would do, where it was asked."""
+        """Return the recorded motion; None if the record has none."""
         if "motion" not in details:
             return None
-        told = details["motion"]
-        if details.get("motion_digest") != _digest(told):
+        motion = details["motion"]
+        if details.get("motion_digest") != _digest(motion):
             raise _IncompleteRecordError("the motion is not the one whose digest is recorded")
-        if type(told) is dict and "body" in told and told["body"] not in self._session.bodies:
+        if type(motion) is dict and "body" in motion and motion["body"] not in self._session.bodies:
             raise _IncompleteRecordError("no record before it holds the body that the motion names")
-        return motion_from_json(told, self._session.bodies)
+        return motion_from_json(motion, self._session.bodies)
 
-    # What was before.
+    # Earlier records.
 
     def _active_action(self, record: int) -> tuple[int, Mapping[str, Any]]:
-        """What an earlier record says was decided and begun."""
+        """Return number and details of an earlier decision whose action began."""
         if record not in self._session.active_actions:
             raise _IncompleteRecordError(
-                f"it was decided beside record {record}, which is none of an action that began"
+                f"it was decided together with record {record}, which is not of an action that began"
             )
         return record, self._session.active_actions[record]
 
     def _recount(self, details: Mapping[str, Any]) -> tuple[QuotaUsage | None, str | None]:
-        """How much of each quota is used up by then, and what is wrong with the histories."""
+        """Return the quota usage at the record's time, and a mismatch of the histories if there is one."""
         recount = self._session.state
         if recount is None:
             return None, None
         now, readings = decode_value(details.get("time")), {}
-        # A state that is malformed is a disagreement by itself.
+        # A malformed state is reported by `_decide_complete`.
         with suppress(AttributeError, KeyError, TypeError, ValueError):
             readings = parse_readings(details["state"])
         return recount.usage_at(now), recount.history_mismatch(readings, now)
 
     def _record_execution(self, number: int, details: Mapping[str, Any]) -> None:
-        """What may be executed, is: it counts, and others may be decided beside it."""
+        """Count the executable action of a decision as begun; later decisions may name it as active."""
         self._session.active_actions[number] = details
         if self._session.state is not None:
             decided = details["decided"]
@@ -332,14 +344,14 @@ def _parse_active_action(number: int, details: Mapping[str, Any]) -> ActiveActio
 
 
 def _outcome(details: Mapping[str, Any]) -> dict[str, Any]:
-    """What a record says came out; where a motion was denied, also what the gate had said."""
+    """Return the recorded outcome; if the motion was denied, with the gate's own decision."""
     found = {name: details.get(name) for name in ("verdict", "decided", "reasons")}
     found |= {"causes": details["causes"]} if "causes" in details else {}
     return {**found, "gate": details["gate"]} if "gate" in details else found
 
 
 def _without_reason_order(outcome: Any) -> Any:
-    """The same for outcomes that differ in nothing but the order of their reasons, and the file's path."""
+    """Return a value that is equal for outcomes that differ only in the order of reasons or in paths."""
     if type(outcome) is not dict:
         return _to_json(outcome)
     rest = {name: value for name, value in outcome.items() if name not in ("reasons", "causes", "gate")}
@@ -356,14 +368,14 @@ def _reason_lists(reasons: Any) -> Any:
 
 
 def _without_path(cause: Any) -> Any:
-    """The same for a cause whose condition is in a file of the same lines, wherever that is."""
+    """Return the cause with the line number in place of its location, because files move."""
     if type(cause) is not dict or type(cause.get("at")) is not str:
         return cause
     return {**cause, "at": cause["at"].rpartition(":")[2]}
 
 
 def _has_unencodable(value: Any) -> bool:
-    """Whether anything in it is not what was there, but a word for it."""
+    """Return True if the value contains a placeholder for something that a record cannot hold."""
     parts = value if type(value) is list else value.values() if type(value) is dict else ()
     return type(value) is UnencodableValue or any(map(_has_unencodable, parts))
 
@@ -373,5 +385,5 @@ def _digest(plain: Any) -> str:
 
 
 def _to_json(plain: Any) -> bytes:
-    """What was read back, as it was spelt."""
+    """Return parsed JSON in its canonical spelling."""
     return json.dumps(plain, sort_keys=True, separators=(",", ":")).encode("ascii")

@@ -1,1 +1,1 @@
-"""What is installed on one robot and in which state: proved before it changes, swapped whole."""
+"""Registry of one robot: installed modules and their states; every change is proved first and atomic."""

@@ -1,7 +1,7 @@
-"""A module as one file: a zip archive of its files, the same bytes for the same module.
+"""Archive of a module: a zip file, with the same bytes for the same module.
 
-Any zip tool reads it.  What it is pinned by is the digest of the module's files and not of the archive,
-so packing it otherwise changes nothing.
+Any zip tool can read it. A module is pinned by the digest of its files, not of the archive, so repacking it
+changes nothing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,14 @@ _REGULAR: Final = 0o100644 << 16
 
 
 def pack(files: Mapping[str, bytes]) -> bytes:
-    """The archive of these files, by path relative to the module's folder."""
+    """Pack files into an archive.
+
+    Args:
+        files: content by path relative to the module's folder.
+
+    Returns:
+        Bytes of a zip file, the same for the same files.
+    """
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
         for name in sorted(files):
@@ -36,14 +43,19 @@ def pack(files: Mapping[str, bytes]) -> bytes:
 
 
 def unpack(path: Path, into: Path) -> None:
-    """Write the files of the archive at `path` into the folder `into`.
+    """Unpack an archive.
 
-    Raises `UserError` for what is no archive, or has a file that is not below the folder, is no
-    regular file, is there twice, is more than it says, or is too much.
+    Args:
+        path: zip file.
+        into: folder to write to.
+
+    Raises:
+        UserError: it is not a zip file, is too large, or contains a file that is outside the folder, not a
+            regular file, duplicated, or of another size than stated.
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            entries = [one for one in archive.infolist() if not one.is_dir()]
+            entries = [entry for entry in archive.infolist() if not entry.is_dir()]
             problem = _archive_problem(entries)
             if problem is not None:
                 raise _refused(path, problem)
@@ -70,9 +82,9 @@ def _archive_problem(entries: list[zipfile.ZipInfo]) -> str | None:
     for entry in entries:
         parts = PurePosixPath(entry.filename).parts
         if "\\" in entry.filename or not parts or parts[0] == "/" or ".." in parts:
-            return f"`{entry.filename}` is not in the module's folder"
+            return f"`{entry.filename}` is outside the module's folder"
         if entry.external_attr >> 28 not in (0, 0o10):  # no mode, or a regular file
-            return f"`{entry.filename}` is no regular file"
+            return f"`{entry.filename}` is not a regular file"
     if len({str(PurePosixPath(name)) for name in names}) != len(names):
         return "a file is in it twice"
     return None

@@ -1,7 +1,7 @@
-"""A module as it is kept: all its files, under the digest of their names and contents.
+"""Storage of installed modules: all files of a module, in a folder named by the digest of names and contents.
 
-Kept files are never changed; another version is another folder.  So what was proved is what is
-loaded, and a folder that no record names is rubbish.
+Stored files are never changed; another version goes to another folder. So the loaded files are the proved
+files, and a folder that no record names can be deleted.
 """
 
 from __future__ import annotations
@@ -18,16 +18,22 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.digests import code_digest
 
 MAX_MODULE: Final = 256 * 1024 * 1024
-"""Bytes of all files of a module at most."""
+"""Limit on the bytes of all files of a module."""
 
 _EXCLUDED_NAMES: Final = ("__pycache__", "ecm.lock")
 
 
 def module_files(folder: Path) -> dict[str, bytes]:
-    """The content of every file of the module in `folder`, by path relative to it.
+    """Read every file of a module. Hidden files, caches and the certificate do not belong to it.
 
-    Hidden files, caches and the certificate are no part of it.  Raises `UserError` for a link, a
-    device, a file that cannot be read, or too many bytes.
+    Args:
+        folder: the module's folder.
+
+    Returns:
+        Content by path relative to the folder.
+
+    Raises:
+        UserError: there is a link or a device, a file cannot be read, or there are too many bytes.
     """
     files: dict[str, bytes] = {}
     total = 0
@@ -39,7 +45,7 @@ def module_files(folder: Path) -> dict[str, bytes]:
             if path.is_dir() and not path.is_symlink():
                 continue
             if path.is_symlink() or not path.is_file():
-                raise _unreadable(path, "it is no regular file")
+                raise _unreadable(path, "it is not a regular file")
             total += path.stat().st_size
             if total > MAX_MODULE:
                 raise _unreadable(path, f"a module has at most {MAX_MODULE >> 20} MiB")
@@ -50,32 +56,53 @@ def module_files(folder: Path) -> dict[str, bytes]:
 
 
 def bundle_digest(files: Mapping[str, bytes]) -> str:
-    """The SHA-256 over names and contents, in hexadecimal: what a bundle is pinned by."""
+    """Compute the digest by which a module is pinned.
+
+    Args:
+        files: content by path relative to the module's folder.
+
+    Returns:
+        SHA-256 over names and contents, in hexadecimal.
+    """
     return code_digest(files)
 
 
 def store_bundle(files: Mapping[str, bytes], store: Path, name: str) -> Path:
-    """The folder below `store` that holds exactly `files`, written through to the disk."""
+    """Store a module's files durably, unless exactly these files are stored already.
+
+    Args:
+        files: content by path relative to the module's folder.
+        store: folder of all stored modules.
+        name: id of the module.
+
+    Returns:
+        The folder below `store` that holds the files.
+    """
     digest = bundle_digest(files)
-    kept = store / digest / name
-    if kept.is_dir() and module_files(kept) == files:
-        return kept
-    beside = store / f".{digest}.{os.getpid()}"
-    shutil.rmtree(beside, ignore_errors=True)
+    target = store / digest / name
+    if target.is_dir() and module_files(target) == files:
+        return target
+    staging = store / f".{digest}.{os.getpid()}"
+    shutil.rmtree(staging, ignore_errors=True)
     for relative, content in files.items():
-        path = beside / name / relative
+        path = staging / name / relative
         path.parent.mkdir(parents=True, exist_ok=True)
         write_durably(path, content)
-    for folder in sorted({path.parent for path in beside.rglob("*")}):
+    for folder in sorted({path.parent for path in staging.rglob("*")}):
         sync_folder(folder)
     shutil.rmtree(store / digest, ignore_errors=True)
-    beside.rename(store / digest)
+    staging.rename(store / digest)
     sync_folder(store)
-    return kept
+    return target
 
 
 def remove_unreferenced(store: Path, named: set[Path]) -> None:
-    """Remove what holds none of the folders `named`: left by an interrupted change, or never in force."""
+    """Delete stored modules that are not referenced: left by an interrupted change, or never in force.
+
+    Args:
+        store: folder of all stored modules.
+        named: folders of the modules to keep.
+    """
     for folder in store.iterdir() if store.is_dir() else ():
         if not any(folder in path.parents for path in named):
             shutil.rmtree(folder, ignore_errors=True)

@@ -1,7 +1,7 @@
-"""The audit record of changes: each is in it, durably, before it is kept.
+"""Audit log of registry changes: each change is durably recorded before it is made.
 
-A record without the change that it tells of is one that was killed, or failed, before it was kept: the
-next record then begins from the same generation.
+A record without its change is one whose change was killed, or failed, before it was made: the next record
+then begins from the same generation.
 """
 
 from __future__ import annotations
@@ -29,15 +29,28 @@ _CHANGE: Final = "registry-change"
 
 
 def record_change(
-    folder: Path, key: Path, old: RegistrySnapshot, new: RegistrySnapshot, said: str, configuration: str
+    folder: Path,
+    key: Path,
+    old: RegistrySnapshot,
+    new: RegistrySnapshot,
+    description: str,
+    configuration: str,
 ) -> None:
-    """Append to the log in `folder` that `old` is to become `new`; signed if there is a key.
+    """Record that the registry is about to change; signed if there is a key.
 
-    configuration: the digest of what was proved.
-    Raises `UserError` where it cannot be recorded; then there must be no change.
+    Args:
+        folder: the registry's folder, which holds the log.
+        key: path of the signing key; need not exist.
+        old: registry before the change.
+        new: registry after it.
+        description: the change in words.
+        configuration: digest of the proved configuration.
+
+    Raises:
+        UserError: it cannot be recorded; then the change must not be made.
     """
     details = {
-        "change": said,
+        "change": description,
         "by": _operator_identity(),
         "from": old.generation,
         "to": new.generation,
@@ -62,20 +75,26 @@ def record_change(
 
 
 def recorded_configurations(folder: Path) -> dict[str, RegistrySnapshot]:
-    """By the digest of the configuration, what the changes in the log made; of several the newest.
+    """Read all configurations that recorded changes led to.
 
-    A log that is not sound is read up to there: what comes of a snapshot is known by its digest.
+    A log that is not sound is read up to its first bad record: a snapshot is verified later, by its digest.
+
+    Args:
+        folder: the registry's folder.
+
+    Returns:
+        Snapshot by digest of the configuration; the newest if there are several.
     """
-    found: dict[str, RegistrySnapshot] = {}
+    snapshots: dict[str, RegistrySnapshot] = {}
 
     def look(record: Record, own: str) -> None:
         if record["event"] == _CHANGE:
             with suppress(AttributeError, KeyError, TypeError, ValueError):
                 details = record["details"]
-                found[str(details["configuration"])] = _snapshot(details)
+                snapshots[str(details["configuration"])] = _snapshot(details)
 
     verify_log(folder / LOG, look)
-    return found
+    return snapshots
 
 
 def _snapshot(details: Mapping[str, Any]) -> RegistrySnapshot:
@@ -93,6 +112,6 @@ def _snapshot(details: Mapping[str, Any]) -> RegistrySnapshot:
 def _operator_identity() -> dict[str, Any]:
     try:
         user = getpass.getuser()
-    except (KeyError, OSError):  # a number that has no name here
+    except (KeyError, OSError):  # a user id without a name
         user = str(os.getuid())
     return {"user": user, "host": socket.gethostname(), "pid": os.getpid()}

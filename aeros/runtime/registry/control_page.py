@@ -1,10 +1,10 @@
-"""What one terminal tells an executor in another: that the configuration changed, to pause, to stop.
+"""Control page: how one process tells a running executor that the configuration changed, to pause or to stop.
 
-A page of shared memory that the executor looks at before every action and at every control tick,
-and two lock files.  An action is executed under a shared lock that belongs to the generation it was
-decided under; who has changed the configuration takes that lock alone, and so returns only when no
-action of the old generation moves any more, be it that it ended, was stopped, or its process died.
-Generations alternate between the two files: actions of the new one make nobody wait.
+It consists of a page of shared memory, which the executor reads before every action and at every control
+tick, and of two lock files. An action is executed under a shared lock that belongs to the generation it was
+decided under. A change of the configuration takes that lock exclusively. So it returns only when no action
+of the old generation is active: each has ended, was stopped, or its process died. Generations alternate
+between the two files, so that actions of the new generation delay nobody.
 """
 
 from __future__ import annotations
@@ -32,7 +32,11 @@ class MotionTimeoutError(Exception):
 
 
 class ControlPage:
-    """The shared page and the locks in `folder`, which are made if they are not there."""
+    """Shared page and locks in a folder; created if they do not exist.
+
+    Args:
+        folder: the registry's folder.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -45,28 +49,43 @@ class ControlPage:
 
     @property
     def generation(self) -> int:
-        """The latest generation that was published."""
+        """Latest published generation."""
         return int.from_bytes(self._page[0:8], "little")
 
     def publish(self, generation: int) -> None:
-        """Let executors know of a change; a single aligned store, so nobody reads half of it."""
+        """Publish a generation to executors: a single aligned store, so that nobody reads half of it.
+
+        Args:
+            generation: number of the new configuration.
+        """
         self._page[0:8] = generation.to_bytes(8, "little")
 
     @property
     def command(self) -> OperatorCommand:
-        """What was asked for last; what cannot be read is a stop."""
+        """Latest command of the operator; an unreadable command counts as a stop."""
         try:
             return OperatorCommand(int.from_bytes(self._page[8:16], "little"))
         except ValueError:
             return OperatorCommand.STOP
 
     def request_command(self, command: OperatorCommand) -> None:
-        """Ask whoever executes to do so."""
+        """Publish a command to executors.
+
+        Args:
+            command: the operator's command.
+        """
         self._page[8:16] = command.value.to_bytes(8, "little")
 
     @contextmanager
     def hold_generation(self, generation: int) -> Iterator[bool]:
-        """Whether `generation` is still the latest; if so nobody's change returns while the block runs."""
+        """Keep a change of the configuration from returning while the block runs.
+
+        Args:
+            generation: the generation that the caller is about to act under.
+
+        Yields:
+            True if `generation` is still the latest.
+        """
         lock = self._locks[generation % 2]
         fcntl.flock(lock, fcntl.LOCK_SH)
         try:
@@ -75,8 +94,14 @@ class ControlPage:
             fcntl.flock(lock, fcntl.LOCK_UN)
 
     def is_idle(self, generation: int) -> bool:
-        """Whether no action moves that was decided under `generation`, or any other one of its lock."""
-        # A file of its own: the locks of one open file do not exclude each other.
+        """Return True if no action is active that was decided under `generation`.
+
+        Also False for an action of another generation with the same lock.
+
+        Args:
+            generation: any generation.
+        """
+        # A second open file, because locks of the same open file do not exclude each other.
         lock = _open_file(self._folder / f"motion-{generation % 2}.lock")
         try:
             return try_lock(lock)
@@ -84,9 +109,14 @@ class ControlPage:
             os.close(lock)
 
     def wait_until_idle(self, generation: int, patience: float) -> None:
-        """Return when no action that was decided under `generation` moves.
+        """Wait until no action is active that was decided under `generation`.
 
-        patience: seconds; raises `MotionTimeoutError` after them.
+        Args:
+            generation: any generation.
+            patience: s of real time.
+
+        Raises:
+            MotionTimeoutError: an action is still active after that time.
         """
         latest = time.monotonic() + patience
         while not self.is_idle(generation):
@@ -110,14 +140,21 @@ class ControlPage:
 
 
 def request_command(folder: Path, command: OperatorCommand) -> None:
-    """Ask whoever executes from `folder` for `command`, and return when it is so.
+    """Send a command to the executors of a registry and wait until it takes effect.
 
-    That is, for a pause or a stop, when nothing moves; raises `MotionTimeoutError` where it does after 10 s.
+    A pause or a stop has taken effect once no action is active.
+
+    Args:
+        folder: the registry's folder.
+        command: the operator's command.
+
+    Raises:
+        MotionTimeoutError: an action is still active after 10 s.
     """
     with ControlPage(folder) as live:
         live.request_command(command)
         if command is not OperatorCommand.RUN:
-            # Under the lock of the next one, too, an action of an earlier one may move.
+            # An action of an earlier generation may hold the lock of the next one.
             for generation in (live.generation, live.generation + 1):
                 live.wait_until_idle(generation, _WAIT_TIMEOUT_S)
 

@@ -1,7 +1,7 @@
-"""The life of a module on a robot, as a table: install, configure, activate, deactivate, remove.
+"""Life cycle of a module on a robot, as a table: install, configure, activate, deactivate, remove.
 
-Source: the paper, section 3.4 (ECM lifecycle), with its loop between activate and deactivate.  An
-upgrade is an install over what is there, and leaves the module in the state it was in.
+Source: the paper, section 3.4 (ECM lifecycle), with its loop between activate and deactivate. An upgrade is
+an install over an existing version, and keeps the module's state.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from typing import Final
 
 
 class ModuleState(Enum):
-    """Where in its life a module is."""
+    """State of a module in its life cycle."""
 
     ABSENT = "absent"
-    INSTALLED = "installed"  # kept, and proved by itself under the policy
-    CONFIGURED = "configured"  # its dependencies are met by what is installed
-    ACTIVE = "active"  # its skills can be dispatched
+    INSTALLED = "installed"  # stored, and proved alone under the policy
+    CONFIGURED = "configured"  # its dependencies are installed
+    ACTIVE = "active"  # its skills can be run
 
 
 class LifecycleAction(Enum):
-    """What an operator can do to a module."""
+    """Act of an operator on a module."""
 
     INSTALL = "install"
     CONFIGURE = "configure"
@@ -42,14 +42,29 @@ TRANSITIONS: Final[Mapping[tuple[ModuleState, LifecycleAction], ModuleState]] = 
     (ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,
     (ModuleState.CONFIGURED, LifecycleAction.REMOVE): ModuleState.ABSENT,
 }
-"""Every step there is; anything else is refused."""
+"""All allowed transitions; any other is refused."""
 
 
 def next_state(state: ModuleState, verb: LifecycleAction) -> ModuleState | None:
-    """The state that `verb` leads to from `state`, or None where it may not be done."""
+    """Look up a transition.
+
+    Args:
+        state: current state of the module.
+        verb: act of the operator.
+
+    Returns:
+        The next state; None if the act is not allowed in `state`.
+    """
     return TRANSITIONS.get((state, verb))
 
 
 def allowed_states(verb: LifecycleAction) -> tuple[ModuleState, ...]:
-    """The states from which `verb` may be done, for whoever is refused."""
+    """List the states in which an act is allowed, for messages.
+
+    Args:
+        verb: act of the operator.
+
+    Returns:
+        States in the order of the table.
+    """
     return tuple(state for state, one in TRANSITIONS if one is verb)

@@ -1,7 +1,7 @@
-"""Configurations that were in force on a robot, made again from what its registry keeps.
+"""Past configurations of a robot, rebuilt from what its registry keeps.
 
-The registry's log says what each was made of, by digest; all of that stays where it was kept, and is proved
-again.  What comes of it must have the digest that was asked for, so nothing here has to be believed.
+The registry's log names the files of each configuration by digest. They are still stored, and are proved
+again. The result must have the requested digest, so nothing here has to be trusted.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class PastConfigurations:
         self._adopted = recorded_configurations(registry.folder)
 
     def __call__(self, digest: str) -> Configuration:
-        """The configuration of that digest.  Raises `UnknownConfigurationError`."""
+        """Implements `FindConfiguration`."""
         snapshot = self._adopted.get(digest)
         if snapshot is None:
             log = self._registry.folder / LOG
@@ -31,21 +31,21 @@ class PastConfigurations:
             )
         lost = self._missing_files(snapshot)
         if lost:
-            raise UnknownConfigurationError(f"of what it was made of is not kept any more: {', '.join(lost)}")
+            raise UnknownConfigurationError(f"parts of it are not stored any more: {', '.join(lost)}")
         try:
-            found, _ = self._registry.configuration(snapshot)
+            configuration, _ = self._registry.configuration(snapshot)
         except UserError as refusal:
             headlines = "; ".join(one.headline for one in refusal.diagnostics)
-            raise UnknownConfigurationError(f"what it was made of is refused now: {headlines}") from refusal
-        if found.digest != digest:
+            raise UnknownConfigurationError(f"it is refused now: {headlines}") from refusal
+        if configuration.digest != digest:
             raise UnknownConfigurationError(
-                f"what it was made of is proved now to be {found.digest}: "
-                "another release of AEROS or of the solver, or what is kept has been changed"
+                f"its modules and policy now give the configuration {configuration.digest}: "
+                "AEROS or the solver is of another release, or stored files were changed"
             )
-        return found
+        return configuration
 
     def _missing_files(self, snapshot: RegistrySnapshot) -> list[str]:
-        """What of it is not where it was kept, in words."""
+        """Return descriptions of the files of a snapshot that are not stored any more."""
         folder = self._registry.folder
         lost = [
             f"`{one.name}` {one.version} sha256:{one.digest}"

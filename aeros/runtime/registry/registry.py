@@ -1,12 +1,12 @@
-"""The registry of one robot: what is installed, and how that may change.
+"""Registry of one robot: installed modules, and the changes an operator can make to them.
 
-Every change is proved before it is made.  The new set of modules is verified whole, under the
-policy and the operator's blocks; what is refused has changed nothing.  Then the record is replaced
-in one transaction, and the change returns when no action of the old configuration moves any more.
-So after `deactivate`, `remove` or `block` has returned, no further action of that skill is executed.
+Every change is proved before it is made. The new set of modules is verified as a whole, under the policy and
+the operator's overrides; a refused change has no effect. Then the stored record is replaced in one
+transaction, and the change returns once no action of the old configuration is active. So after `deactivate`,
+`remove` or `block` has returned, no further action of that skill is executed.
 
-Executors are told before the record is replaced, and begin nothing until it is: so there is no
-instant at which a change is kept and an executor does not know of it, whoever is killed.
+Executors are notified before the record is replaced, and begin no action until it is. So there is no instant
+at which a change is stored and an executor does not know of it, whichever process is killed.
 """
 
 from __future__ import annotations
@@ -41,9 +41,11 @@ _WAIT_TIMEOUT_S: Final = 30.0  # s that a change waits for motions of the old co
 
 
 class Registry:
-    """The registry in the state folder `state` of one robot.
+    """Registry in the state folder of one robot.
 
-    prove: proves its modules at each change, as `proving.prove` does.
+    Args:
+        state: the robot's state folder.
+        prove: proves the modules at each change, as `proving.prove_configuration` does.
     """
 
     def __init__(self, state: Path, prove: ProveConfiguration = prove_configuration) -> None:
@@ -54,19 +56,46 @@ class Registry:
 
     @property
     def exists(self) -> bool:
-        """Whether anything was ever kept in it."""
+        """True if anything was ever stored in it."""
         return self._records.path.exists()
 
     def snapshot(self) -> RegistrySnapshot:
-        """What it says now.  Raises `UserError`."""
+        """Read the registry.
+
+        Returns:
+            Its content now.
+
+        Raises:
+            UserError: it cannot be read.
+        """
         return self._records.read()
 
     def configuration(self, snapshot: RegistrySnapshot | None = None) -> tuple[Configuration, Report]:
-        """The configuration of the active modules, as `proving.prove` makes it.  Raises `UserError`."""
+        """Prove the configuration of the active modules.
+
+        Args:
+            snapshot: content of the registry; by default as it is now.
+
+        Returns:
+            The configuration, and the report of its proof.
+
+        Raises:
+            UserError: it cannot be read or proved.
+        """
         return self._prove_snapshot(self.snapshot() if snapshot is None else snapshot, {})
 
     def capabilities(self, snapshot: RegistrySnapshot) -> dict[str, tuple[str, ...]]:
-        """By module, what its skills provide.  Raises `UserError`."""
+        """List the capabilities of the installed modules.
+
+        Args:
+            snapshot: content of the registry.
+
+        Returns:
+            Sorted capabilities that each module provides, by module.
+
+        Raises:
+            UserError: a module cannot be read.
+        """
         site = self._policy_of(snapshot)
         return {
             name: tuple(sorted(_load_module(site, folder).capabilities))
@@ -74,16 +103,32 @@ class Registry:
         }
 
     def inactive_modules(self) -> dict[str, Ecm]:
-        """The modules that are kept and not active, by name.  Raises `UserError`."""
+        """Load the modules that are installed and not active.
+
+        Returns:
+            Modules by name, not proved.
+
+        Raises:
+            UserError: a module cannot be read.
+        """
         snapshot = self.snapshot()
         site, folders = self._policy_of(snapshot), self._folders(snapshot)
         idle = [name for name, one in snapshot.modules.items() if one.state is not ModuleState.ACTIVE]
         return {name: _load_module(site, folders[name]) for name in idle}
 
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
-        """What is kept, or None while executors were told of a change that is not kept.
+        """Read the registry unless a change is in progress.
 
-        Where whoever made that change is no more, they are told otherwise.  Raises `UserError`.
+        If the process that made a change died before storing it, its announcement is withdrawn.
+
+        Args:
+            live: control page of this registry.
+
+        Returns:
+            The content; None while executors know of a change that is not stored.
+
+        Raises:
+            UserError: it cannot be read.
         """
         snapshot = self.snapshot()
         if snapshot.generation == live.generation:
@@ -92,12 +137,21 @@ class Registry:
             live.publish(self.snapshot().generation)
         return None
 
-    # Changes.
+    # Changes of an operator.
 
     def install(self, source: Path, pinned: str | None = None) -> InstalledModule:
-        """Keep the module in the folder `source`; over another version of it, keep its state.
+        """Install a module; if another version is installed, replace it and keep its state.
 
-        pinned: the digest that its files must have.
+        Args:
+            source: the module's folder.
+            pinned: digest that its files must have; None to accept any.
+
+        Returns:
+            The installed module.
+
+        Raises:
+            UserError: the module cannot be read, proved or recorded, differs from `pinned`, or is installed
+                with the same version and other contents.
         """
         with self._change_lock() as old:
             files = module_files(source)
@@ -125,35 +179,90 @@ class Registry:
             return one
 
     def configure(self, name: str) -> InstalledModule:
-        """Settle what a module needs around it: each of its dependencies is installed."""
+        """Configure a module: check that each of its dependencies is installed.
+
+        Args:
+            name: id of the module.
+
+        Returns:
+            The module in its new state.
+
+        Raises:
+            UserError: unknown module, wrong state, or the change cannot be proved or recorded.
+        """
         return self._change_state(name, LifecycleAction.CONFIGURE)
 
     def activate(self, name: str) -> InstalledModule:
-        """Let the skills of a module be dispatched; those that it depends on are active already."""
+        """Activate a module, so that its skills can be run. Its dependencies must be active.
+
+        Args:
+            name: id of the module.
+
+        Returns:
+            The module in its new state.
+
+        Raises:
+            UserError: unknown module, wrong state, or the change cannot be proved or recorded.
+        """
         return self._change_state(name, LifecycleAction.ACTIVATE)
 
     def deactivate(self, name: str) -> InstalledModule:
-        """Withdraw the skills of a module: when this returns, none of them acts any more."""
+        """Deactivate a module. When this returns, none of its skills acts any more.
+
+        Args:
+            name: id of the module.
+
+        Returns:
+            The module in its new state.
+
+        Raises:
+            UserError: unknown module, wrong state, or the change cannot be proved or recorded.
+        """
         return self._change_state(name, LifecycleAction.DEACTIVATE)
 
     def remove(self, name: str) -> InstalledModule:
-        """Forget a module that is not active."""
+        """Remove a module that is not active.
+
+        Args:
+            name: id of the module.
+
+        Returns:
+            The module, with state ABSENT.
+
+        Raises:
+            UserError: unknown module, wrong state, or the change cannot be proved or recorded.
+        """
         return self._change_state(name, LifecycleAction.REMOVE)
 
     def add_override(self, block: OperatorOverride) -> None:
-        """Lay down an operator override: when this returns, nothing that it matches acts any more."""
+        """Add an operator override. When this returns, nothing that it blocks acts any more.
+
+        Args:
+            block: the override, with an id that is not in use.
+
+        Raises:
+            UserError: the id is in use, the action kind is unknown, or the change cannot be proved or
+                recorded.
+        """
         with self._change_lock() as old:
             if block.id in old.blocks:
                 raise _refusal("AE960", f"there is a block `{block.id}` already", "name it otherwise")
             kinds = self._policy_of(old).kinds
             if block.action is not None and block.action not in kinds:
                 raise _unknown_name_error("action kind", block.action, kinds)
-            # In the order in which they are read back, so that the digest is that of what will be in force.
+            # Sorted, as they are read back, so that the digest is that of the configuration in force.
             blocks = dict(sorted({**old.blocks, block.id: block}.items()))
             self._change(old, replace(old, blocks=blocks), f"block {block.id}")
 
     def remove_override(self, block: str) -> None:
-        """Take an operator override back."""
+        """Remove an operator override.
+
+        Args:
+            block: id of the override.
+
+        Raises:
+            UserError: there is no such override, or the change cannot be proved or recorded.
+        """
         with self._change_lock() as old:
             if block not in old.blocks:
                 raise _unknown_name_error("block", block, old.blocks)
@@ -161,17 +270,25 @@ class Registry:
             self._change(old, replace(old, blocks=left), f"unblock {block}")
 
     def set_policy(self, site: Path) -> Report:
-        """Put the site file `site` in force, for everything that is installed."""
+        """Put a site file in force for all installed modules.
+
+        Args:
+            site: the site file.
+
+        Returns:
+            Report of the proof under the new policy.
+
+        Raises:
+            UserError: the file cannot be read, or the change cannot be proved or recorded.
+        """
         with self._change_lock() as old:
             content = _read_bytes(site)
             new = replace(old, site=f"policies/{file_digest(content)}.yaml")
             configuration, report = self._prove_snapshot(new, {}, site)
             self._store_policy(new, content)
-            said = f"policy {site.name} sha256:{file_digest(content)}"
-            self._commit(old, new, said, configuration)
+            description = f"policy {site.name} sha256:{file_digest(content)}"
+            self._commit(old, new, description, configuration)
             return report
-
-    # Inside.
 
     def _change_state(self, name: str, verb: LifecycleAction) -> InstalledModule:
         with self._change_lock() as old:
@@ -191,15 +308,15 @@ class Registry:
             raise _refusal("AE960", f"`{name}` is {state.value}", cure)
         return reached
 
-    def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, said: str) -> None:
+    def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, description: str) -> None:
         configuration, _ = self._prove_snapshot(new, {})
-        self._commit(old, new, said, configuration)
+        self._commit(old, new, description, configuration)
 
     def _policy_of(self, snapshot: RegistrySnapshot) -> Site:
-        """The site that is in force, as its file says."""
-        sink = Diagnostics()
-        site = load_site(self._site(snapshot), sink)
-        sink.raise_if_errors()
+        """Load the site in force."""
+        diagnostics = Diagnostics()
+        site = load_site(self._site(snapshot), diagnostics)
+        diagnostics.raise_if_errors()
         if site is None:
             raise _refusal("AE965", f"the policy `{snapshot.site}` cannot be read")
         return site
@@ -207,7 +324,7 @@ class Registry:
     def _prove_snapshot(
         self, new: RegistrySnapshot, sources: Mapping[str, Path], site: Path | None = None
     ) -> tuple[Configuration, Report]:
-        """The configuration that `new` stands for; `sources` says where modules are that are not kept yet."""
+        """Prove the configuration of `new`; `sources` has the folders of modules that are not stored yet."""
         folders = {**self._folders(new), **sources}
         policy = self._site(new) if site is None else site
         blocks = tuple(new.blocks.values())
@@ -235,7 +352,7 @@ class Registry:
         return self.folder / snapshot.site if snapshot.site else reference_site_path()
 
     def _commit(
-        self, old: RegistrySnapshot, new: RegistrySnapshot, said: str, configuration: Configuration
+        self, old: RegistrySnapshot, new: RegistrySnapshot, description: str, configuration: Configuration
     ) -> None:
         if not new.site:
             content = reference_site_path().read_bytes()
@@ -243,10 +360,10 @@ class Registry:
             self._store_policy(new, content)
         new = replace(new, generation=old.generation + 1)
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        record_change(self.folder, self._key, old, new, said, configuration.digest)
+        record_change(self.folder, self._key, old, new, description, configuration.digest)
         with ControlPage(self.folder) as live:
-            # Where the last change was killed, or gave up waiting, an action may move that is older than
-            # `old`.  Its lock is also that of the new generation.
+            # If the last change was killed, or gave up waiting, an action older than `old` may still be
+            # active.  Its lock is also that of the new generation.
             is_older_still = live.is_idle(new.generation)
             live.publish(new.generation)
             try:
@@ -264,7 +381,7 @@ class Registry:
                     f"the change is made, but an action of the old configuration still moves {late}",
                     "stop the robot",
                 ) from late
-        # What was in force once stays, so that what was decided under it can be decided again.
+        # Modules of past configurations stay, so that decisions under them can be replayed.
         kept = [
             one
             for snapshot in recorded_configurations(self.folder).values()
@@ -279,7 +396,7 @@ class Registry:
 
     @contextmanager
     def _change_lock(self) -> Iterator[RegistrySnapshot]:
-        """One change at a time; what stood in the folder before stays if it is refused."""
+        """Serialize changes; if a first change is refused, remove the folder that it created."""
         was_there = self.folder.exists()
         with _locked(self.folder / _LOCK):
             try:
@@ -293,9 +410,9 @@ class Registry:
 
 @contextmanager
 def _locked(path: Path, how: int = 0) -> Iterator[None]:
-    """Hold the lock that the file at `path` is, in a folder that is made for it.
+    """Hold the lock file at `path`; its folder is created if needed.
 
-    Whoever made the file and was refused has removed it: a lock on what is no longer there is none.
+    A refused first change deletes the file. A lock on a deleted file protects nothing, so it is taken again.
     """
     while (lock := _locked_file(path, how)) is None:
         pass
@@ -306,7 +423,7 @@ def _locked(path: Path, how: int = 0) -> Iterator[None]:
 
 
 def _locked_file(path: Path, how: int) -> int | None:
-    """The file at `path`, locked; None where that was removed before it could be."""
+    """Open and lock the file at `path`; return None if it was deleted before it was locked."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     try:
         lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
@@ -324,7 +441,7 @@ def _locked_file(path: Path, how: int) -> int | None:
 
 
 def _is_same_file(path: Path, descriptor: int) -> bool:
-    """Whether the open file is the one that is found there."""
+    """Return True if the open file is the file at `path`."""
     try:
         return os.path.samestat(path.stat(), os.fstat(descriptor))
     except FileNotFoundError:
@@ -332,7 +449,7 @@ def _is_same_file(path: Path, descriptor: int) -> bool:
 
 
 def _with_module(old: RegistrySnapshot, module: InstalledModule) -> RegistrySnapshot:
-    """`old` with the module as it is now; without it where it is absent."""
+    """Return `old` with the module in its new state, or without it if it is absent now."""
     modules = {name: kept for name, kept in old.modules.items() if name != module.name}
     if module.state is not ModuleState.ABSENT:
         modules[module.name] = module
@@ -340,13 +457,13 @@ def _with_module(old: RegistrySnapshot, module: InstalledModule) -> RegistrySnap
 
 
 def _load_module(site: Site, folder: Path) -> Ecm:
-    """The module in `folder`, read under the policy `site` and not proved."""
-    sink = Diagnostics()
-    found = load_ecm(folder, site, sink)
-    sink.raise_if_errors()
-    if found is None:
+    """Load the module in `folder` under the policy `site`, without proving it."""
+    diagnostics = Diagnostics()
+    loaded = load_ecm(folder, site, diagnostics)
+    diagnostics.raise_if_errors()
+    if loaded is None:
         raise _refusal("AE961", f"`{folder}` holds no module")
-    return found.ecm
+    return loaded.ecm
 
 
 def _digests(ecm: Ecm) -> tuple[str, str]:

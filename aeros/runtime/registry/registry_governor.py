@@ -1,4 +1,4 @@
-"""The registry as an executor sees it (`Governor`): what is in force now, and what was revoked."""
+"""Registry as the governor of an executor: configuration in force, revocations and operator commands."""
 
 from __future__ import annotations
 
@@ -20,24 +20,26 @@ _POLL_INTERVAL_S: Final = 0.002  # s, while a change is being made
 
 
 class OperatorCommands:
-    """What the operator asks of a run, as any terminal may say it; closed when the run ends.
+    """Operator commands to a run, from any terminal; close it when the run ends.
 
-    resumed: the run goes on after a crash, and a stop that was asked for meanwhile is meant for it.
+    Args:
+        folder: the registry's folder.
+        resumed: the run continues after a crash, so a stop requested meanwhile applies to it.
     """
 
     def __init__(self, folder: Path, *, resumed: bool) -> None:
         self._live = ControlPage(folder)
-        # A stop ended an earlier run; a pause is meant for whatever runs.
+        # A stop ended an earlier run; a pause applies to any run.
         if self._live.command is OperatorCommand.STOP and not resumed:
             self._live.request_command(OperatorCommand.RUN)
 
     @property
     def command(self) -> OperatorCommand:
-        """See `Governor`."""
+        """Implements `Governor.command`."""
         return self._live.command
 
     def close(self) -> None:
-        """Release what is shared with other processes; safe to call twice."""
+        """Release the resources shared with other processes; safe to call twice."""
         self._live.close()
 
     def __enter__(self) -> Self:
@@ -54,15 +56,15 @@ class RegistryGovernor(OperatorCommands):
         super().__init__(registry.folder, resumed=resumed)
         self._registry = registry
         self._loaded, self._current = self._load_configuration()
-        self._looked = self._loaded
+        self._latest_read = self._loaded
 
     @property
     def generation(self) -> int:
-        """See `Governor`."""
+        """Implements `Governor.generation`."""
         return self._live.generation
 
     def configuration(self) -> tuple[int, Configuration]:
-        """See `Governor`; proved once for each generation."""
+        """Implements `Governor.configuration`; proves each generation once."""
         if self._current[0] != self._live.generation:
             self._loaded, self._current = self._load_configuration()
         generation, configuration, _ = self._current
@@ -70,15 +72,15 @@ class RegistryGovernor(OperatorCommands):
 
     @property
     def report(self) -> Report:
-        """The proof of the configuration."""
+        """Report of the proof of the configuration."""
         return self._current[2]
 
     def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
-        """See `Governor`."""
+        """Implements `Governor.hold_generation`."""
         return self._live.hold_generation(generation)
 
     def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
-        """See `Governor`; the policy counts as changed when its file is another."""
+        """Implements `Governor.revocation_reason`; the policy counts as changed if its file is another."""
         now, was = self._latest_snapshot(), self._loaded
         one = now.modules.get(module)
         if one is None or one.state is not ModuleState.ACTIVE:
@@ -93,20 +95,20 @@ class RegistryGovernor(OperatorCommands):
         return None
 
     def _load_configuration(self) -> tuple[RegistrySnapshot, tuple[int, Configuration, Report]]:
-        """What is in force; waits while a change is being made."""
+        """Load the configuration in force; wait while a change is in progress."""
         while (snapshot := self._registry.committed_snapshot(self._live)) is None:
             time.sleep(_POLL_INTERVAL_S)
         return snapshot, (snapshot.generation, *self._registry.configuration(snapshot))
 
     def _latest_snapshot(self) -> RegistrySnapshot:
-        """What is kept, read once for each generation; read again as long as a change is being made."""
-        if self._looked.generation != self._live.generation:
-            self._looked = self._registry.committed_snapshot(self._live) or self._looked
-        return self._looked
+        """Read the registry once per generation, and repeatedly while a change is in progress."""
+        if self._latest_read.generation != self._live.generation:
+            self._latest_read = self._registry.committed_snapshot(self._live) or self._latest_read
+        return self._latest_read
 
 
 class CommandableGovernor(OperatorCommands, FixedGovernor):
-    """Modules that are no registry's, for good; pause and stop are obeyed all the same."""
+    """Governor with a fixed set of modules, from no registry, that obeys pause and stop."""
 
     def __init__(self, configuration: Configuration, registry: Registry, *, resumed: bool = False) -> None:
         OperatorCommands.__init__(self, registry.folder, resumed=resumed)
@@ -114,6 +116,6 @@ class CommandableGovernor(OperatorCommands, FixedGovernor):
 
     @contextmanager
     def hold_generation(self, generation: int) -> Iterator[bool]:
-        """See `Governor`."""
+        """Implements `Governor.hold_generation`."""
         with self._live.hold_generation(self._live.generation):
             yield generation == self.generation

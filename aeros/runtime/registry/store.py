@@ -1,7 +1,7 @@
-"""What the registry remembers, in one SQLite file; each change is one transaction.
+"""Database of the registry, in one SQLite file; each change is one transaction.
 
-Rollback journal, `synchronous = EXTRA`: after kill -9 or a power cut at any instant, opening the file
-gives what was before the change or what is after it.  A refused change writes nothing.
+Rollback journal, `synchronous = EXTRA`: after kill -9 or a power cut at any instant, opening the file gives
+the state before the change or the state after it. A refused change writes nothing.
 """
 
 from __future__ import annotations
@@ -34,9 +34,14 @@ _SCHEMA: Final = (
 
 @dataclass(frozen=True)
 class InstalledModule:
-    """A module that is kept on this robot.
+    """A module that is installed on this robot.
 
-    digest: of all its files; `folder` is where they are, relative to the registry's folder.
+    Attributes:
+        name: id of the module.
+        version: its version.
+        digest: SHA-256 over all its files.
+        folder: folder of the files, relative to the registry's folder.
+        state: state in its life cycle.
     """
 
     name: str
@@ -47,16 +52,29 @@ class InstalledModule:
 
     @classmethod
     def from_digest(cls, name: str, version: str, digest: str, state: ModuleState) -> InstalledModule:
-        """A module that is kept where its digest says."""
+        """Make an entry for a module stored in the folder of its digest.
+
+        Args:
+            name: id of the module.
+            version: its version.
+            digest: SHA-256 over all its files.
+            state: state in its life cycle.
+
+        Returns:
+            The entry.
+        """
         return cls(name, version, digest, f"modules/{digest}/{name}", state)
 
 
 @dataclass(frozen=True)
 class RegistrySnapshot:
-    """Everything the registry says at one time.
+    """Content of the registry at one time.
 
-    generation: counts the changes; 0 where nothing was ever kept.
-    site: the policy's file, relative to the registry's folder; empty where there is none.
+    Attributes:
+        generation: number of changes so far; 0 for an empty registry.
+        site: the policy's file, relative to the registry's folder; empty if there is none.
+        modules: installed modules by name.
+        blocks: operator overrides by id.
     """
 
     generation: int = 0
@@ -66,17 +84,26 @@ class RegistrySnapshot:
 
 
 class RegistryStore:
-    """The registry's file in `folder`."""
+    """Registry database in a folder."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "registry.sqlite3"
 
     def read(self) -> RegistrySnapshot:
-        """What it says now; an empty snapshot where nothing was ever kept.  Raises `UserError`."""
+        """Read the registry.
+
+        Returns:
+            Its content; an empty snapshot if nothing was ever stored.
+
+        Raises:
+            UserError: the database is damaged or has another version.
+        """
         with self._open() as database:
             if database is None:
                 return RegistrySnapshot()
-            database.execute("BEGIN")  # what another process changes meanwhile is seen whole, or not at all
+            database.execute(
+                "BEGIN"
+            )  # a change of another process meanwhile is seen as a whole, or not at all
             policy = database.execute("SELECT generation, site FROM policy").fetchone()
             modules = database.execute(
                 "SELECT name, version, digest, folder, state FROM modules ORDER BY name"
@@ -95,7 +122,14 @@ class RegistryStore:
         return RegistrySnapshot(generation, site, kept, {row[0]: OperatorOverride(*row) for row in blocks})
 
     def replace(self, new: RegistrySnapshot) -> None:
-        """Make it say `new`, whole or not at all.  Raises `UserError`."""
+        """Replace the content atomically.
+
+        Args:
+            new: content from now on.
+
+        Raises:
+            UserError: the database cannot be written, is damaged or has another version.
+        """
         with self._open(create=True) as database:
             if database is None:
                 raise self._damaged("it cannot be created")
@@ -114,8 +148,8 @@ class RegistryStore:
 
     @contextmanager
     def _open(self, *, create: bool = False) -> Iterator[sqlite3.Connection | None]:
-        """The file, or None where there is nothing in it and it is not to be created."""
-        # For reading too it is opened for writing: what a killed change left must be rolled back first.
+        """Open the database; yield None if it is empty and is not to be created."""
+        # Opened for writing even to read: a killed change must be rolled back first.
         if not create and not self.path.exists():
             yield None
             return

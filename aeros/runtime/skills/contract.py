@@ -1,7 +1,7 @@
-"""Skill code becomes a generator function, and what it raises becomes words.
+"""Contract of skill code: loads a generator function, copies its actions, and turns its errors into words.
 
-Used where code runs: in a worker, and in the runtime's own process for modules the site trusts.  Imports
-next to nothing, so that a worker has next to nothing in it.
+Used wherever skill code runs: in a worker, and in the runtime's own process for modules that the site
+trusts. It imports very little, so that a worker holds very little.
 """
 
 from __future__ import annotations
@@ -17,58 +17,88 @@ from aeros.descriptions import describe_exception, type_name
 from aeros.skill import Action, Inputs, Observation, SkillBody
 
 MAX_PARAMETERS: Final = 64
-"""Parameters of one action at most; no kind has nearly as many, and every one is recorded."""
+"""Limit on the parameters of one action; no kind has nearly as many, and every one is recorded."""
 
 SkillFunction = Callable[[Observation, Inputs], SkillBody]
 
 
 class SkillRefusedError(Exception):
-    """The skill's code is not what was certified, or is not a skill; the message says which."""
+    """The skill's code is not the certified code, or is not a skill; the message says which."""
 
 
 class NoActionError(Exception):
-    """What the skill yielded is no action, or what it returned no outputs; the message says what it is."""
+    """The skill yielded something other than an action, or returned something other than outputs."""
 
 
 def execute_skill(module: str, name: str, content: bytes, path: str, function: str) -> SkillFunction:
-    """The generator function `function` of the file `name` of `module`, executed afresh.
+    """Execute a file of skill code and return its generator function.
 
-    `sys.path` is left alone and the module's name is private, so nothing else can be loaded in its
-    place, and it cannot import its neighbours by name.  Raises `SkillRefusedError`.
+    `sys.path` is left alone and the module gets a private name, so no other code can be loaded in its place,
+    and it cannot import its neighbours by name.
+
+    Args:
+        module: id of the module.
+        name: path of the file in the module's folder.
+        content: source code, whose digest was checked.
+        path: path of the file, for tracebacks.
+        function: name of the generator function.
+
+    Returns:
+        The function, from a fresh execution of the file.
+
+    Raises:
+        SkillRefusedError: the code raises when loaded, or has no such generator function.
     """
     executed = _execute(module, name, content, path)
-    found = executed.__dict__.get(function)
-    if not inspect.isgeneratorfunction(found):
+    generator = executed.__dict__.get(function)
+    if not inspect.isgeneratorfunction(generator):
         raise SkillRefusedError(f"`{name}` of module `{module}` has no generator function `{function}`")
-    return found
+    return generator
 
 
 def copy_action(yielded: object) -> Action:
-    """The action as it is now: later changes to its parameters change nothing that was decided.
+    """Copy a yielded action, so that later changes to its parameters do not change the decided action.
 
-    Raises `NoActionError`.
+    Args:
+        yielded: whatever the skill yielded.
+
+    Returns:
+        A copy with lists turned into tuples.
+
+    Raises:
+        NoActionError: it is not an `Action` with a dict of at most `MAX_PARAMETERS` named parameters.
     """
     if type(yielded) is not Action:
         raise NoActionError(f"the skill yielded a `{type_name(yielded)}`, not an action")
     if type(yielded.parameters) is not dict or len(yielded.parameters) > MAX_PARAMETERS:
-        raise NoActionError(f"the skill yielded parameters that are no dict of at most {MAX_PARAMETERS}")
+        raise NoActionError(f"the skill yielded parameters that are not a dict of at most {MAX_PARAMETERS}")
     try:
-        # Lists too are copied, to tuples; what is nested deeper no action kind has, so the gate denies it.
+        # Lists are copied to tuples. No action kind has deeper nesting, so the gate denies that.
         parameters = {
             name: tuple(value) if type(value) is list else value
             for name, value in dict(yielded.parameters).items()
         }
     except Exception as failure:
         raise NoActionError(
-            f"the skill yielded parameters that are no mapping: {describe_exception(failure)}"
+            f"the skill yielded parameters that are not a mapping: {describe_exception(failure)}"
         ) from failure
     if type(yielded.kind) is not str or not all(type(name) is str for name in parameters):
-        raise NoActionError("the skill yielded a kind or a parameter name that is no text")
+        raise NoActionError("the skill yielded a kind or a parameter name that is not a string")
     return Action(yielded.kind, parameters)
 
 
 def check_outputs(value: object) -> dict[str, object] | None:
-    """What a skill returned at its end: its outputs as they are now, or None.  Raises `NoActionError`."""
+    """Copy the value that a skill returned.
+
+    Args:
+        value: whatever the skill returned.
+
+    Returns:
+        A copy with lists turned into tuples; None if the skill returned None.
+
+    Raises:
+        NoActionError: it is neither None nor a dict of at most `MAX_PARAMETERS` named outputs.
+    """
     if value is None:
         return None
     if type(value) is not dict or len(value) > MAX_PARAMETERS:
@@ -77,7 +107,7 @@ def check_outputs(value: object) -> dict[str, object] | None:
         )
     outputs = {name: tuple(part) if type(part) is list else part for name, part in value.items()}
     if not all(type(name) is str for name in outputs):
-        raise NoActionError("the skill returned an output whose name is no text")
+        raise NoActionError("the skill returned an output whose name is not a string")
     return outputs
 
 
@@ -85,7 +115,7 @@ def _execute(module: str, name: str, content: bytes, path: str) -> ModuleType:
     dotted = name.removesuffix(".py").replace("/", ".")
     executed = ModuleType(f"_aeros_ecm_{module}.{dotted}")
     executed.__file__ = path
-    # Standard library code (dataclasses, pickle) looks a class's module up here.
+    # Standard library code (dataclasses, pickle) looks up a class's module here.
     sys.modules[executed.__name__] = executed
     try:
         exec(_compile(content, path), executed.__dict__)  # noqa: S102 - what this file is for; digest checked

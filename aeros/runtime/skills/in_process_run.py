@@ -1,7 +1,7 @@
-"""One run of a skill's generator in this process: what the code does comes back as an action or an ending.
+"""Run of a skill's generator in this process: whatever the code does becomes an action or an ending.
 
-For modules that the site trusts.  The one thing that does not come back is code that spins without
-yielding: in this process nothing can interrupt it.  `isolation` runs a skill in a process of its own.
+For modules that the site trusts. Code that loops without yielding cannot be interrupted in this process;
+`isolation` runs a skill in a process of its own.
 """
 
 from __future__ import annotations
@@ -19,10 +19,13 @@ from aeros.spec.model.model import Ecm, Site, Skill
 
 
 class SkillRunResult(NamedTuple):
-    """How a skill's run ended, and why in words; no words when it finished.
+    """Ending of a skill's run.
 
-    outputs: what it returned, if it finished and returned something.
-    causes: the reason as data, where there is more to it than words.
+    Attributes:
+        status: how it ended.
+        reason: why, in words; empty if it finished.
+        outputs: values that it returned, if it finished and returned any.
+        causes: the reason as data, if there is more to it than words.
     """
 
     status: StepStatus
@@ -35,44 +38,71 @@ class SkillRunProtocol(Protocol):
     """One run of a skill, loaded and not yet started."""
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
-        """The skill's next action, a snapshot of it, or its end.
+        """Run the skill up to its next action or its end.
 
-        seconds: what is left of its time-out, on the plant's clock.
+        Args:
+            observation: what the skill senses now, SI, by name.
+            seconds: what is left of its timeout, plant seconds.
+
+        Returns:
+            A copy of the requested action, or the ending.
         """
 
     def close(self) -> str | None:
-        """End the skill; what its own clean-up raised, if anything.  Safe to call twice."""
+        """End the skill; safe to call twice.
+
+        Returns:
+            Description of what the skill's own clean-up raised; None if nothing.
+        """
 
 
 OpenRun = Callable[[Site, Ecm, Skill, Mapping[str, Any]], SkillRunProtocol]
-"""Opens a run of a skill with these inputs under the site that governs; raises `SkillRefusedError`."""
+"""Opens a run of a skill with checked inputs under the site in force; raises `SkillRefusedError`."""
 
 
 def run_in_process(_: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
-    """A run in this process.  Trusts the code with everything this process can reach."""
+    """Open a run in this process; trusts the code with everything this process can reach.
+
+    Args:
+        ecm: the module.
+        skill: the skill of it to run.
+        inputs: checked inputs, SI, by name.
+
+    Returns:
+        The run, not yet started.
+
+    Raises:
+        SkillRefusedError: the code is not the certified code, or is not a skill.
+    """
     return InProcessRun(load_skill(ecm, skill), inputs)
 
 
 class CachedRunFactory:
-    """Opens runs as `run_in_process` does, of code that is read once: for many trials in one process.
+    """Opens runs as `run_in_process` does, reading the code once: for many trials in one process.
 
-    What is kept is bytes, by the digest that they were certified with.  A file that is changed meanwhile is
-    neither executed nor noticed.
+    The cached bytes have the certified digest. A file that changes meanwhile is neither executed nor noticed.
     """
 
     def __init__(self) -> None:
-        self._kept: dict[tuple[str, str, str], CertifiedCode] = {}
+        self._code: dict[tuple[str, str, str], CertifiedCode] = {}
 
     def __call__(self, _: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
-        """See `OpenRun`."""
-        which = ecm.id, ecm.code_digest, skill.id
-        if which not in self._kept:
-            self._kept[which] = certified_code(ecm, skill)
-        return InProcessRun(execute_code(self._kept[which]), inputs)
+        """Implements `OpenRun`."""
+        key = ecm.id, ecm.code_digest, skill.id
+        if key not in self._code:
+            self._code[key] = certified_code(ecm, skill)
+        return InProcessRun(execute_code(self._code[key]), inputs)
 
 
 def finished_result(value: object) -> SkillRunResult:
-    """How a skill ended that returned `value`."""
+    """Return the ending of a skill that ran to its end.
+
+    Args:
+        value: whatever the skill returned.
+
+    Returns:
+        Status FINISHED with the outputs; status RAISED if `value` is not a set of outputs.
+    """
     try:
         return SkillRunResult(StepStatus.FINISHED, "", check_outputs(value))
     except NoActionError as failure:
@@ -80,17 +110,17 @@ def finished_result(value: object) -> SkillRunResult:
 
 
 class InProcessRun:
-    """A generator, not yet started."""
+    """Run of a generator in this process, not yet started."""
 
     def __init__(self, function: SkillFunction, inputs: Mapping[str, Any]) -> None:
         self._function = function
-        # A copy of its own: what the gate judges by must not be in the skill's hands.
+        # A copy, so that the skill cannot change the inputs that the gate sees.
         self._inputs = dict(inputs)
         self._body: SkillBody | None = None
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
-        """Run the skill up to its next action or its end, however long it takes."""
-        del seconds  # nothing here could hold it to them
+        """Implements `SkillRunProtocol.resume`; takes as long as the code does."""
+        del seconds  # cannot be enforced in this process
         try:
             if self._body is None:
                 self._body = self._function(observation, self._inputs)
@@ -108,7 +138,7 @@ class InProcessRun:
             return SkillRunResult(StepStatus.RAISED, describe_exception(failure))
 
     def close(self) -> str | None:
-        """End the generator; what its own clean-up raised, if anything."""
+        """Implements `SkillRunProtocol.close`."""
         if self._body is None:
             return None
         try:

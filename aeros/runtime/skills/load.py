@@ -1,7 +1,7 @@
-"""Skill code as it was certified: only the very bytes whose digest is the certified one are executed.
+"""Certified skill code: executes only bytes whose digest is the certified one.
 
 `load_skill` executes them in this process, where Python code can reach whatever Python can: for modules
-that the site trusts.  All others run in a worker (`isolation`).
+that the site trusts. All others run in a worker (`isolation`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,15 @@ from aeros.spec.text.digests import code_digest, code_files
 
 
 class CertifiedCode(NamedTuple):
-    """The file that a skill's function is in: `content` of the file `name`, which lies at `path`."""
+    """The file that contains a skill's function.
+
+    Attributes:
+        module: id of the module.
+        name: path of the file in the module's folder.
+        path: path of the file.
+        content: its bytes, with the certified digest.
+        function: name of the generator function in it.
+    """
 
     module: str
     name: str
@@ -25,20 +33,49 @@ class CertifiedCode(NamedTuple):
 
 
 def load_skill(ecm: Ecm, skill: Skill) -> SkillFunction:
-    """The generator function of `skill`, its module executed afresh, so no two runs share state.
+    """Load the generator function of a skill, executing its file afresh so that no two runs share state.
 
-    Raises `SkillRefusedError`.
+    Args:
+        ecm: the module.
+        skill: the skill of it.
+
+    Returns:
+        The function.
+
+    Raises:
+        SkillRefusedError: the code is not the certified code, or is not a skill.
     """
     return execute_code(certified_code(ecm, skill))
 
 
 def execute_code(code: CertifiedCode) -> SkillFunction:
-    """The generator function in `code`, its module executed afresh; raises `SkillRefusedError`."""
+    """Execute certified code afresh and return its generator function.
+
+    Args:
+        code: as `certified_code` returns it.
+
+    Returns:
+        The function.
+
+    Raises:
+        SkillRefusedError: the code raises when loaded, or has no such generator function.
+    """
     return execute_skill(code.module, code.name, code.content, code.path, code.function)
 
 
 def certified_code(ecm: Ecm, skill: Skill) -> CertifiedCode:
-    """The code of `skill`; raises `SkillRefusedError`."""
+    """Read the code of a skill.
+
+    Args:
+        ecm: the module.
+        skill: the skill of it.
+
+    Returns:
+        The file of the skill's function.
+
+    Raises:
+        SkillRefusedError: the code is not the certified code, or lacks that file.
+    """
     name = f"{skill.module_name.replace('.', '/')}.py"
     content = certified_files(ecm).get(name)
     if content is None:
@@ -47,15 +84,25 @@ def certified_code(ecm: Ecm, skill: Skill) -> CertifiedCode:
 
 
 def certified_files(ecm: Ecm) -> dict[str, bytes]:
-    """All code of `ecm` by path; raises `SkillRefusedError` unless it is what was certified."""
+    """Read all code of a module.
+
+    Args:
+        ecm: the module, with its certified code digest.
+
+    Returns:
+        Content of each file, by path in the module's folder.
+
+    Raises:
+        SkillRefusedError: a file cannot be read, or the digest differs from the certified one.
+    """
     try:
         files = code_files(ecm.folder)
     except OSError as failure:
         raise SkillRefusedError(f"the code of module `{ecm.id}` cannot be read: {failure}") from failure
-    found = code_digest(files)
-    if found != ecm.code_digest:
+    digest = code_digest(files)
+    if digest != ecm.code_digest:
         raise SkillRefusedError(
             f"the code of module `{ecm.id}` is not what was certified: "
-            f"its digest is {found[:12]}…, certified is {ecm.code_digest[:12]}…"
+            f"its digest is {digest[:12]}…, certified is {ecm.code_digest[:12]}…"
         )
     return files

@@ -170,13 +170,16 @@ class _Mimic(Action):
         (_yields(_Mimic("move", {})), "the skill yielded a `_Mimic`, not an action"),
         (
             _yields(Action("move", cast("Any", 3))),
-            "the skill yielded parameters that are no dict of at most 64",
+            "the skill yielded parameters that are not a dict of at most 64",
         ),
         (
             _yields(Action("move", {f"p{number}": 0.0 for number in range(65)})),
-            "the skill yielded parameters that are no dict of at most 64",
+            "the skill yielded parameters that are not a dict of at most 64",
         ),
-        (_yields(Action(cast("Any", 3), {})), "the skill yielded a kind or a parameter name that is no text"),
+        (
+            _yields(Action(cast("Any", 3), {})),
+            "the skill yielded a kind or a parameter name that is not a string",
+        ),
         (_yields(Action("move", cast("Any", {3: 1}))), "the skill yielded a kind or a parameter name"),
     ],
 )
@@ -231,7 +234,10 @@ def test_clean_up_that_raises_is_told_and_stops_nothing_else(make_bench: MakeBen
         (StepRequest(cast("Any", []), "lift", {}), "module and skill are not both names"),
         (StepRequest("handling", "lift", cast("Any", 3)), "the inputs are not a mapping"),
         (StepRequest("handling", "lift", {"depth": 1.0}), "the skill has no input `depth`"),
-        (StepRequest("handling", "lift", cast("Any", {1: 1})), "the skill has no input that is no text"),
+        (
+            StepRequest("handling", "lift", cast("Any", {1: 1})),
+            "the skill has no input whose name is not a string",
+        ),
         (StepRequest("handling", "lift", {"height": None}), "the input `height` is missing"),
         (StepRequest("handling", "lift", {"height": nan}), "the input `height` is not a finite number"),
         (StepRequest("handling", "lift", {"height": True}), "the input `height` is not a finite number"),
@@ -239,7 +245,7 @@ def test_clean_up_that_raises_is_told_and_stops_nothing_else(make_bench: MakeBen
         (StepRequest("handling", "lift", {"height": 0.11}), "outside its range [0, 0.1]"),
         (StepRequest("handling", "lift", {"height": -1}), "outside its range [0, 0.1]"),
         (StepRequest("handling", "lift", {"careful": 1}), "the input `careful` is not a truth value"),
-        (StepRequest("handling", "lift", {"side": "up"}), "the input `side` is none of left, right"),
+        (StepRequest("handling", "lift", {"side": "up"}), "the input `side` is not one of left, right"),
     ],
 )
 def test_a_bad_request_is_refused_and_recorded(

@@ -120,5 +120,5 @@ def test_under_another_site_nothing_is_gone_on_with(remembering: Crashing) -> No
     remembering.lift_at(0.0)
     site = replace(remembering.configuration.site, digest="6" * 64)
     remembering.configuration = replace(remembering.configuration, site=site)
-    with pytest.raises(AuditError, match="another site governed it"):
+    with pytest.raises(AuditError, match="another site was in force"):
         remembering.crash()

@@ -304,7 +304,7 @@ def test_what_a_step_held_is_there_for_the_next(cart: MakeCart, body: Asking, st
         ({"amount": True}, StepStatus.RAISED, "the output `amount` is not a finite number"),
         ({"amount": 0.5, "more": 1}, StepStatus.RAISED, "the skill has no output `more`"),
         ([0.5], StepStatus.RAISED, "the skill returned a `list`"),
-        ({1: 0.5}, StepStatus.RAISED, "the skill returned an output whose name is no text"),
+        ({1: 0.5}, StepStatus.RAISED, "the skill returned an output whose name is not a string"),
     ],
 )
 def test_what_a_skill_gives_is_what_it_declares(

@@ -108,7 +108,7 @@ def test_a_log_that_was_begun_without_a_key_is_signed_from_the_first_record_on(
     assert verify_signed(log, key.public).signed == 2 * CHECKPOINT_INTERVAL + 2
 
 
-def test_two_logs_of_the_same_moment_are_told_apart(log: Path, key: SigningKey, tmp_path: Path) -> None:
+def test_two_logs_begun_at_the_same_time_differ(log: Path, key: SigningKey, tmp_path: Path) -> None:
     other = tmp_path / "other.jsonl"
     for path in (log, other):
         AuditLog(path, clock=lambda: 1.5, signing=SigningConfiguration(key)).close()
@@ -220,9 +220,9 @@ def test_an_end_that_should_hold_checkpoints_and_does_not_is_noticed(log: Path, 
     assert verify_signed(log, key.public).signed == 2
     log.write_bytes(rehashed(kept[: CHECKPOINT_INTERVAL + 3]))
     found = verify_signed(log, key.public).chain
-    assert (
-        found.reason
-        == f"record {CHECKPOINT_INTERVAL + 2} should be a checkpoint: {CHECKPOINT_INTERVAL} records before it are not signed"
+    assert found.reason == (
+        f"record {CHECKPOINT_INTERVAL + 2} should be a checkpoint: "
+        f"{CHECKPOINT_INTERVAL} records before it are not signed"
     )
 
 
@@ -301,7 +301,7 @@ def test_a_log_of_another_key_is_not_continued(log: Path, key: SigningKey, stran
         (b"\xff", "is not"),
     ],
 )
-def test_what_is_no_anchor_is_refused(
+def test_a_file_that_is_not_an_anchor_is_refused(
     content: bytes, why: str, log: Path, key: SigningKey, anchor: Path
 ) -> None:
     write(log, key)
@@ -343,7 +343,9 @@ def test_the_private_key_is_the_owners_alone_and_never_overwritten(tmp_path: Pat
 
 
 @pytest.mark.parametrize("read", [read_signing_key, read_public_key])
-def test_what_is_no_key_is_refused(read: Callable[[Path], SigningKey | PublicKey], tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_key_is_refused(
+    read: Callable[[Path], SigningKey | PublicKey], tmp_path: Path
+) -> None:
     from cryptography.hazmat.primitives import serialization as form
     from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
 

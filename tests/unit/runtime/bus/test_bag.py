@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Reader
 from aeros.runtime.bus.bag import Bag, BagError, McapFile
 from aeros.runtime.bus.messages import (
     BoolStamped,
-    Decision,
+    DecisionMessage,
     Event,
     Float64Stamped,
     Header,
@@ -37,7 +37,7 @@ PUBLISHED: list[tuple[str, Message]] = [
     ("/aeros/state/gap", Float64Stamped(Header(WHEN), 0.25)),
     ("/aeros/state/cell", StringStamped(Header(WHEN), "left")),
     ("/aeros/events", Event(WHEN, 7, "note", '{"a":"ü"}')),
-    ("/aeros/decisions", Decision(WHEN, 8, "m", "s", "DENY", "null", "[]")),
+    ("/aeros/decisions", DecisionMessage(WHEN, 8, "m", "s", "DENY", "null", "[]")),
     (
         "/tf",
         TFMessage((TransformStamped(Header(WHEN, "base"), "a_link", Transform(Vector3(1.0, 0.0, 0.0))),)),
@@ -46,7 +46,7 @@ PUBLISHED: list[tuple[str, Message]] = [
 
 
 @pytest.mark.parametrize(("container", "name"), [(Bag, "bag"), (McapFile, "run.mcap")])
-def test_what_was_published_is_read_back_as_it_was(container: type[Bag], name: str, tmp_path: Path) -> None:
+def test_published_messages_are_read_back_unchanged(container: type[Bag], name: str, tmp_path: Path) -> None:
     with container(tmp_path / name) as bag:
         for topic, message in PUBLISHED:
             bag.publisher(topic, type(message)).publish(message)

@@ -34,7 +34,7 @@ class Odd:
         self._publish(message)
 
 
-def test_what_is_told_comes_in_order_and_one_instant_once(site: Site) -> None:
+def test_messages_come_in_order_and_equal_ones_once(site: Site) -> None:
     bus = InProcessBus()
     heard = bus.subscribe("/aeros/state/tool_position", PointStamped)
     with BusFeed(bus, site) as feed:
@@ -80,7 +80,7 @@ def test_one_bad_value_hides_nothing_else(site: Site) -> None:
     assert feed.trouble is not None
 
 
-def test_a_bus_that_fails_fails_nobody(site: Site) -> None:
+def test_a_failing_bus_does_not_fail_the_run(site: Site) -> None:
     def fail(message: Message) -> None:
         raise RuntimeError("the cable is out")
 
@@ -90,7 +90,7 @@ def test_a_bus_that_fails_fails_nobody(site: Site) -> None:
     assert (feed.lost, feed.trouble) == (2, "the cable is out")
 
 
-def test_what_is_to_be_whole_is_waited_for(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_complete_feed_makes_the_run_wait(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_MAX_STATES", 2)
     said: list[Message] = []
 
@@ -104,7 +104,7 @@ def test_what_is_to_be_whole_is_waited_for(site: Site, monkeypatch: pytest.Monke
     assert (len(said), feed.lost) == (50, 0)
 
 
-def test_nobody_waits_for_a_bus_that_hangs_and_records_outlast_states(
+def test_a_hanging_bus_delays_nobody_and_states_are_dropped_before_records(
     site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "_MAX_STATES", 5)

@@ -103,7 +103,7 @@ def test_it_passes_everything_on(bench: Bench) -> None:
     assert bench.plant.observe() == bench.real.observe()
 
 
-def test_what_the_monitor_says_holds_and_each_tick_is_told(bench: Bench) -> None:
+def test_the_monitors_answer_holds_and_listeners_get_each_tick(bench: Bench) -> None:
     bench.real.during = [{"load": 1.0}, {"load": 2.0}, {"load": 3.0}]
     motion = bench.begin(None)
     ended = bench.plant.advance(lambda now, values: "rule" if values["load"] > 1.5 else None, FOREVER)
@@ -114,7 +114,7 @@ def test_what_the_monitor_says_holds_and_each_tick_is_told(bench: Bench) -> None
     ]
 
 
-def test_the_chain_is_known_once_a_plan_has_told_it(bench: Bench) -> None:
+def test_the_chain_is_known_after_a_planned_trajectory(bench: Bench) -> None:
     assert bench.known() == RobotChain(None, None)
     bench.told(NoMotion("it waits"))
     assert bench.known() == RobotChain(None, None)
@@ -178,7 +178,7 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
     assert told == 121  # before the first tick, and after each of those in half a second
 
 
-def test_every_listener_hears_the_same(site: Site) -> None:
+def test_every_listener_receives_the_same(site: Site) -> None:
     with Noted(site) as one, Noted(site) as other:
         plant = ListenedPlant(FakePlant({"holding": True}), one, other)
         plant.observe()

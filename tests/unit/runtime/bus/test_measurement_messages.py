@@ -64,7 +64,7 @@ def states(site: Site, values: Mapping[str, Any], time: float = 2.5) -> list[Joi
     return [message for joints in joint_families(site) for message in joints.joint_state_messages(readings)]
 
 
-def test_families_are_told_apart_by_dimension(site: Site) -> None:
+def test_families_are_distinguished_by_dimension(site: Site) -> None:
     site = speaking(site, {"load": family(TORQUE), "angle": family(ANGLE), "rate": family(ANGLE * TIME**-1)})
     values = {"angle": (1.0, 2.0), "rate": (3.0, 4.0), "load": (5.0, 6.0)}
     assert states(site, values) == [
@@ -72,14 +72,14 @@ def test_families_are_told_apart_by_dimension(site: Site) -> None:
     ]
 
 
-def test_what_is_not_measured_is_left_empty(site: Site) -> None:
+def test_unmeasured_fields_are_left_empty(site: Site) -> None:
     site = speaking(site, {"angle": family(ANGLE), "rate": family(ANGLE * TIME**-1)})
     (message,) = states(site, {"rate": (3.0, 4.0)})
     assert (message.position, message.velocity, message.effort) == ((), (3.0, 4.0), ())
     assert states(site, {}) == []
 
 
-def test_what_was_measured_at_two_times_is_two_messages(site: Site) -> None:
+def test_values_measured_at_two_times_become_two_messages(site: Site) -> None:
     site = speaking(site, {"angle": family(ANGLE), "rate": family(ANGLE * TIME**-1)})
     (joints,) = joint_families(site)
     found = list(
@@ -97,7 +97,7 @@ def test_lengths_over_an_index_are_no_joints(site: Site) -> None:
     )
 
 
-def test_of_two_families_that_could_be_the_position_none_is_told(site: Site) -> None:
+def test_an_ambiguous_position_is_left_empty(site: Site) -> None:
     site = speaking(site, {"angle": family(ANGLE), "other": family(ANGLE), "rate": family(ANGLE * TIME**-1)})
     (message,) = states(site, {"angle": (1.0, 2.0), "other": (3.0, 4.0), "rate": (5.0, 6.0)})
     assert (message.position, message.velocity) == ((), (5.0, 6.0))
@@ -111,7 +111,7 @@ def test_places_are_vectors_of_length(site: Site) -> None:
     )
 
 
-def test_predicates_numbers_and_words_are_told_each_by_its_type(site: Site) -> None:
+def test_bools_numbers_and_enums_have_messages_of_their_types(site: Site) -> None:
     types: dict[str, Type] = {"open": BOOL, "gap": RealType(LENGTH), "count": IntegerType(), "cell": CELLS}
     site = speaking(site, {**types, "place": VectorType(LENGTH), "angle": family(ANGLE)})
     kinds = scalar_variables(site)

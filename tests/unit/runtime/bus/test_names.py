@@ -22,7 +22,7 @@ def test_names_are_those_of_ros(text: str) -> None:
     if is_name(text):
         assert check_ros_name(text) == text
     else:
-        with pytest.raises(ValueError, match="no absolute ROS 2 name"):
+        with pytest.raises(ValueError, match="not an absolute ROS 2 name"):
             check_ros_name(text)
 
 

@@ -37,7 +37,7 @@ def ask(bus: InProcessBus, what: str) -> TriggerResponse:
     ("what", "command"),
     [("pause", OperatorCommand.PAUSE), ("resume", OperatorCommand.RUN), ("stop", OperatorCommand.STOP)],
 )
-def test_each_says_to_the_run_what_its_command_does(
+def test_each_service_has_the_effect_of_its_command(
     what: str, command: OperatorCommand, bus: InProcessBus, tmp_path: Path
 ) -> None:
     with ControlPage(tmp_path) as live:
@@ -65,7 +65,7 @@ def test_a_run_that_cannot_be_reached_is_said_to_be(tmp_path: Path) -> None:
     assert said.message.startswith("the run cannot be reached")
 
 
-def test_nobody_answers_afterwards(tmp_path: Path) -> None:
+def test_services_are_withdrawn_after_the_block(tmp_path: Path) -> None:
     bus = InProcessBus()
     with serve_operator_commands(bus, tmp_path):
         pass

@@ -46,7 +46,7 @@ def test_a_run_that_goes_on_after_a_crash_goes_on_with_its_file(tmp_path: Path) 
     assert [json.loads(line)["time"] for line in later] == [1.0, 2.0]
 
 
-def test_an_observation_is_kept_beside_ticks_with_the_times_of_its_values(tmp_path: Path) -> None:
+def test_observations_are_written_between_ticks_with_the_times_of_their_values(tmp_path: Path) -> None:
     with SampleWriter(tmp_path / "m", site()) as samples:
         samples.on_tick(1.0, {"human_distance": Reading(3.0, 0.9)}, RobotChain())
         samples.on_observed(

@@ -145,7 +145,7 @@ def test_goals_that_share_nothing_are_under_way_together(make_robot: MakeRobot) 
         ("", "the inputs are not JSON"),
         ("[]", "the inputs are not a JSON object"),
         ('{"a": 1, "a": 2}', "an input is given twice"),
-        ('{"a": NaN}', "`NaN` is no number of JSON"),
+        ('{"a": NaN}', "`NaN` is not a JSON number"),
         ("[" * 200_000, "the inputs are nested too deeply"),
         ('{"a": 1}', "the skill has no input `a`"),
     ],
@@ -164,7 +164,7 @@ def test_inputs_that_are_none_are_refused_and_the_refusal_recorded(
     assert [one["reason"] for one in refused] == [result.reason]
 
 
-def test_a_skill_that_nobody_has_is_refused(make_robot: MakeRobot) -> None:
+def test_an_unknown_skill_is_refused(make_robot: MakeRobot) -> None:
     robot = make_robot()
     with robot.pursuing():
         assert robot.want("fly").result(_LONG).reason == "module `cart` has no skill `fly`"
@@ -180,12 +180,12 @@ def test_a_cancelled_goal_is_halted_once_and_says_so(make_robot: MakeRobot) -> N
         goal.cancel()
         result = goal.result(_LONG)
     assert (result.status, goal.status) == ("cancelled", GoalStatus.CANCELED)
-    assert result.reason == "whoever had asked for it cancels it"
+    assert result.reason == "cancelled by the client"
     assert ends == ["closed"]
     assert robot.plant.call_count("skill_ended") == 1
 
 
-def test_a_cancellation_is_heard_while_the_operator_pauses(make_robot: MakeRobot) -> None:
+def test_a_goal_can_be_cancelled_while_the_operator_pauses(make_robot: MakeRobot) -> None:
     robot = make_robot(reach=asking(move()))
     robot.operator.said = OperatorCommand.PAUSE
     with robot.pursuing():
@@ -214,12 +214,12 @@ def test_when_whoever_pursues_ends_every_goal_has_a_result(make_robot: MakeRobot
         assert goal.feedback(_LONG) is not None
     result = goal.result(0.0)
     assert (result.status, goal.status) == ("cancelled", GoalStatus.ABORTED)
-    assert result.reason == "whoever pursues it ends"
+    assert result.reason == "the action server is closing"
     with pytest.raises(NoServerError):
         robot.want("reach")
 
 
-def test_what_is_wrong_with_the_plant_is_raised_and_aborts_the_goals(make_robot: MakeRobot) -> None:
+def test_an_error_of_the_plant_is_raised_and_aborts_the_goals(make_robot: MakeRobot) -> None:
     robot = make_robot(reach=asking(move()))
     robot.plant.failing["begin"] = RuntimeError("a wire is loose")
     with robot.pursuing():

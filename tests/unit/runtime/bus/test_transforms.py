@@ -65,7 +65,7 @@ def test_each_frame_is_in_the_one_before() -> None:
     assert {one.header.stamp for one in message.transforms} == {WHEN}
 
 
-def test_where_the_base_is_is_not_told_where_it_is_not_known() -> None:
+def test_an_unknown_base_has_no_transform() -> None:
     message = chain_transforms(RobotBody(((0.0, 0.0, 0.0),), (0.0, 0.0, 0.0), ()), None, ("a",), (0.0,), WHEN)
     assert [one.child_frame_id for one in message.transforms] == ["a_link", "tool"]
 

@@ -13,7 +13,7 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.bus.in_process import InProcessBus
 from aeros.runtime.bus.messages import (
     BoolStamped,
-    Decision,
+    DecisionMessage,
     Event,
     Float64Stamped,
     JointState,
@@ -40,7 +40,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bus, dict[str, list[M
     bus = InProcessBus()
     kinds: dict[str, type[Message]] = {
         "/aeros/events": Event,
-        "/aeros/decisions": Decision,
+        "/aeros/decisions": DecisionMessage,
         "/joint_states": JointState,
         "/aeros/state/tool_position": PointStamped,
         "/tf": TFMessage,
@@ -65,7 +65,7 @@ def test_every_record_is_an_event_and_every_decision_one_too(
         (record["sequence"], record["event"], record["details"]) for record in records
     ]
     decided = [record for record in records if record["event"] == "decision"]
-    decisions = [one for one in heard["/aeros/decisions"] if isinstance(one, Decision)]
+    decisions = [one for one in heard["/aeros/decisions"] if isinstance(one, DecisionMessage)]
     assert len(decisions) > 10
     for one, record in zip(decisions, decided, strict=True):
         details = record["details"]
@@ -77,7 +77,7 @@ def test_every_record_is_an_event_and_every_decision_one_too(
         assert one.stamp.sec + one.stamp.nanosec / 1e9 == pytest.approx(details["time"], abs=1e-9)
 
 
-def test_joints_and_places_are_told_and_no_chain_that_nobody_stated(
+def test_joints_and_positions_are_published_and_no_unknown_chain(
     run: tuple[Bus, dict[str, list[Message]], Path],
 ) -> None:
     bus, heard, _ = run
@@ -95,7 +95,7 @@ def test_joints_and_places_are_told_and_no_chain_that_nobody_stated(
     assert bus.names()["/aeros/state/tool_speed"] == Float64Stamped.ros
 
 
-def test_a_listener_hears_of_a_record_once_it_is_in_the_file(tmp_path: Path) -> None:
+def test_a_listener_is_called_once_the_record_is_in_the_file(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     seen: list[tuple[bytes, bytes]] = []
     with AuditLog(path, listener=lambda line: seen.append((line, path.read_bytes()))) as audit:

@@ -72,7 +72,9 @@ def test_a_tick_at_which_it_does_not_hold_halts_the_motion_and_the_skill(
     assert ended["details"]["causes"][0]["text"] == "holding and human_distance >= 2 m"
 
 
-def test_what_is_not_measured_at_ticks_is_observed_there(site: Site, make_ecm: Any, tmp_path: Path) -> None:
+def test_a_condition_on_other_variables_observes_them_at_the_tick(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
     one = Bench(site, holding(site, make_ecm("")), tmp_path / "audit.jsonl", twice)
     one.plant.values["holding"] = True
 

@@ -62,7 +62,7 @@ def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> No
 
 @small
 @given(CAPACITIES, MOVES)
-def test_nothing_is_lost_nobody_starves_and_nobody_waits_for_nothing(
+def test_no_resource_is_lost_no_step_starves_and_none_waits_without_need(
     capacities: dict[str, int], moves: list[frozenset[str] | int]
 ) -> None:
     _follow(capacities, moves)

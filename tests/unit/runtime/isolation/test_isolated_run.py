@@ -90,7 +90,10 @@ def test_a_skill_that_finishes_and_one_that_fails(nursery: ZygotePool) -> None:
             "3",
             SkillRunResult(StepStatus.RAISED, "the skill returned a `int`, not a dict of at most 64 outputs"),
         ),
-        ("{1: 2}", SkillRunResult(StepStatus.RAISED, "the skill returned an output whose name is no text")),
+        (
+            "{1: 2}",
+            SkillRunResult(StepStatus.RAISED, "the skill returned an output whose name is not a string"),
+        ),
         (
             "{'x': 'x' * 70_000}",
             SkillRunResult(StepStatus.RAISED, "the skill returns outputs of more than 65536 bytes"),
@@ -108,10 +111,10 @@ def test_outputs_that_are_no_plain_data_are_not_taken(nursery: ZygotePool) -> No
     ending = run(nursery, "def lift(o, i):\n    return {'x': object()}\n    yield\n").resume({}, 1.0)
     assert isinstance(ending, SkillRunResult)
     assert ending.status is StepStatus.RAISED
-    assert ending.reason.startswith("the skill returns outputs that are no plain data")
+    assert ending.reason.startswith("the skill returns outputs that are not plain data")
 
 
-def test_a_skills_own_clean_up_runs_and_is_heard(nursery: ZygotePool) -> None:
+def test_a_skills_own_clean_up_runs_and_its_error_is_reported(nursery: ZygotePool) -> None:
     text = HEAD + (
         "def lift(o, i):\n"
         "    try:\n"
@@ -140,7 +143,7 @@ def test_a_skill_that_never_started_is_closed(nursery: ZygotePool) -> None:
         ("import socketserver", "fails to load: ModuleNotFoundError: No module named 'socketserver'"),
     ],
 )
-def test_what_is_no_skill_is_refused(nursery: ZygotePool, text: str, why: str) -> None:
+def test_code_that_is_not_a_skill_is_refused(nursery: ZygotePool, text: str, why: str) -> None:
     with pytest.raises(SkillRefusedError, match=why):
         run(nursery, text)
 
@@ -160,7 +163,7 @@ def test_numpy_computes_in_a_worker(nursery: ZygotePool) -> None:
     skill.close()
 
 
-def test_what_is_left_of_the_time_out_is_a_bound_too(nursery: ZygotePool) -> None:
+def test_a_skill_that_loops_is_killed_when_its_timeout_passes(nursery: ZygotePool) -> None:
     skill = run(nursery, HEAD + "def lift(o, i):\n    while True: pass\n    yield\n", within=60.0)
     began = time.monotonic()
     ending = skill.resume({}, 0.01)

@@ -17,7 +17,7 @@ def test_a_layer_that_has_no_effect_is_missing(
     layer: IsolationLayer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(APPLY_LAYER, layer, lambda: None)
-    assert probe_layer(layer) == "it was put on and has no effect"
+    assert probe_layer(layer) == "it was applied and has no effect"
 
 
 def test_a_layer_that_cannot_be_put_on_is_missing_with_the_kernels_words(

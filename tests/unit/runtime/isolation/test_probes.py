@@ -64,35 +64,35 @@ ENDINGS: dict[str, tuple[StepStatus, str]] = {
     "deep": (RAISED, "malformed"),
     "drip": (TIMED_OUT, "did not answer within 1 s"),
     "empty": (RAISED, "malformed"),
-    "endless_list": (RAISED, "no plain data"),
+    "endless_list": (RAISED, "not plain data"),
     "exhaust_memory": (RAISED, "MemoryError"),
     "exit": (RAISED, "ended with exit status 3"),
     "extra_field": (RAISED, "malformed"),
-    "float_subclass": (RAISED, "no plain data"),
+    "float_subclass": (RAISED, "not plain data"),
     "flood": (RAISED, "says more than it was asked"),
     "hang_up": (RAISED, "hung up or was killed"),
-    "hostile_mapping": (RAISED, "no dict"),
-    "huge_integer": (RAISED, "no plain data"),
+    "hostile_mapping": (RAISED, "not a dict"),
+    "huge_integer": (RAISED, "not plain data"),
     "huge_text": (RAISED, "more than 65536 bytes"),
-    "int_subclass": (RAISED, "no plain data"),
+    "int_subclass": (RAISED, "not plain data"),
     "keyboard_interrupt": (RAISED, "KeyboardInterrupt"),
     "long_words": (RAISED, "ValueError"),
     "malformed": (RAISED, "malformed"),
     "many_outputs": (RAISED, "not a dict of at most 64 outputs"),
-    "many_parameters": (RAISED, "no dict of at most 64"),
+    "many_parameters": (RAISED, "not a dict of at most 64"),
     "nested_parameter": (RAISED, "malformed"),
     "no_action": (RAISED, "yielded a `dict`, not an action"),
-    "no_characters": (RAISED, "no plain data"),
-    "out_of_turn": (RAISED, "answers out of turn"),
+    "no_characters": (RAISED, "not plain data"),
+    "out_of_turn": (RAISED, "sent an unexpected response"),
     "oversized": (RAISED, "2147483648 bytes, more than 65536"),
-    "patched_worker": (RAISED, "no plain data"),
+    "patched_worker": (RAISED, "not plain data"),
     "recursion": (RAISED, "RecursionError"),
-    "reduce": (RAISED, "no plain data"),
+    "reduce": (RAISED, "not plain data"),
     "replay": (RAISED, "belongs to no question, or to an earlier one"),
     "sleep": (TIMED_OUT, "did not answer within 1 s"),
     "spin": (TIMED_OUT, "did not answer within 1 s"),
     "spin_in_c": (TIMED_OUT, "did not answer within 1 s"),
-    "str_subclass": (RAISED, "no plain data"),
+    "str_subclass": (RAISED, "not plain data"),
     "system_exit": (RAISED, "SystemExit"),
     "twice": (RAISED, "says more than it was asked"),
     "unknown_frame": (RAISED, "malformed"),
@@ -227,7 +227,7 @@ def test_inputs_changed_by_a_skill_are_the_runtimes_as_before(
 
 @pytest.mark.parametrize("name", ["hidden_grandchild", "fork_bomb"])
 @pytest.mark.parametrize("kind", ["bare", "wrapped"])
-def test_whatever_a_worker_started_dies_with_it(
+def test_processes_of_a_worker_die_with_it(
     name: str, kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
     nursery: ZygotePool = request.getfixturevalue(kind)
@@ -240,7 +240,7 @@ def test_whatever_a_worker_started_dies_with_it(
 
 
 @pytest.mark.parametrize("kind", ["bare", "wrapped"])
-def test_whatever_a_worker_started_dies_when_the_zygote_is_killed(
+def test_processes_of_a_worker_die_when_the_zygote_is_killed(
     kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
     nursery: ZygotePool = request.getfixturevalue(kind)

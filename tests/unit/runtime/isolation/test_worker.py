@@ -65,10 +65,12 @@ class Talk:
         return self._ours.request(question(self._ours.token()), 20.0)
 
     def load(self, source: str, function: str = "lift", layers: tuple[str, ...] = ()) -> WorkerResponse:
+        content, inputs = source.encode(), {"height": 0.1}
         return self.ask(
-            lambda token: LoadSkill(token, layers, "m", "skills.py", "/m/skills.py", source.encode(), function,
-                               {"height": 0.1})
-        )  # fmt: skip
+            lambda token: LoadSkill(
+                token, layers, "m", "skills.py", "/m/skills.py", content, function, inputs
+            )
+        )
 
     def resume(self, near: float = 1.0) -> WorkerResponse:
         return self.ask(lambda token: ResumeSkill(token, {"near": near}))
@@ -122,7 +124,7 @@ def test_without_a_layer_no_code_is_run(monkeypatch: pytest.MonkeyPatch, talk: T
     monkeypatch.setattr(module, "apply_layers", refused)
     answer = talk.load("raise SystemExit")
     assert isinstance(answer, SkillRejected)
-    assert answer.reason.startswith("a layer of isolation cannot be put on: ")
+    assert answer.reason.startswith("a layer of isolation cannot be applied: ")
 
 
 @pytest.mark.parametrize(
@@ -152,7 +154,7 @@ def test_before_a_skill_is_loaded_nothing_can_be_run(talk: Talk) -> None:
         ("raise KeyError('x')\n    yield", "KeyError"),
         ("raise SystemExit\n    yield", "SystemExit"),
         ("yield 3", "not an action"),
-        ("yield act('move', what=object())", "an action that is no plain data"),
+        ("yield act('move', what=object())", "an action that is not plain data"),
         (
             f"yield act('move', what='x' * {MAX_RESPONSE_BYTES})",
             f"an action of more than {MAX_RESPONSE_BYTES} bytes",
@@ -164,7 +166,7 @@ def test_before_a_skill_is_loaded_nothing_can_be_run(talk: Talk) -> None:
         ),
     ],
 )
-def test_what_goes_wrong_in_a_skill_is_told_in_words(body: str, why: str, talk: Talk) -> None:
+def test_an_error_of_a_skill_is_described_in_words(body: str, why: str, talk: Talk) -> None:
     loaded = talk.load(f"from aeros.skill import act\ndef lift(observed, inputs):\n    {body}")
     assert isinstance(loaded, SkillLoaded)
     answer = talk.resume()

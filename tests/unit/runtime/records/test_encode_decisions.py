@@ -75,7 +75,7 @@ def _said(
     }
 
 
-def test_decisions_are_told_as_their_details_are_encoded(tmp_path: Path) -> None:
+def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
     chance = Random(7)  # noqa: S311 - a test, the same every time
     teller, one_by_one = IncrementalDecisionEncoder(), IncrementalReadingsEncoder()
     callers = [

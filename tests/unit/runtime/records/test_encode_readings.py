@@ -30,7 +30,7 @@ def _moment(chance: Random, before: Readings) -> dict[str, Reading]:
     return moment
 
 
-def test_moments_are_told_as_each_is_by_itself() -> None:
+def test_incremental_encoding_of_readings_equals_encode_readings() -> None:
     chance = Random(5)  # noqa: S311 - a test, the same every time
     teller = IncrementalReadingsEncoder()
     moment: dict[str, Reading] = {}
@@ -39,7 +39,7 @@ def test_moments_are_told_as_each_is_by_itself() -> None:
         assert teller.encode(moment) == encode_readings(moment)
 
 
-def test_a_list_that_has_changed_is_told_as_it_is_now() -> None:
+def test_a_changed_list_is_encoded_anew() -> None:
     teller, place = IncrementalReadingsEncoder(), [1.0]
     moment = {"place": Reading(place, 0.0), "lid": Reading(True, 0.0)}
     first = teller.encode(moment)
@@ -50,11 +50,11 @@ def test_a_list_that_has_changed_is_told_as_it_is_now() -> None:
 @pytest.mark.parametrize(
     "strange", [{1: Reading(1.0, 0.0), "lid": Reading(1.0, 0.0)}, {None: Reading(1.0, 0.0)}]
 )
-def test_what_has_no_name_is_told_as_such(strange: Any) -> None:
+def test_readings_with_odd_names_are_encoded_by_the_definition(strange: Any) -> None:
     assert IncrementalReadingsEncoder().encode(strange) == encode_readings(strange)
 
 
-def test_more_than_a_record_holds_is_told_as_too_large() -> None:
+def test_readings_larger_than_a_record_are_marked_as_too_large() -> None:
     moment = {name: Reading(name * (MAX_SIZE // 2), 0.0) for name in "abc"}
     teller = IncrementalReadingsEncoder()
     assert teller.encode(moment) == teller.encode(moment) == encode_readings(moment)

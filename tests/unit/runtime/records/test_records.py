@@ -103,7 +103,7 @@ MALFORMED: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("changed", MALFORMED, ids=str)
-def test_what_is_malformed_comes_back_as_malformed(changed: dict[str, Any]) -> None:
+def test_malformed_motions_decode_to_what_they_were(changed: dict[str, Any]) -> None:
     one = motion(**changed)
     assert repr(read(one)) == repr(one)
 
@@ -114,7 +114,7 @@ def test_every_double_comes_back(number: float) -> None:
     assert repr(read(one)) == repr(one)
 
 
-def test_whatever_a_plant_says_can_be_told() -> None:
+def test_any_planned_motion_can_be_encoded() -> None:
     for strange in (object(), {1: 2}, [1.0], b"x"):
         for changed in ("paths", "base", "way", "duration", "servo", "body"):
             malformed: dict[str, Any] = {changed: strange}

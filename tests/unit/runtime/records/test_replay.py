@@ -263,7 +263,7 @@ def test_a_configuration_that_is_not_to_be_had_is_named_and_nothing_is_agreed_to
         ({"more": 1}, [0]),
     ],
 )
-def test_a_session_that_says_something_else_of_its_configuration_is_named(
+def test_a_session_record_that_contradicts_its_configuration_is_a_mismatch(
     changed: dict[str, Any], sequences: list[int], log: Path
 ) -> None:
     opened = ("session-opened", {**OPENED[1], **changed})

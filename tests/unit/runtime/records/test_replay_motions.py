@@ -71,7 +71,7 @@ def replayed(log: Path, change: Change | None = None, mode: GateMode = GateMode.
 
 
 @pytest.mark.parametrize("mode", GateMode)
-def test_whatever_the_plant_said_is_decided_the_same_again(mode: GateMode, tmp_path: Path) -> None:
+def test_replay_decides_any_planned_motion_the_same(mode: GateMode, tmp_path: Path) -> None:
     plans: list[Any] = [
         PLAN, AWAY, PLAN, NoMotion("it waits"), MotionCompletion(False, "too far"), None, "nothing",
         replace(PLAN, duration=0.0), replace(PLAN, joint_paths=()), altered(body=None),
@@ -112,7 +112,7 @@ def two_at_once(log: Path, second: PlannedMotion, *, cancelled: bool = False) ->
 @pytest.mark.parametrize(
     ("second", "reason"), [(TURNS, "AE764"), (DRIVES, None), (NoMotion("wheels alone"), None)]
 )
-def test_a_second_motion_of_the_robot_is_decided_beside_the_first_again(
+def test_replay_decides_a_second_motion_together_with_the_first(
     second: PlannedMotion, reason: str | None, tmp_path: Path
 ) -> None:
     one = two_at_once(tmp_path / "audit.jsonl", second)
@@ -123,7 +123,7 @@ def test_a_second_motion_of_the_robot_is_decided_beside_the_first_again(
     assert "motion" in last
 
 
-def test_beside_what_comes_to_rest_it_is_denied_again_and_not_where_the_record_keeps_that_back(
+def test_replay_needs_the_record_numbers_of_halting_motions(
     tmp_path: Path,
 ) -> None:
     one = two_at_once(tmp_path / "audit.jsonl", DRIVES, cancelled=True)
@@ -236,7 +236,7 @@ WITHOUT = "a motion is recorded if and only if one was to be decided"
         (said_to_be_impossible, [""]),
     ],
 )
-def test_what_is_altered_is_found(change: Change, found: list[str], tmp_path: Path) -> None:
+def test_altered_records_are_found(change: Change, found: list[str], tmp_path: Path) -> None:
     log = written(tmp_path, PLAN, AWAY)
     assert replayed(log).matching_count == 2
     assert [one.reason for one in replayed(log, change).mismatches] == found
@@ -322,7 +322,7 @@ STRANGE: list[Any] = [
 
 
 @pytest.mark.parametrize("strange", STRANGE, ids=lambda value: str(value)[:20])
-def test_whatever_stands_in_a_record_is_no_more_than_a_disagreement(strange: Any, tmp_path: Path) -> None:
+def test_a_malformed_record_is_a_mismatch_and_no_crash(strange: Any, tmp_path: Path) -> None:
     records = [json.loads(line) for line in written(tmp_path, PLAN).read_bytes().splitlines()]
     found = places(records)
     # Also in place of everything that holds such a leaf.

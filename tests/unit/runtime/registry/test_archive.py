@@ -21,7 +21,7 @@ FILES = st.dictionaries(
 
 
 @given(FILES)
-def test_what_is_packed_comes_out_again(
+def test_packed_files_are_unpacked_unchanged(
     tmp_path_factory: pytest.TempPathFactory, files: dict[tuple[str, ...], bytes]
 ) -> None:
     names = {"/".join(parts): content for parts, content in files.items()}
@@ -55,17 +55,17 @@ def link(name: str) -> zipfile.ZipInfo:
 @pytest.mark.parametrize(
     ("entries", "why"),
     [
-        ([("../out_of_it", b"")], "is not in the module's folder"),
-        ([("/etc/passwd", b"")], "is not in the module's folder"),
-        ([("a/../../b", b"")], "is not in the module's folder"),
-        ([("a\\b", b"")], "is not in the module's folder"),
-        ([(link("skills.py"), b"/etc/passwd")], "is no regular file"),
+        ([("../out_of_it", b"")], "is outside the module's folder"),
+        ([("/etc/passwd", b"")], "is outside the module's folder"),
+        ([("a/../../b", b"")], "is outside the module's folder"),
+        ([("a\\b", b"")], "is outside the module's folder"),
+        ([(link("skills.py"), b"/etc/passwd")], "is not a regular file"),
         ([("a", b"1"), ("./a", b"2")], "is in it twice"),
         ([(f"f{n}", b"") for n in range(10_001)], "at most 10,000 files"),
         ([("a", b""), ("a/b", b"")], "cannot be unpacked"),
     ],
 )
-def test_what_is_no_module_is_refused_and_nothing_is_written_outside(
+def test_a_malformed_archive_is_refused_and_nothing_is_written_outside(
     tmp_path: Path, entries: list[tuple[str | zipfile.ZipInfo, bytes]], why: str
 ) -> None:
     path = archive(tmp_path / "a.zip", *entries)

@@ -47,7 +47,7 @@ def test_the_life_of_the_paper_with_its_loop() -> None:
 
 
 @pytest.mark.parametrize(("state", "verb"), list(product(ModuleState, LifecycleAction)))
-def test_what_is_no_step_is_refused_and_what_is_one_is_told(
+def test_a_transition_exists_exactly_from_the_allowed_states(
     state: ModuleState, verb: LifecycleAction
 ) -> None:
     assert (next_state(state, verb) is None) == (state not in allowed_states(verb))

@@ -71,9 +71,7 @@ def test_a_module_lives_and_is_forgotten(registry: Registry, write: Author) -> N
     ]
 
 
-def test_what_is_kept_is_proved_and_not_what_lies_where_it_came_from(
-    registry: Registry, write: Author
-) -> None:
+def test_the_stored_copy_is_proved_and_not_the_source_folder(registry: Registry, write: Author) -> None:
     source = write()
     bring_up(registry, source)
     shutil.rmtree(source)

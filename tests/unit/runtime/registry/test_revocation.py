@@ -164,9 +164,7 @@ def test_a_change_between_loading_and_the_first_look_is_followed(
         assert executor.active_modules() == {}
 
 
-def test_what_is_unrelated_stops_nothing_that_a_run_has_begun(
-    robot: Robot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unrelated_changes_stop_no_motion(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     """As `aeros run` opens it: nobody asks for the configuration but the executor."""
     thread = _under_way(robot)
     wait = ControlPage.wait_until_idle

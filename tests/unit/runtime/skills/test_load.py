@@ -93,7 +93,7 @@ def test_an_added_file_is_refused(make_ecm: Any) -> None:
         ),
     ],
 )
-def test_what_is_no_skill_is_refused(make_ecm: Any, code: str, function: str, why: str) -> None:
+def test_code_that_is_not_a_skill_is_refused(make_ecm: Any, code: str, function: str, why: str) -> None:
     ecm = make_ecm(code, function)
     with pytest.raises(SkillRefusedError, match=why):
         load_skill(ecm, ecm.skills["lift"])

@@ -76,7 +76,7 @@ def test_the_log_of_changes_names_what_is_then_in_force(
     assert named[-len(lived) :] == [was.digest for was in lived]
 
 
-def test_what_was_never_active_is_not_kept(registry: Registry, write: Author) -> None:
+def test_modules_that_were_never_active_are_not_kept(registry: Registry, write: Author) -> None:
     registry.install(write())
     registry.install(write("newer", version="1.1.0"))
     assert len(list((registry.folder / "modules").iterdir())) == 1
@@ -99,10 +99,10 @@ def test_it_says_what_is_missing(registry: Registry, lived: list[Configuration])
     manifest = folder / "tidy" / "ecm.yaml"
     manifest.write_text(manifest.read_text() + "# edited\n")
     assert _refusal(registry, first.digest) == (
-        "what it was made of is refused now: the kept files of `tidy` are not what was installed"
+        "it is refused now: the kept files of `tidy` are not what was installed"
     )
     shutil.rmtree(folder)
-    missing = f"of what it was made of is not kept any more: `tidy` 1.0.0 sha256:{folder.name}"
+    missing = f"parts of it are not stored any more: `tidy` 1.0.0 sha256:{folder.name}"
     assert _refusal(registry, first.digest) == missing
     for policy in (registry.folder / "policies").iterdir():
         policy.unlink()
@@ -118,10 +118,14 @@ def test_a_policy_that_was_edited_where_it_is_kept_is_noticed(
 ) -> None:
     policy = registry.folder / "policies" / f"{lived[0].site.digest}.yaml"
     policy.write_text(policy.read_text() + "# edited\n")
-    assert _refusal(registry, lived[0].digest).startswith("what it was made of is proved now to be ")
+    assert _refusal(registry, lived[0].digest).startswith(
+        "its modules and policy now give the configuration "
+    )
 
 
-def test_what_is_no_change_leads_to_nothing(registry: Registry, lived: list[Configuration]) -> None:
+def test_an_unreadable_or_missing_log_leads_to_no_configuration(
+    registry: Registry, lived: list[Configuration]
+) -> None:
     log = registry.folder / "audit.jsonl"
     log.write_bytes(log.read_bytes().splitlines(keepends=True)[-1])  # not sound from its first record on
     assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
