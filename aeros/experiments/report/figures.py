@@ -51,9 +51,9 @@ class ReportFigure:
     """A figure of a report, drawn when its SVG is asked for.
 
     Attributes:
-        name: of its file, without `.svg`.
+        name: name of its file, without `.svg`.
         title: alternative text.
-        experiment: what it is drawn of, of `results_of`.
+        experiment: what it shows, of the results of `compute_results`.
         variant: the one whose panels it shows; empty for the figure of the whole experiment.
     """
 
@@ -79,13 +79,20 @@ class ReportFigure:
             figure.savefig(file, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
         _, start, rest = file.getvalue().partition("<svg ")
         tag, end, body = rest.partition(">")
-        told = f"<title>{escape(self.title)}</title>"
-        told += f"<desc>Matplotlib {mpl.__version__}, data {data_digest(self.experiment)}</desc>"
-        return f'{start}role="img" {tag}{end}{told}{body}'
+        head = f"<title>{escape(self.title)}</title>"
+        head += f"<desc>Matplotlib {mpl.__version__}, data {data_digest(self.experiment)}</desc>"
+        return f'{start}role="img" {tag}{end}{head}{body}'
 
 
 def figures_of(experiment: Mapping[str, Any]) -> Iterator[ReportFigure]:
-    """List the figures of an experiment of `results_of`: one for each variant with panels, and its own."""
+    """List the figures of an experiment: one for each variant with panels, and its own.
+
+    Args:
+        experiment: of the results of `compute_results`.
+
+    Yields:
+        The figures, which are drawn when their SVG is asked for.
+    """
     name, title = f"experiment-{experiment['number']}", experiment["title"]
     if experiment["drawn"]:
         for variant in dict.fromkeys(row["variant"] for row in experiment["rows"] if row["at"]):
@@ -95,7 +102,14 @@ def figures_of(experiment: Mapping[str, Any]) -> Iterator[ReportFigure]:
 
 
 def data_digest(experiment: Mapping[str, Any]) -> str:
-    """Compute the SHA-256 of what an experiment's figures are drawn of, which they name in their `desc`."""
+    """Digest the data of the figures of an experiment, which their `desc` names.
+
+    Args:
+        experiment: of the results of `compute_results`.
+
+    Returns:
+        SHA-256, hexadecimal.
+    """
     return sha256(json.dumps(experiment, sort_keys=True).encode()).hexdigest()
 
 

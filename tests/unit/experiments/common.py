@@ -84,7 +84,7 @@ class Here(Executor):
     def __init__(self) -> None:
         self.submitted = 0
 
-    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
         self.submitted += 1
         future: Future[_R] = Future()
         try:

@@ -31,6 +31,7 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
+from aeros.session.assembly import build_executor
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
 
@@ -193,7 +194,7 @@ def test_takes_are_kept_until_those_of_other_plants_are_asked_for() -> None:
 def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(KIND, "_takes", PlantTraceCache())  # those of other tests aside
+    monkeypatch.setattr(KIND, "_traces", PlantTraceCache())  # those of other tests aside
     seeds = range(6)
     rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
     conditions = [
@@ -225,12 +226,11 @@ def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
 ) -> None:
     opened: list[Plant] = []
 
-    class Counted(Executor):
-        def __init__(self, configuration: Any, gate: Any, plant: Plant, *more: Any) -> None:
-            opened.append(plant)
-            super().__init__(configuration, gate, plant, *more)
+    def counted(configuration: Any, plant: Plant, *more: Any, **named: Any) -> Executor:
+        opened.append(plant)
+        return build_executor(configuration, plant, *more, **named)
 
-    monkeypatch.setattr(task, "Executor", Counted)
+    monkeypatch.setattr(task, "build_executor", counted)
     needed = []
     with TaskTrials().open(condition(task="clean_table", rate="1/2"), premises()) as trial:
         for seed in range(8):
@@ -247,8 +247,8 @@ def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
 
 def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None:
     class Fickle(SeedRandomStream):
-        def would_do(self, seen: Any) -> bool:
-            return super().reproduces(seen) and Scripted.opened < 2
+        def reproduces(self, draws: Any) -> bool:
+            return super().reproduces(draws) and Scripted.opened < 2
 
     takes: list[PlantTrace] = []
     trial(takes, 0.3, "ab")
@@ -270,7 +270,7 @@ def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None
 def test_on_physics_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(KIND, "_takes", PlantTraceCache())  # those of other tests aside
+    monkeypatch.setattr(KIND, "_traces", PlantTraceCache())  # those of other tests aside
     faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
     given = settings("fetch_object", faults=faults)
     named = (("flat", "1/10"), ("flat", "9/10"), ("behaviour_tree", "1/10"), ("behaviour_tree", "9/10"))

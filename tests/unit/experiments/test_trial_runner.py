@@ -156,9 +156,9 @@ def interruptible() -> Iterator[None]:
 class Interrupted(Here):
     """A process in which Ctrl-C comes with the first chunk."""
 
-    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
         signal.raise_signal(signal.SIGINT)
-        return super().run_step(fn, *args, **kwargs)
+        return super().submit(fn, *args, **kwargs)
 
 
 @pytest.mark.usefixtures("interruptible")
@@ -207,8 +207,8 @@ def test_a_worker_here_answers_in_one_piece_however_many_trials_it_has_finished(
 class Torn(Here):
     """A process of this machine whose files lose their last line."""
 
-    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
-        answer = super().run_step(fn, *args, **kwargs)
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+        answer = super().submit(fn, *args, **kwargs)
         (chunk,) = args
         assert isinstance(chunk, Chunk)
         chunk.spill_path.write_bytes(chunk.spill_path.read_bytes()[:-1])
@@ -300,7 +300,7 @@ def test_what_a_worker_has_finished_of_a_chunk_that_it_does_not_end_is_there_aga
 ) -> None:
     class EndsInTheThird(TaskTrials):
         @contextmanager
-        def opened(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
+        def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
             with super().open(condition, premises) as trial:
                 yield lambda seed: trial(seed) if seed < 2 else sys.exit("the third")
 
@@ -336,9 +336,9 @@ def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: 
 _KILLED_AFTER_AN_INTERRUPTION = """\
 import os, signal, time
 from concurrent.futures import wait
-from aeros.experiments.trial_runner import local
+from aeros.experiments.trial_runner import local_executor
 
-with local(2) as (pool, _):
+with local_executor(2) as (pool, _):
     under_way = [one for one in [pool.submit(time.sleep, 600.0) for _ in range(4)] if not one.cancel()]
     os.kill(next(iter(pool._processes)), signal.SIGKILL)
     wait(under_way)[0].pop().result()

@@ -31,7 +31,7 @@ def test_steps_and_actions_are_those_of_the_record(
         with AuditLog(log, durability=Durability.BATCHED) as audit:
             yield tmp_path, audit
 
-    monkeypatch.setattr(task, "scratch", kept)
+    monkeypatch.setattr(task, "scratch_folder", kept)
     found = []
     for seed in range(4):
         # A kind that has run nothing, so that there is nothing to be followed: each is rehearsed, and made.

@@ -68,11 +68,11 @@ def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_n
 
 
 def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed() -> None:
-    options = {"retries": 0, "recovery": False, "replans": 2, "within": 1.5, "again": 9.0}
+    options = {"retries": 0, "recovery": False, "replans": 2, "planning_timeout": 1.5, "replan_delay_s": 9.0}
     changed = {"architecture": "aeros", "rate": "1", "options": options}
     (found,) = trials(range(1), **changed)
     # Laid out, and then folded three times: as often as with plans that are in time.
-    in_time = trials(range(1), **{**changed, "options": {**options, "again": 0.0}})
+    in_time = trials(range(1), **{**changed, "options": {**options, "replan_delay_s": 0.0}})
     assert (found["late"], found["replans"]) == (2, 2)
     assert (in_time[0]["late"], in_time[0]["replans"], in_time[0]["steps"]) == (0, 2, found["steps"])
     assert "what is left of the plan before" in str(KIND.expected_values(condition(**changed), premises()))
@@ -80,7 +80,7 @@ def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed(
 
 def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> None:
     changed = {"architecture": "aeros", "rate": "0"}
-    options = {"within": 1.5, "first": 0.0, "again": 0.0}
+    options = {"planning_timeout": 1.5, "first_plan_delay_s": 0.0, "replan_delay_s": 0.0}
     (here,), (beside,) = (trials(range(1), **changed, options=one) for one in ({}, options))
     assert beside["steps"] == here["steps"]
     assert KIND.expected_values(condition(**changed, options=options), premises()) == KIND.expected_values(
@@ -89,7 +89,7 @@ def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> No
 
 
 def test_without_a_first_plan_nothing_is_begun_as_is_predicted() -> None:
-    options = {"replans": 1, "within": 0.3, "first": 5.0, "again": 5.0}
+    options = {"replans": 1, "planning_timeout": 0.3, "first_plan_delay_s": 5.0, "replan_delay_s": 5.0}
     changed = {"architecture": "aeros", "options": options}
     (found,) = trials(range(1), **changed)
     expected = KIND.expected_values(condition(**changed), premises())
