@@ -1,4 +1,4 @@
-"""What bounds alone decide is what Z3 decides, for random questions and for those of real sites."""
+"""Bounds alone decide as Z3 does, for random questions and for those of real sites."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _SETTINGS = examples(150)
 def _agrees(
     variables: Sequence[t.Variable], ranges: Mapping[str, tuple[Fraction, Fraction]], terms: Sequence[t.Term]
 ) -> SolverAnswer | None:
-    """What bounds say of a question, after comparing it with Z3 and with the definition."""
+    """Decide a question by bounds, after comparing the result with Z3 and with the definition."""
     found = IntervalSolver().decide(variables, ranges, terms)
     if found is None:
         return None

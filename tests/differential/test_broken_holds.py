@@ -94,5 +94,5 @@ def _walked(case: Case, held_to: dict[int, str], seed: int) -> None:
 
 
 def _first_tries_all_started(runtime: Recording) -> bool:
-    """Whether no plan's step failed to start at its first try."""
+    """Return true if every step of every plan could start at its first try."""
     return all(details["role"] != "step" for kind, details in runtime.notes if kind == "step-not-started")

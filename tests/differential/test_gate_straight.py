@@ -20,12 +20,12 @@ from tests.unit.runtime.bench import ALLOWED, Request, configuration, request
 
 
 def in_full(gate: CompiledGate, asked: Request) -> Decision:
-    """What the gate decides without its short way."""
+    """Decide without the fast path."""
     return gate._decider._decide_slow_path(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
 
 
 def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | None:
-    """What the short way answers."""
+    """Decide by the fast path alone."""
     functions = gate._decider._straight
     return fast_path.decide_fast(
         functions, asked.caller, asked.readings, asked.action, asked.now, asked.usage
@@ -33,7 +33,7 @@ def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | N
 
 
 def differs(gate: CompiledGate, asked: Request) -> bool:
-    """Whether the gate with its short way decides otherwise than without."""
+    """Return true if the gate decides otherwise with its fast path than without."""
     if shortly(gate, asked) is None:
         return False
     # The text tells 0.0 from -0.0, 1 from 1.0 and a list from a tuple.

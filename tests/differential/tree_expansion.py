@@ -33,7 +33,7 @@ class Expected(NamedTuple):
 
 
 def expected(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Expected:
-    """What runs from `start` come to."""
+    """Compute the expected counts of runs from `start`."""
     return _Tree(ecm, task, site).pursue(frozenset(start.items()), 0)
 
 

@@ -369,7 +369,7 @@ def corruptions(seed: int, count: int) -> Iterator[Request]:
 
 
 def corrupt(gate: CompiledGate, seed: int, count: int) -> Counter[str]:
-    """How often each verdict was given on `count` corrupted requests; fails on the first wrong one."""
+    """Count each verdict on `count` corrupted requests; fail on the first wrong one."""
     seen: Counter[str] = Counter()
     for asked, may_be_allowed, where in _corrupted(seed, count):
         decision = asked.decided_by(gate)

@@ -1,4 +1,4 @@
-"""What tests of experiments begin with."""
+"""Fixtures that tests of experiments share."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def model(**changed: Any) -> TrialModel:
 
 
 def told(found: Findings, *but: str) -> dict[str, Any]:
-    """What was found, but for what may differ from one time to the next, and `but` these."""
+    """Return the findings without those that may differ between runs, and without `but`."""
     return {name: value for name, value in found.items() if name not in (*NONDETERMINISTIC_FIELDS, *but)}
 
 

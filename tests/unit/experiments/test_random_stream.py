@@ -1,4 +1,4 @@
-"""What chance does in a trial, and in which others it would have done the same."""
+"""Random draws of a trial, and which other trials would draw the same."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def drawn_luck(seed: int, rate: str, **more: Any) -> tuple[OutcomeRandomStream, 
 
 
 def had(draws: OutcomeSampler, runs: int, **more: Any) -> tuple[DrawnOutcome, ...]:
-    """What the failing skill's runs came to."""
+    """Return the outcomes of the failing skill's runs."""
     name = f"{FAILING}.{settings(FAILING, **more)['skill']}"
     return tuple(DrawnOutcome(name, run, draws.outcome(name, run).id) for run in range(runs))
 

@@ -1,4 +1,4 @@
-"""What a trial says it counted is what the audit record and the plans have."""
+"""The counts of a trial are those of the audit record and the plans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What must not come of kill -9 is found where it did, in the plant's own log; and how long things took."""
+"""Violations after kill -9 are found in the plant's own log, and times are measured."""
 
 from __future__ import annotations
 
