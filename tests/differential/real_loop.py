@@ -1,4 +1,4 @@
-"""The agent's own loop, on outcomes that are drawn, or on every sequence of outcomes there is."""
+"""The agent's own loop, on drawn outcomes, or on every sequence of outcomes there is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The agent's own loop, in which hold-conditions break at any time, comes to no state that was not explored.
+"""The agent's own loop reaches no unexplored state, even if hold-conditions break at any time.
 
 What breaks is drawn here and not from `aeros.spec.model.hold_conditions`: the skill is halted before it has
 done anything, or

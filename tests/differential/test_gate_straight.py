@@ -1,4 +1,4 @@
-"""The short way to a decision against the full way: what it answers is what that answers, to the bit."""
+"""The fast path of a decision agrees with the full path in every bit of its answer."""
 
 from __future__ import annotations
 

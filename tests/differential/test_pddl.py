@@ -1,4 +1,4 @@
-"""Exported PDDL, read back by a small interpreter of its own: its shortest plans are as short as ours."""
+"""Exported PDDL, read by a small separate interpreter: its shortest plans are as short as ours."""
 
 from __future__ import annotations
 

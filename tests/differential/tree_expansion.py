@@ -1,4 +1,4 @@
-"""The loop of `aeros.agent.task_loop` again, as a tree of everything that may come of a run.
+"""The loop of `aeros.agent.task_loop` again, as a tree of all possible runs.
 
 Written from that file's rules and code alone, function by function; it shares nothing with
 `aeros.spec.closed_loop`.  Slow and small on purpose: a recursion that remembers what it has seen.

@@ -1,4 +1,4 @@
-"""Claims about skill code, which only read it, against running it, in every case, behind closed doors.
+"""Claims about skill code, which only read it, against running it, in every case, in isolation.
 
 The programs are straight: everything that is written can be reached.  What reading cannot decide is
 refused on purpose, and no matter of this comparison.

@@ -1,4 +1,4 @@
-"""Verdicts against enumeration: no false PROVED, no false REFUTED, VACUOUS exactly where nothing is.
+"""Verdicts against enumeration: no false PROVED, no false REFUTED, VACUOUS exactly for empty claims.
 
 Variables are booleans, enum members, families of booleans and two reals in [-1, 1].  Real terms are
 built from the reals, their negations and magnitudes, -1, 0 and 1 by minimum, maximum and choice, so

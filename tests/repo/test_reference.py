@@ -1,4 +1,4 @@
-"""The pages of docs/reference/ are those of the schemas: fields, types, meanings, examples.
+"""The pages of docs/reference/ agree with the schemas: fields, types, meanings, examples.
 
 An example comes from the field's own explanation, or else it is the shortest that a file of this
 repository holds: what is shown is always something that somebody could write.

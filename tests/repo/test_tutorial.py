@@ -1,4 +1,4 @@
-"""The tutorial is carried out, block by block and in order, in an empty folder.
+"""The tutorial is executed, block by block and in order, in an empty folder.
 
 - ```console: each `$ COMMAND` is run; every line shown after it is printed, in this order, numbers
   apart.  It exits with 0 unless an error is shown.

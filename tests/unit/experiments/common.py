@@ -63,7 +63,7 @@ def model(**changed: Any) -> TrialModel:
     return TrialModel(ecm, replace(routed.task, invariants=()), premises().configuration.site)
 
 
-def told(found: Findings, *but: str) -> dict[str, Any]:
+def comparable_findings(found: Findings, *but: str) -> dict[str, Any]:
     """Return the findings without those that may differ between runs, and without `but`."""
     return {name: value for name, value in found.items() if name not in (*NONDETERMINISTIC_FIELDS, *but)}
 

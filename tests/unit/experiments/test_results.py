@@ -353,7 +353,7 @@ def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
     assert "| what was said |" in text
     assert "| AE750 cell-speed |" in text
     drawn = (tmp_path / "figures" / "experiment-9.svg").read_text(encoding="utf-8")
-    assert all(said in drawn for said in ("100 % violated, 0.9", "0 % violated, 0.2", "not installed"))
+    assert all(result in drawn for result in ("100 % violated, 0.9", "0 % violated, 0.2", "not installed"))
 
 
 def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:

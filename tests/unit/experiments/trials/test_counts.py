@@ -39,9 +39,9 @@ def test_steps_and_actions_are_those_of_the_record(
             found.append(trial(seed))
     records = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     events = Counter(one["event"] for one in records)
-    begun = [one for one in records if one["event"] == "decision" and one["details"]["verdict"] != "DENY"]
+    started = [one for one in records if one["event"] == "decision" and one["details"]["verdict"] != "DENY"]
     assert 2 * sum(one["steps"] for one in found) == events["step-began"] > 8
-    assert 2 * sum(one["actions"] for one in found) == len(begun) > 80
+    assert 2 * sum(one["actions"] for one in found) == len(started) > 80
 
 
 class Planning:

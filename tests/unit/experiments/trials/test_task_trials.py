@@ -9,7 +9,7 @@ import pytest
 from aeros.experiments.statistics import wilson
 from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.task import KIND
-from tests.unit.experiments.common import condition, premises, told
+from tests.unit.experiments.common import comparable_findings, condition, premises
 
 
 def trials(seeds: range, **changed: Any) -> list[Findings]:
@@ -31,7 +31,9 @@ def test_what_is_measured_agrees_with_what_is_exact(architecture: str) -> None:
 
 def test_the_same_seed_finds_the_same_whatever_ran_before() -> None:
     both = trials(range(6), architecture="aeros")
-    assert [told(one) for one in trials(range(3, 6), architecture="aeros")] == [told(one) for one in both[3:]]
+    assert [comparable_findings(one) for one in trials(range(3, 6), architecture="aeros")] == [
+        comparable_findings(one) for one in both[3:]
+    ]
 
 
 def test_architectures_have_the_same_luck_in_a_seed() -> None:
@@ -43,7 +45,7 @@ def test_architectures_have_the_same_luck_in_a_seed() -> None:
 
 def test_a_gate_that_lets_everything_pass_changes_nothing_where_nothing_is_denied() -> None:
     governed, open_ = (trials(range(5), architecture="aeros", policy=policy) for policy in (True, False))
-    assert [told(one) for one in governed] == [told(one) for one in open_]
+    assert [comparable_findings(one) for one in governed] == [comparable_findings(one) for one in open_]
     assert all(one["denied"] == 0 for one in governed)
 
 
@@ -81,8 +83,8 @@ def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed(
 def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> None:
     changed = {"architecture": "aeros", "rate": "0"}
     options = {"planning_timeout": 1.5, "first_plan_delay_s": 0.0, "replan_delay_s": 0.0}
-    (here,), (beside,) = (trials(range(1), **changed, options=one) for one in ({}, options))
-    assert beside["steps"] == here["steps"]
+    (here,), (in_background,) = (trials(range(1), **changed, options=one) for one in ({}, options))
+    assert in_background["steps"] == here["steps"]
     assert KIND.expected_values(condition(**changed, options=options), premises()) == KIND.expected_values(
         condition(**changed), premises()
     )
