@@ -204,7 +204,7 @@ def test_what_has_no_range_may_be_anything(text: str, expected: SatResult | None
         "(a and not a) or x * x == 2 m",
     ],
 )
-def test_what_bounds_do_not_tell_is_left_to_the_solver(text: str) -> None:
+def test_questions_that_bounds_do_not_decide_go_to_the_solver(text: str) -> None:
     term = check(parse(text.replace("2 m", "2 m * 1 m")), Scope(VARIABLES), BOOL)
     variables = list(t.variables_of(term).values())
     assert IntervalSolver().decide(variables, dict.fromkeys(("x", "y"), (-TEN, TEN)), [term]) is None

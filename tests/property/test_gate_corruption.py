@@ -406,7 +406,7 @@ def test_z3_and_the_shadow_gate_take_no_corrupted_request_either() -> None:
 
 
 @pytest.mark.parametrize(("skill", "kind"), ALLOWED)
-def test_no_alien_is_taken_for_any_value_anywhere(skill: str, kind: str) -> None:
+def test_no_value_of_a_foreign_type_is_accepted_anywhere(skill: str, kind: str) -> None:
     base = request(skill, kind)
     for alien in ALIEN:
         for asked in _alien_anywhere(base, alien):

@@ -44,7 +44,7 @@ def answer(instruction: str, modules: dict[str, Ecm]) -> str | RoutingError:
         return refusal
 
 
-def test_an_instruction_is_routed_exactly_where_one_task_is_meant_and_else_it_is_said_why() -> None:
+def test_an_instruction_is_routed_exactly_if_it_names_one_task_and_else_refused_with_a_reason() -> None:
     _routed_where_one_is_named()
     assert min(_COUNTED[n] for n in (0, 1, 2)) > 10, "nearly all instructions were of one kind"
 
@@ -92,7 +92,7 @@ def test_neither_case_nor_punctuation_nor_composition_matters(
 
 @examples(300)
 @given(st.text(max_size=60), _TASKS)
-def test_whatever_is_said_is_routed_or_refused_in_words(instruction: str, tasks: list[list[str]]) -> None:
+def test_any_instruction_is_routed_or_refused_with_a_reason(instruction: str, tasks: list[list[str]]) -> None:
     found = answer(instruction, modules_of(tasks))
     assert isinstance(found, str) or 0 < len(found.reason) < 1000
 

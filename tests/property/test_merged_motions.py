@@ -167,7 +167,7 @@ def test_a_motion_of_which_something_is_left_out_is_noticed(
         _compare(range(400))
 
 
-def test_a_motion_that_is_taken_to_be_farther_than_it_is_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_overestimated_distance_of_a_motion_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     made = merging._progress
     monkeypatch.setattr(merging, "_progress", lambda other: made(other._replace(since=other.since + 0.2)))
     with pytest.raises(AssertionError):

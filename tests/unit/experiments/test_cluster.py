@@ -41,7 +41,7 @@ def test_a_cluster_finds_what_this_process_finds(address: str, tmp_path: Path) -
 
 
 @pytest.mark.filterwarnings("default")
-def test_where_nobody_answers_that_is_said() -> None:
+def test_an_unreachable_scheduler_is_reported() -> None:
     from aeros.experiments.cluster import dask_executor
 
     with pytest.raises(UserError) as refused, dask_executor("tcp://127.0.0.1:1", "1s"):

@@ -191,7 +191,7 @@ def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
     ]
 
 
-def test_takes_are_kept_until_those_of_other_plants_are_asked_for() -> None:
+def test_traces_are_kept_until_another_group_is_asked_for() -> None:
     cached = PlantTraceCache()
     first = cached.traces("plants")
     assert cached.traces("plants") is first

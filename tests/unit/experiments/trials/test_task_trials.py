@@ -29,14 +29,14 @@ def test_what_is_measured_agrees_with_what_is_exact(architecture: str) -> None:
     assert steps == pytest.approx(exact["invocations"], rel=0.1)
 
 
-def test_the_same_seed_finds_the_same_whatever_ran_before() -> None:
+def test_findings_of_a_seed_do_not_depend_on_earlier_runs() -> None:
     both = trials(range(6), architecture="aeros")
     assert [comparable_findings(one) for one in trials(range(3, 6), architecture="aeros")] == [
         comparable_findings(one) for one in both[3:]
     ]
 
 
-def test_architectures_have_the_same_luck_in_a_seed() -> None:
+def test_architectures_have_the_same_draws_with_a_seed() -> None:
     flat, tree = (trials(range(20), architecture=name) for name in ("flat", "behaviour_tree"))
     for one, other in zip(flat, tree, strict=True):
         assert one["reached"] <= other["reached"]
@@ -80,7 +80,7 @@ def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed(
     assert "what is left of the plan before" in str(KIND.expected_values(condition(**changed), premises()))
 
 
-def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> None:
+def test_a_plan_made_in_the_background_is_followed_like_one_made_in_place() -> None:
     changed = {"architecture": "aeros", "rate": "0"}
     options = {"planning_timeout": 1.5, "first_plan_delay_s": 0.0, "replan_delay_s": 0.0}
     (here,), (in_background,) = (trials(range(1), **changed, options=one) for one in ({}, options))
@@ -90,7 +90,7 @@ def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> No
     )
 
 
-def test_without_a_first_plan_nothing_is_begun_as_is_predicted() -> None:
+def test_without_a_first_plan_no_step_begins_as_predicted() -> None:
     options = {"replans": 1, "planning_timeout": 0.3, "first_plan_delay_s": 5.0, "replan_delay_s": 5.0}
     changed = {"architecture": "aeros", "options": options}
     (found,) = trials(range(1), **changed)

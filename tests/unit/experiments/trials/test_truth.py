@@ -41,7 +41,7 @@ def test_what_rests_breaks_nothing() -> None:
     assert (referee.broken, len(truths)) == ((), 1)
 
 
-def test_a_plant_tells_what_moves_until_it_has_ended() -> None:
+def test_a_plant_reports_motions_until_they_have_ended() -> None:
     referee = InvariantReferee(SITE, "human_distance", lambda _: None)
     named: list[str] = []
     plant = RefereedPlant(cast(Plant, SymbolicPlant(SITE, {}, 0)), referee, named.append)

@@ -94,7 +94,7 @@ def test_what_the_quotas_leave_is_decided_the_short_way(used: int) -> None:
     assert not differs(GATE, asked)
 
 
-def test_the_short_way_takes_no_corrupted_request_that_the_full_way_refuses() -> None:
+def test_the_fast_path_allows_no_corrupted_request_that_the_full_path_refuses() -> None:
     answered: Counter[DecisionKind] = Counter()
     for asked in corruptions(seed=3, count=COUNT):
         assert not differs(GATE, asked)
@@ -161,7 +161,7 @@ def test_reasons_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.Monke
     assert differs(twin, replace(request("quickly", "carry"), usage={"carry-rate": 10**30}))
 
 
-def test_what_is_denied_whatever_is_measured_is_denied_the_short_way_with_every_reason() -> None:
+def test_a_denial_that_no_reading_changes_is_on_the_fast_path_with_every_reason() -> None:
     old = configuration()
     site: Any = replace(old.site, access=replace(old.site.access, actuators=frozenset()))
     gate = CompiledGate(replace(old, site=site))
