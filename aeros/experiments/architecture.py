@@ -133,14 +133,14 @@ class TrialModel:
 
 
 MAX_CALLS: Final = 10_000
-"""What an architecture may ask of its means in one trial; one that never gives up is ended by it."""
+"""Most calls to the context in one trial; they end an architecture that never gives up."""
 
 
 class CallLimitError(Exception):
     """An architecture made more than `MAX_CALLS` calls to its context."""
 
     def __init__(self) -> None:
-        super().__init__(f"it does not end: it has asked {MAX_CALLS} times for something")
+        super().__init__(f"stopped after {MAX_CALLS} calls without finishing")
 
 
 @runtime_checkable
@@ -167,7 +167,7 @@ BUILT_IN: Final[Mapping[str, str]] = {
     "flat": "aeros.experiments.architectures.flat:FlatPipeline",
     "progprompt": "aeros.experiments.architectures.progprompt:ProgPrompt",
 }
-"""Those that come with AEROS, by name."""
+"""Classes of the architectures that come with AEROS, by name."""
 
 
 def load_class(name: str) -> type[Architecture]:

@@ -311,7 +311,7 @@ def _source_digest(architecture: str) -> str:
 def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) -> Iterator[Row]:
     """Yield each row, once for each entry of `across` and each value of its `sweep`."""
     for row in one.get("row", ()):
-        # What is in a file of its own decides the trials as well: all of its first list is in the condition.
+        # A separate data file decides the trials as well, so its first list is in the condition.
         listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
         texts = {name: _read_texts(folder) for name, folder in row.get("files", {}).items()}
         tasks = {

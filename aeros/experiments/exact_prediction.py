@@ -37,7 +37,7 @@ from aeros.spec.closed_loop.transition_system import StateSpaceError, Transition
 from aeros.spec.expr.doubles import to_doubles
 
 MAX_SEQUENCES: Final = 20_000
-"""Sequences of outcomes that one prediction may take; a second or two."""
+"""Most sequences of outcomes of one prediction; they take a second or two."""
 
 
 def predict(make: Callable[[], Architecture], model: TrialModel) -> Prediction:
@@ -73,7 +73,7 @@ def predict(make: Callable[[], Architecture], model: TrialModel) -> Prediction:
         except Exception as error:
             raise StateSpaceError(f"it raises {type(error).__name__}: {error}") from error
         if len(context.widths) < len(prefix):
-            raise StateSpaceError("it does not do the same where the same is measured")
+            raise StateSpaceError("the architecture is not deterministic")
         for place in range(len(prefix), len(context.widths)):
             before = tuple(context.chosen[:place])
             pending += [(*before, other) for other in range(1, context.widths[place])]
@@ -141,7 +141,7 @@ class _ModelContext:
 
     @property
     def seed(self) -> NoReturn:
-        raise StateSpaceError("it chooses by its seed, and says not what is to be expected (`predict`)")
+        raise StateSpaceError("the architecture uses its seed and has no `predict` method")
 
     @property
     def task(self) -> RoutedTask:
@@ -149,7 +149,7 @@ class _ModelContext:
 
     @property
     def runtime(self) -> NoReturn:
-        raise StateSpaceError("it drives the runtime itself, and says not what is to be expected (`predict`)")
+        raise StateSpaceError("the architecture drives the runtime and has no `predict` method")
 
     def world(self) -> WorldModel:
         self._count()
@@ -173,7 +173,7 @@ class _ModelContext:
         place = len(self.widths)
         chosen = self._prefix[place] if place < len(self._prefix) else 0
         if chosen >= len(found):
-            raise StateSpaceError("it does not do the same where the same is measured")
+            raise StateSpaceError("the architecture is not deterministic")
         self.widths.append(len(found))
         self.chosen.append(chosen)
         self._state, outcome, probability = found[chosen]

@@ -24,7 +24,7 @@ from aeros.spec.expr.types import BOOL
 from aeros.spec.model.model import ActionCondition, Declared, Ecm, Outcome, Skill
 
 _CHANNEL_IS_BAD: Final = t.Variable("channel is bad", BOOL, t.VariableRole.STATE)
-"""No name of a vocabulary, so that no module reads it."""
+"""The name is not valid in a vocabulary, so no module reads it."""
 
 _BURST_FIELDS: Final = {
     "mean_length": "mean_burst_length",

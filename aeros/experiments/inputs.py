@@ -23,7 +23,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.discovery import reference_site_path
 
 _EXCLUDED_FOLDERS: Final = ("api.py", "cli", "docs", "experiments")
-"""Parts of AEROS that decide nothing of what a trial finds, but for …"""
+"""Parts of AEROS that do not decide the findings of a trial, except for …"""
 
 _INCLUDED_FILES: Final = (
     "architecture.py",
@@ -36,7 +36,7 @@ _INCLUDED_FILES: Final = (
     "trial_context.py",
     "trial_plants.py",
 )
-"""… these of `experiments`; what data and the kind of trial decide is in the condition and its digest."""
+"""… these of `experiments`; data and the kind of trial are in the condition and its digest."""
 
 
 @dataclass(frozen=True, slots=True)

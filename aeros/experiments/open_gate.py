@@ -22,7 +22,7 @@ class OpenGate(Gate):
     """Gate that allows every action as it is asked for, whatever else is under way."""
 
     def __init__(self, configuration: Configuration) -> None:
-        # Nothing is compiled, as nothing is decided.
+        # No decision, so nothing to compile.
         self._site = configuration.site
 
     @cached_property

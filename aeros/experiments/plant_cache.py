@@ -249,8 +249,6 @@ class ReplayingRuntime:
         """Implements `Runtime.events_since`: nothing is recorded."""
         return ()
 
-    # Inside.
-
     def _call(self, name: str, *arguments: Any) -> Any:
         request, place = (name, arguments), len(self._done)
         if self._live is None:
@@ -283,7 +281,7 @@ class ReplayingRuntime:
             new = recorder.call(old.request)
             is_same = (new.answer, new.state_after.now) == (old.answer, old.state_after.now)
             if not is_same or not self._stream.reproduces(new.state_after.draws):
-                raise InternalError(f"asked the same, a plant did something else: {old.answer}, {new.answer}")
+                raise InternalError(f"plant is not deterministic: {old.answer} before, {new.answer} now")
         self._traces.append(recorder.trace)
         self._spent_s += process_time() - began
         return recorder

@@ -125,7 +125,7 @@ class TrialContextImpl:
             raise CallLimitError
         runtime = self._runtime
         readings, now = runtime.observe(), runtime.now()
-        # Where the very same readings come again, as long as nothing happens, so does the world.
+        # The same readings object at the same time gives the same world, which is reused.
         if self._world is None or readings is not self._readings or now != self._world.time:
             self._readings = readings
             self._world = world_from_readings(runtime.site.state, readings, now, self._exactly)
@@ -161,7 +161,7 @@ class TrialContextImpl:
         if not isinstance(result, StepResult):
             ended = self._runtime.wait()
             if ended is None:
-                raise MisuseError("nothing ended, without a time to wait until")
+                raise MisuseError("wait() returned nothing without a deadline")
             result = ended.result
         return assess_step(module.id, skill, result, self.world())
 

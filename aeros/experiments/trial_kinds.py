@@ -16,35 +16,35 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.spec.model.model import Durability
 
 Findings = Mapping[str, Any]
-"""What one trial found: JSON values by name.
+"""Findings of one trial: JSON values by name.
 
-`reached` (whether it succeeded) and `processor_s` are among them; `NONDETERMINISTIC_FIELDS` may differ from
-time to time.
+`reached` (whether it succeeded) and `processor_s` are among them; `NONDETERMINISTIC_FIELDS` may differ
+between runs.
 """
 
 Trial = Callable[[int], Findings]
 """Runs the trial of a seed."""
 
-SCRATCH_ROOT: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
-"""Where trials keep what nobody keeps; None for wherever temporary files are."""
+SCRATCH_ROOT: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  temporary files
+"""Folder for temporary files of trials, in memory; None for the default folder."""
 
 TIMING_FIELDS: Final = ("processor_s", "alone_s", "swap_s", "reaction_s")
-"""What takes another time whenever it is found."""
+"""Findings that are times, which differ between runs."""
 
 NONDETERMINISTIC_FIELDS: Final = ("live", *TIMING_FIELDS)
-"""What may be found otherwise from one time to the next: times, and whether a plant of its own was needed."""
+"""Findings that may differ between runs: times, and whether a plant of its own was needed."""
 
 EQUIVALENT_INTERVAL: Final = "alike"
-"""Where a trial says so."""
+"""Finding with the interval in which the trial would have found the same."""
 
 PREDICTED_FIELDS: Final = ("success", "invocations", "retries", "recoveries", "replans")
-"""What is computed of a condition."""
+"""Names of the values that are computed for a condition."""
 
 ATTEMPT_FIELD: Final = "attempt"
-"""What is computed of how many attempts fail: the rate."""
+"""Name of the expected share of attempts that fail: the rate."""
 
 INDEPENDENT_PREFIX: Final = "independent_"
-"""Before the name of what would be exact if attempts were independent of each other, where they are not."""
+"""Prefix of values that would be exact if attempts were independent, where they are not."""
 
 
 class TrialKind(Protocol):
@@ -127,10 +127,10 @@ KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "sensors": ("sensors", "truth"),
     "task": ("task",),
 }
-"""By kind, the module of `trials/` that has a `KIND`, and others that it stands on."""
+"""By kind, the module of `trials/` that has a `KIND`, and others that it needs."""
 
 KINDS_RUNNING_CLI: Final = frozenset(("kills",))
-"""Kinds whose trials run the commands of `aeros`, so that their code decides, too."""
+"""Kinds whose trials run commands of `aeros`, whose code then decides findings too."""
 
 
 def kind_of(name: str) -> TrialKind:

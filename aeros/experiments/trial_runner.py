@@ -38,13 +38,13 @@ from aeros.experiments.trial_store import SpillFile, StoredTrial, TrialStore
 from aeros.spec.diagnostics.errors import InternalError, MisuseError
 
 MAX_CHUNK_TRIALS: Final[Mapping[str, int]] = {"symbolic": 200, "physics": 1}
-"""Trials that a worker runs for one answer at most, or those of one seed: one takes seconds on physics."""
+"""Most trials of a chunk, unless one seed has more: a trial takes seconds on physics."""
 
 _CHUNKS_PER_WORKER: Final = 2
-"""Chunks given out for each worker: one that it runs and one that waits."""
+"""Chunks submitted for each worker: one that runs and one that waits."""
 
 _POLL_INTERVAL_S: Final = 0.1
-"""Seconds between looks at whether somebody interrupts."""
+"""Seconds between checks for an interruption."""
 
 
 class Chunk(NamedTuple):
@@ -133,7 +133,7 @@ def run_chunk(chunk: Chunk) -> ChunkResult:
     """
     premises = load_inputs(chunk.paths)
     if premises.digest != chunk.inputs_digest:
-        raise InputsMismatchError("a worker has other modules, another site or another release of AEROS")
+        raise InputsMismatchError("worker inputs differ: modules, site or AEROS version")
     finished: list[StoredTrial] = []
     with ExitStack() as stack:
         aside = stack.enter_context(SpillFile(chunk.spill_path))
@@ -225,7 +225,7 @@ def _store_finished(
     on_progress: Callable[[RunProgress], None],
 ) -> None:
     done, _ = wait(running, _POLL_INTERVAL_S, return_when=FIRST_COMPLETED)
-    # What was refused comes last, so that all else is kept.
+    # Failed chunks come last, so that all others are stored first.
     for future in sorted(done, key=lambda one: one.exception() is not None):
         chunk = running.pop(future)
         number, trials = future.result()
@@ -255,7 +255,7 @@ def _missing(
         wanted = [
             (seed, tuple(left)) for seed in seeds if (left := _remaining(company, seed, premises, store))
         ]
-        # Every worker has a part of every company, however few they are.
+        # Every worker gets a part of every group, however few trials it has.
         size = max(1, min(MAX_CHUNK_TRIALS[plant] // len(company), ceil(len(wanted) / workers)))
         for first in range(0, len(wanted), size):
             chosen = tuple(wanted[first : first + size])
@@ -281,7 +281,7 @@ def _remaining(
             left.append(condition)
         else:
             store.append([StoredTrial(digest, seed, same)])
-    # What is listed last goes on longest, as a rule, so the others find that what they ask has been asked.
+    # Conditions that are listed last usually take longest, so the others find their requests in the cache.
     return left[::-1]
 
 
@@ -304,7 +304,7 @@ def local_executor(workers: int) -> Iterator[tuple[Executor, int]]:
     try:
         yield pool, workers
     except (SecondInterruptError, BrokenExecutor):
-        # The pool dismisses no worker any more where one that it had cancelled was to hear that it is broken.
+        # A broken pool ends no workers if it fails while it tells a cancelled future that it is broken.
         is_patient = False
         raise
     finally:

@@ -165,8 +165,6 @@ class TrialStore:
             os.fsync(self._file)
             self._synced = time.monotonic()
 
-    # Inside.
-
     def _read(self) -> Iterable[tuple[tuple[str, int], Mapping[str, Any]]]:
         content = self._path.read_bytes()
         whole = _complete_lines(content)

@@ -34,10 +34,10 @@ class ProgPrompt:
 def _run_plan(context: TrialContext) -> str:
     """Make a plan and follow it to its end or first failure; return why it went no further."""
     for step in context.plan():
-        # The assertion before the step: what it is for may hold already.
+        # The assertion before the step: its effect may hold already.
         if step.unless is not None and context.world().evaluate(step.unless) is True:
             continue
         assessment = context.run(step)
         if assessment.failed:
             return f"{step.skill}: {assessment.reason}"
-    return "the plan is exhausted, and the goal is not measured"
+    return "the plan is finished but the goal is not reached"

@@ -11,7 +11,7 @@ from aeros.experiments.report.markdown import Block, figure_block, heading, mark
 Results = Mapping[str, Any]
 
 _REFERENCE_VALUES: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
-"""What may stand beside what was measured, in this order, and what it is called."""
+"""Titles of reference values next to the measured one, in this order."""
 
 _TIMING_COLUMNS: Final = {
     "alone_s": ("processor time by itself, ms a trial", 1000),
@@ -19,7 +19,7 @@ _TIMING_COLUMNS: Final = {
     "swap_s": ("loading the module, proved and compiled before, ms a trial", 1000),
     "reaction_s": ("from hazard to stop, real time, ms a trial", 1000),
 }
-"""What may take another time in the next run: what it is called, and how many of its unit a 1 is."""
+"""Timings, which differ between runs: title, and factor from seconds to its unit."""
 
 
 def document(results: Results, figures: str, top_level: int = 1) -> Iterator[Block]:

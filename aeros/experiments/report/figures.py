@@ -40,7 +40,7 @@ _SIGNS: Final = {
     "independent": "exact if attempts were independent",
     "paper": "paper",
 }
-"""What a sign in a figure stands for, by the id of its group."""
+"""Meaning of a sign in a figure, by the id of its group."""
 
 _UNITS: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 """Seconds in a unit, by the end of a metric's name."""
@@ -69,7 +69,7 @@ class ReportFigure:
 
         with mpl.rc_context():
             mpl.rcdefaults()
-            # The salt makes the ids of elements, which differ between the figures of a page.
+            # The salt makes ids of elements unique among the figures of a page.
             mpl.rcParams.update({**_STYLE, "svg.hashsalt": self.name})
             if self.variant:
                 figure = _sweep_panels(self.experiment, self.variant)
@@ -178,12 +178,12 @@ def _sweep(experiment: Mapping[str, Any]) -> Figure:
         of = sorted((one for one in means if one["variant"] == variant), key=lambda one: float(one["at"]))
         cells, x = [one["cell"] for one in of], [places.index(one["at"]) for one in of]
         colour = _COLOURS[number % len(_COLOURS)]
-        # Every second one is dashed: of two lines that lie on each other both are seen.
+        # Every second line is dashed, so that both of two equal lines are visible.
         for name, line in (("exact", "--" if number % 2 else "-"), ("independent", ":")):
             values = [cell[name] for cell in cells]
             if None not in values:
                 axes.plot(x, values, line, color=colour, linewidth=1, gid=name)
-        # Points stand side by side, as several of them may lie on each other.
+        # Points stand side by side, so that equal ones do not hide each other.
         aside = [place + 0.06 * (number - (len(variants) - 1) / 2) for place in x]
         _plot_measured(axes, aside, cells, color=colour, label=of[0]["title"])
         of_paper = [

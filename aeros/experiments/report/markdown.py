@@ -10,7 +10,7 @@ from typing import Final
 from aeros.experiments.report.figures import ReportFigure
 
 OFF: Final = "▲"
-"""Behind a value that is outside the interval of what was measured."""
+"""Mark after a value that is outside the interval of the measured one."""
 
 
 @dataclass(frozen=True, slots=True)

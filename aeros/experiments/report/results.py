@@ -36,7 +36,7 @@ Trials = Mapping[tuple[str, int], Findings]
 """Finished trials by condition's digest and seed."""
 
 COMPUTED_FIELDS: Final = {"exact": "", "independent": INDEPENDENT_PREFIX}
-"""What is computed of a cell, and what stands before its name among what is expected."""
+"""Computed values of a cell, with the prefix of their names among the expected values."""
 
 _NORMAL_95: Final = 1.959964
 
@@ -269,7 +269,7 @@ def measure_metric(metric: Metric, found: Sequence[Findings]) -> dict[str, Any]:
         return {"measured": median(values), "low": low, "high": high}
     if metric.maximum:
         return {"measured": max(one[metric.maximum] for one in found), "low": None, "high": None}
-    # Of those trials that have it: how late a stop was says only one in which there was one.
+    # Only of trials that have it: a trial without a stop has no time to stop.
     values = [one[metric.mean] for one in found if metric.mean in one]
     middle = fmean(values)
     if len(values) == 1:

@@ -177,7 +177,7 @@ class _TrialEvents:
         self.attenuated += result.attenuated
         self.denied += result.denied
         if result.status is StepStatus.STOPPED:
-            # By the monitor for a rule, or by the plant in words, of which the first say what is the matter.
+            # The monitor names a rule; the plant gives a text, whose beginning is its kind.
             who, rule, *_ = f"{result.reason}:".split(":")
             self.stopped += 1
             self.why.add(f"{who} {rule}" if who == "monitor" else f"plant: {who}")
@@ -208,7 +208,7 @@ def _wait_for_end(executor: Executor, started: Sequence[StepHandle | StepResult]
     for _ in [one for one in started if not isinstance(one, StepResult)]:
         ended = executor.wait()
         if not isinstance(ended, EndedStep):
-            raise InternalError("nothing ended, without a time to wait until")
+            raise InternalError("wait() returned nothing without a deadline")
         yield ended.result
 
 

@@ -161,8 +161,8 @@ class _CachedProver:
     ) -> tuple[Configuration, Report]:
         """Prove as `proving.prove_configuration` does; `options` are its other parameters."""
         folders = tuple(paths)
-        # Below a registry a module's folder has its digest as its parent, and nobody here changes what it is
-        # installed from.
+        # In a registry the parent of a module's folder is named by its digest, and the folders that trials
+        # install from do not change.
         key = folders, site, *sorted(options.items()), tuple(active(one.name) for one in folders)
         if key not in self._proved:
             self._proved[key] = prove_configuration(folders, site, **options, active=active)

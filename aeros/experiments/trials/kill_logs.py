@@ -16,7 +16,7 @@ _REST_SPEEDS: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
 PLANTS: Final = tuple(_REST_SPEEDS)
 
 _REST_TOLERANCES: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 1e-9}
-"""How far a joint may have moved while nobody was there, rad."""
+"""Largest motion of a joint without an agent, rad."""
 
 
 def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> list[str]:

@@ -45,15 +45,15 @@ from aeros.runtime.audit.log import verify_log
 from aeros.spec.model.model import Ecm
 
 LONGEST_TASK: Final = 600.0
-"""Real seconds, from the last kill, after which a task counts as one that does not end."""
+"""Real seconds from the last kill after which a task counts as endless."""
 
 VICTIMS: Final = ("agent", "worker", "watchdog")
 
 _POLL_INTERVAL_S: Final = 0.005
-"""Seconds between two looks at the plant's log."""
+"""Seconds between two reads of the plant's log."""
 
 DEFAULT_INSTRUCTION: Final = "make dumplings"
-"""What is asked for where nothing else is said."""
+"""Instruction of a trial unless it has another."""
 
 
 @dataclass
@@ -115,7 +115,7 @@ class _SupervisedTask:
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "aeros", "run", *arguments, "--watchdog"]
         more = ("--state", str(self.state), "--crashes", "1000")
-        # The same AEROS as this one, wherever it is.
+        # The child imports the same AEROS as this process.
         paths = [str(Path(aeros.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
         return subprocess.Popen(  # noqa: S603
             [*command, *more],
@@ -138,7 +138,7 @@ class _SupervisedTask:
         self._killed.append(time.monotonic())
         if victim == "watchdog":
             self._watchdog.wait()
-            # What it had not taken note of was not asked for yet.
+            # A run that it has not recorded yet is requested again.
             is_known = (self.state / "run.json").exists()
             self._watchdog = self._start(*(("--resume",) if is_known else self._asked))
         return True
@@ -156,7 +156,7 @@ class _SupervisedTask:
         if self._watchdog.poll() is None:
             self._trial.violations.append(f"ended: not after {self._longest:g} s")
             for pid in (self._watchdog.pid, self._agent_pid(), _holder_of(self.state / "plant")):
-                # 0 where there is none, which would be all processes of our group.
+                # 0 stands for none; kill would send the signal to all processes of our group.
                 if pid > 0:
                     with suppress(ProcessLookupError):
                         os.kill(pid, signal.SIGKILL)
@@ -181,7 +181,7 @@ class _SupervisedTask:
     def _agent_pid(self) -> int:
         """Return the id of the process that holds the agent's folder, 0 where there is none."""
         pid = _holder_of(self.state)
-        # The watchdog holds it for a moment itself.
+        # The watchdog itself holds it briefly.
         return pid if pid != self._watchdog.pid else 0
 
 

@@ -34,13 +34,13 @@ if TYPE_CHECKING:
     from aeros.sim.sensors import GroundTruth
 
 _TRIAL_TIMEOUT_S: Final = 15.0
-"""Plant seconds after which a trial is over: whoever comes has come."""
+"""Plant seconds after which a trial is over: the person has arrived by then."""
 
 _PLAN_INTERVAL_S: Final = 0.1
-"""Plant seconds between a plan and the next question."""
+"""Plant seconds between a plan and the next request."""
 
 _PLANNING_TIMEOUT_S: Final = 60.0
-"""Seconds that a plan may take, so that none is late."""
+"""Seconds that a plan may take; long enough that none is late."""
 
 
 class ReactionTrials:

@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from aeros.sim.sensors import GroundTruth
 
 TOLERANCE: Final = 1.01
-"""A link is faster than its set points by this much at most, so a limit is broken beyond that."""
+"""Greatest ratio of a link's speed to its set point; a limit is broken beyond that."""
 
 _REST_SPEED: Final = 0.01
-"""Speed up to which something rests, m/s: what is left of an arm that settles."""
+"""Speed up to which something counts as at rest, m/s: that of an arm that settles."""
 
 _FINGERS_REST: Final = 0.002
-"""Speed of the gap between fingers that rest, m/s."""
+"""Speed of the finger gap up to which fingers count as at rest, m/s."""
 
 _STROKE_GAP_TICKS: Final = 6
 """Ticks without motion after which fingers that move begin a new stroke."""

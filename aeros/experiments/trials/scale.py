@@ -43,13 +43,13 @@ from aeros.spec.verification.reports import Report
 from aeros.spec.verification.verify import Detail, verify
 
 _REPETITIONS: Final = 200
-"""How often what takes microseconds is done for one measurement."""
+"""Repetitions of one measurement of an operation that takes microseconds."""
 
 _FIRST_NEW_MODULE: Final = 1000
-"""The number of the first module that a trial installs: of none that is there."""
+"""Number of the first module that a trial installs; no existing module has it."""
 
 _MAX_NEW_MODULES: Final = 890
-"""How many of these trials install: of the second thousand all but those that depend on another."""
+"""Number of modules that trials install: the second thousand, without those that depend on another."""
 
 _GRIP: Final = act("grip", width=0.03, force=1.0)
 """An action that every synthetic skill may ask for."""
@@ -148,7 +148,7 @@ def _require_proved(report: Report) -> Report:
 
 def _install_one_more(robot: _Installation, skills: int, seed: int) -> None:
     """Prove a new module together with those that are proved, as `aeros verify` does."""
-    # Not one in ten, which would depend on its predecessor.
+    # Skip every tenth number: such a module would depend on its predecessor.
     number = _FIRST_NEW_MODULE + (seed + seed // 9) % _MAX_NEW_MODULES
     module = write_module(robot.folder / "modules", number, f"1.0.{seed}", skills)
     try:

@@ -45,7 +45,7 @@ from aeros.session.assembly import build_executor
 from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 
 LAST_SESSIONS: Final = 10
-"""The sessions at the end that are looked at by themselves."""
+"""Number of sessions at the end that are also counted by themselves."""
 
 
 class SessionTrials:

@@ -52,7 +52,7 @@ from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.model import Ecm
 
 _ARCHITECTURE_SETTINGS: Final = {"architecture", "options"}
-"""Settings that decide what is asked of a plant, and not what comes of it."""
+"""Settings that decide the requests to a plant, but not its answers."""
 
 
 class TaskTrials:
@@ -113,8 +113,8 @@ class TaskTrials:
                 traces = self._traces.traces(f"{plants_alike} {stream.plant_group}")
                 if condition.plant == "physics":
                     return tried(seed, stream, traces)
-                # Rehearsed where it needs a plant: a take is followed by many, and whatever is compiled when
-                # it is first used would be counted in each of them.
+                # A trial that needs a plant is rehearsed: many follow a trace, and code that is compiled at
+                # its first use would be counted in each of them.
                 rehearsed = tried(seed, stream, list(traces))
                 if not rehearsed["live"]:
                     return rehearsed

@@ -12,7 +12,7 @@ from math import exp, lgamma
 from typing import NamedTuple
 
 SuccessProbabilities = Sequence[tuple[float, float]]
-"""Of success of either skill in each session."""
+"""Probabilities of success of either skill, for each session."""
 
 _Record = tuple[int, int, int, int]
 

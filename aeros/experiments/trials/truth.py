@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 REST_SPEED: Final = 0.01
-"""Speed up to which a link rests, m/s: what is left of an arm that settles."""
+"""Speed up to which a link counts as at rest, m/s: that of an arm that settles."""
 
 
 class InvariantReferee:

@@ -81,11 +81,11 @@ def test_the_loop_run_against_all_outcomes_comes_to_what_the_shipped_prediction_
 @pytest.mark.parametrize(
     ("make", "why"),
     [
-        (Dicey, "does not do the same"),
-        (Endless, "it does not end"),
+        (Dicey, "is not deterministic"),
+        (Endless, "calls without finishing"),
         (Raising, "ZeroDivisionError: mine"),
-        (lambda: Driving(), "drives the runtime itself"),
-        (lambda: Seeded(), "chooses by its seed"),
+        (lambda: Driving(), "drives the runtime and has no"),
+        (lambda: Seeded(), "uses its seed and has no"),
     ],
 )
 def test_where_nothing_can_be_predicted_it_says_why(make: type[Architecture], why: str) -> None:

@@ -193,7 +193,7 @@ def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
 
 
 def test_a_worker_with_other_premises_refuses(tmp_path: Path) -> None:
-    with pytest.raises(InputsMismatchError, match="other modules"):
+    with pytest.raises(InputsMismatchError, match="worker inputs differ"):
         run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),), tmp_path / "aside.jsonl"))
 
 

@@ -102,7 +102,7 @@ def test_without_a_first_plan_no_step_begins_as_predicted() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "it does not end")]
+    ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "calls without finishing")]
 )
 def test_an_architecture_that_raises_or_does_not_end_has_failed(name: str, why: str) -> None:
     (found,) = trials(range(1), architecture=f"tests.unit.experiments.entered:{name}")
