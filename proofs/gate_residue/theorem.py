@@ -238,8 +238,8 @@ THEOREM = Theorem(
             "has-the-latter-of-two-claims-count",
             "named",
             REPORTS,
-            "if told.id in verdicts:",
-            "if not told:",
+            "if claim.id in verdicts:",
+            "if not claim:",
         ),
         Mutant(
             "assumes-the-precondition",

@@ -15,7 +15,7 @@ import aeros.api
 from tests.repo.tree import text_of
 
 PUBLIC = tuple(name for name in aeros.__all__ if name != "__version__")
-_SECTIONS = ("Args", "Returns", "Yields", "Raises", "Example")
+_SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises", "Example")
 _WIDEST = 88
 _MODULE_OF_ALIASES = "aeros/skill.py"
 
@@ -131,7 +131,7 @@ def _markdown(doc: str) -> str:
     text = re.sub(r"^    (?=\S)", "  ", text, flags=re.MULTILINE) + "\n\n"
     example = parts.pop("Example", None)
     for name, section in parts.items():
-        if name in ("Args", "Raises"):
+        if name in ("Args", "Attributes", "Raises"):
             section = re.sub(r"^(\w+): ", r"- `\1`: ", section, flags=re.MULTILINE)
             section = re.sub(r"^    ", "  ", section, flags=re.MULTILINE)
             text += f"**{name}**\n\n{section}\n\n"

@@ -1,1 +1,1 @@
-"""The agent's loop on a task's predicates: what can happen in it, and how likely."""
+"""The agent's closed loop over a task's predicates: reachable states and exact probabilities."""

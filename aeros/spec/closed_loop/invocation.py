@@ -1,4 +1,4 @@
-"""A skill as the agent's loop sees it: where it can start, and which outcome is measured after it."""
+"""Skills as the agent's loop sees them: states in which they can start, and outcomes measured after."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ State = tuple[Any, ...]
 
 
 class StateCondition:
-    """A term over predicates and constant inputs, decided for states.
+    """A condition over predicates and constant inputs, decided for states.
 
-    A predicate is looked up and a conjunction decided part by part; anything else is evaluated, once for
-    all states that agree on what it reads.
+    A predicate is looked up, and a conjunction is decided part by part.  Any other term is evaluated, once
+    for all states that agree on the predicates that it reads.
     """
 
     def __init__(self, term: t.Term, names: tuple[str, ...], inputs: Mapping[str, Any] | None = None) -> None:
@@ -41,12 +41,12 @@ class StateCondition:
 
     @property
     def single_predicate_index(self) -> int | None:
-        """Of the one predicate that it is, if it is nothing else."""
+        """The index in a state of the predicate that this condition is; None if it is anything else."""
         is_one = len(self._looked_up) == 1 and not self._evaluated
         return self._looked_up[0] if is_one else None
 
     def __call__(self, state: State) -> bool:
-        """Whether it is measured as true in `state`."""
+        """Return whether the condition holds in `state`."""
         for place in self._looked_up:
             if not state[place]:
                 return False
@@ -76,11 +76,17 @@ class _InterpretedTerm:
 
 
 class Invocation:
-    """A skill with its inputs, constant in a task.
+    """A skill with its inputs, which are constant in a task.
 
-    An outcome is what is *measured*, as in the agent's supervisor: where more effects are measured than
-    those that happened, or a success's that are as many, then that outcome is what the step counts as.
-    settable: what some skill of the loop brings about, so that nothing else does once a hold-condition broke.
+    An outcome here is the *measured* one, as in the agent's supervisor.  Of all outcomes whose effects hold
+    in the state afterwards, the step counts as the one with the most effects; of several, as a success.
+
+    Args:
+        skill: the skill that is run.
+        inputs: constant inputs by name; an input left out has its default value.
+        names: the predicates of a state, in order.
+        settable: predicates that some skill of the loop can set, so that nothing else changes them after the
+            hold-condition broke.
     """
 
     def __init__(
@@ -106,24 +112,38 @@ class Invocation:
         ]
 
     def can_start(self, state: State) -> bool:
-        """Whether its precondition is measured as true."""
+        """Check that the precondition holds.
+
+        Args:
+            state: a value for each predicate, in the order of the names.
+
+        Returns:
+            True if the skill has no precondition or its precondition holds in the state.
+        """
         return self._precondition is None or self._precondition(state)
 
     def after(self, state: State) -> list[tuple[State, Outcome, Fraction]]:
-        """Each state after it, the outcome measured there and its probability.
+        """List the states that may follow, one for each outcome.
 
-        An outcome is left out where it declares the probability 0, not where others leave it none.  That it
-        was halted as its hold-condition broke is a failure in each of these states, of probability 0.
+        An outcome is left out if it declares the probability 0, but not if the other outcomes leave it none.
+        Being halted because the hold-condition broke is a failure of probability 0 in each state where that
+        may happen.
+
+        Args:
+            state: a value for each predicate, before the skill runs.
+
+        Returns:
+            Each state afterwards, the outcome measured there, and the probability (0 to 1) of that.
         """
-        found = []
+        results = []
         for outcome, share, effects in self._outcomes:
             if outcome.probability != 0:
                 changed = _apply_effects(state, effects)
-                found.append((tuple(changed), self._measured_outcome(changed), share))
-        found += [
+                results.append((tuple(changed), self._measured_outcome(changed), share))
+        results += [
             (tuple(_apply_effects(state, effects)), outcome, Fraction(0)) for outcome, effects in self._unheld
         ]
-        return found
+        return results
 
     def _measured_outcome(self, values: list[Any]) -> Outcome:
         matching = [

@@ -1,11 +1,12 @@
-"""What a task's closed loop comes to, exactly: an absorbing Markov chain, solved without rounding.
+"""Exact prediction of a task's closed loop: an absorbing Markov chain, solved without rounding.
 
-States of the chain are a node of the transition system and the re-plans made so far.  Every move leads
-on: to a later step, to a further try of the same, or to the next plan.  So the chain has no cycle, and
-one pass in that order gives each state the probability that the loop ever comes to it:
-reach(s) = Σ over moves r → s of reach(r) · p(r → s).  By linearity an expected count is the sum of
+A state of the chain is a node of the transition system and the number of re-plans made so far.  Every move
+leads forward: to a later step, to a further try of the same step, or to the next plan.  So the chain has no
+cycle, and one pass in that order gives each state the probability that the loop ever reaches it:
+reach(s) = Σ over moves r → s of reach(r) · p(r → s).  By linearity, an expected count is the sum of
 reach(r) · p over the moves that count.
-Assumes: outcomes are independent of each other and of the past (experiments on correlated failures
+
+Assumes that outcomes are independent of each other and of the past (experiments on correlated failures
 measure how much that matters), and what the transition system assumes.
 """
 
@@ -21,15 +22,19 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
 
 MAX_WORK: Final = 100_000_000
-"""Bits of all probabilities that one prediction may add up; some ten seconds."""
+"""Largest total size (bits) of the probabilities in one prediction; takes some ten seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
     """The probability that the goal is reached, and expected counts over runs that reach it or not.
 
-    invocations: skills submitted, of which `retries` are further tries and `recoveries` are `on_failure`.
-    replans: plans made after the first.
+    Attributes:
+        success: probability that the goal is reached.
+        invocations: expected number of skills submitted.
+        retries: expected number of these that are further tries of a step.
+        recoveries: expected number of these that are run by `on_failure`.
+        replans: expected number of plans made after the first.
     """
 
     success: Fraction
@@ -40,7 +45,19 @@ class Prediction:
 
 
 def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
-    """The prediction for runs from `start` with at most `replans` re-plans; raises `StateSpaceError`."""
+    """Predict the runs of a task from one state.
+
+    Args:
+        system: transition system of the task.
+        start: values of the predicates at the start, in the order of `system.names`.
+        replans: largest number of plans after the first.
+
+    Returns:
+        The exact probability of success and the expected counts.
+
+    Raises:
+        StateSpaceError: the chain needs more than `MAX_WORK` bits of probabilities.
+    """
     queue = _Queue()
     queue.push(0, LoopState("plan", start), Fraction(1))
     success = replanned = Fraction(0)
@@ -51,7 +68,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
         if node.phase == "reached":
             success += probability
         elif node.phase == "rejected" and made < replans:
-            # It is made once more, rejected for the same reason, and then the agent gives up.
+            # The agent plans once more, the plan is rejected for the same reason, and the agent gives up.
             replanned += probability
         elif node.phase == "plan" and made and moves[0].target.phase != "reached":
             if made > replans:
@@ -72,7 +89,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
 
 
 class _Queue:
-    """States of the chain with their probabilities, each taken when no move to it is left."""
+    """Queue of the chain's states with their probabilities; a state comes out when no move to it is left."""
 
     def __init__(self) -> None:
         self._reach: dict[tuple[int, LoopState], Fraction] = {}
@@ -101,7 +118,10 @@ class _Queue:
 
 
 def _rank(made: int, node: LoopState) -> tuple[int, ...]:
-    """Grows with every move: re-plans, then steps done, then tries, of each the recovery before the try."""
+    """Rank a state so that every move leads to a higher rank.
+
+    The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.
+    """
     if node.phase == "plan":
         return (made, 0)
     ended = node.phase in ("reached", "rejected")

@@ -1,4 +1,7 @@
-"""How likely each declared outcome is, and modules with other probabilities and retries, to ask “what if”."""
+"""Probabilities of declared outcomes, and variants of modules with other probabilities or retries.
+
+The variants answer “what if” questions.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,16 @@ from aeros.spec.model.model import Ecm, Outcome, Skill, Task
 
 
 def outcome_probabilities(outcomes: Iterable[Outcome]) -> list[tuple[Outcome, Fraction]]:
-    """Each outcome and its probability; those that declare none share equally what the others leave.
+    """Compute the probability of each outcome; those that declare none share equally what the others leave.
 
-    Raises MisuseError where that is no distribution.
+    Args:
+        outcomes: the outcomes of one skill.
+
+    Returns:
+        Each outcome with its probability, in the order given.
+
+    Raises:
+        MisuseError: the declared probabilities are not a distribution.
     """
     every = list(outcomes)
     declared = [outcome.probability for outcome in every if outcome.probability is not None]
@@ -27,10 +37,20 @@ def outcome_probabilities(outcomes: Iterable[Outcome]) -> list[tuple[Outcome, Fr
 
 
 def with_probabilities(skill: Skill, probabilities: Mapping[str, Fraction]) -> Skill:
-    """`skill` where the outcomes named have the probabilities `given`; the others share what is left.
+    """Change the probabilities of some outcomes of a skill.
 
-    They share it in the proportions that they have, or equally where none of them can happen.
-    Raises MisuseError where an outcome is not declared, or no distribution results.
+    The other outcomes share the rest in the proportions that they have, or equally where none of them can
+    happen.
+
+    Args:
+        skill: the skill to change.
+        probabilities: new probabilities (0 to 1) by outcome.
+
+    Returns:
+        A copy of the skill with these probabilities.
+
+    Raises:
+        MisuseError: an outcome is not declared, or the result is not a distribution.
     """
     unknown = probabilities.keys() - skill.outcomes.keys()
     if unknown:
@@ -47,7 +67,18 @@ def with_probabilities(skill: Skill, probabilities: Mapping[str, Fraction]) -> S
 
 
 def with_skill_probabilities(ecm: Ecm, probabilities: Mapping[str, Mapping[str, Fraction]]) -> Ecm:
-    """`ecm` with the probabilities `given`, by skill and outcome; see `with_probabilities`."""
+    """Change the probabilities of outcomes of a module's skills, each as `with_probabilities` does.
+
+    Args:
+        ecm: the module to change.
+        probabilities: new probabilities (0 to 1) by skill and outcome.
+
+    Returns:
+        A copy of the module with these probabilities.
+
+    Raises:
+        MisuseError: a skill or outcome is not declared, or a result is not a distribution.
+    """
     unknown = probabilities.keys() - ecm.skills.keys()
     if unknown:
         raise MisuseError(f"`{ecm.id}` has no skill `{min(unknown)}`")
@@ -58,7 +89,18 @@ def with_skill_probabilities(ecm: Ecm, probabilities: Mapping[str, Mapping[str, 
 
 
 def with_retries(task: Task, retries: Mapping[str, int]) -> Task:
-    """`task` where the steps that run the skills named have the retry budgets `given`."""
+    """Change the retry budgets of a task's steps.
+
+    Args:
+        task: the task to change.
+        retries: new number of retries, by the skill or capability that a rule names.
+
+    Returns:
+        A copy of the task with these budgets.
+
+    Raises:
+        MisuseError: no rule of the task names one of the skills.
+    """
     unknown = retries.keys() - {rule.skill for rule in task.rules}
     if unknown:
         raise MisuseError(f"no rule of `{task.id}` runs `{min(unknown)}`")

@@ -1,4 +1,4 @@
-"""Everything that can be reached in a task's closed loop, breadth first, so that traces are shortest."""
+"""Reachable states of a task's closed loop, found breadth first so that traces are shortest."""
 
 from __future__ import annotations
 
@@ -19,9 +19,12 @@ MAX_NODES = 200_000
 class ReachableStates:
     """The reachable part of a transition system.
 
-    graph: nodes in breadth-first order, so that what comes first is nearest to a start, each with the
-        nodes from which a move of any probability leads to it, and the agent's choice that it takes there.
-    came_from: of each node but the starts, the node before it on a shortest way, and what happened.
+    Attributes:
+        system: the transition system.
+        graph: nodes in breadth-first order, so that earlier ones are nearer to a start.  Each has the nodes
+            from which a move of positive probability leads to it, with the agent's choice for that move.
+        predecessors: for each node but the starts, the node before it on a shortest path and the label of the
+            move between them.
     """
 
     system: TransitionSystem
@@ -29,9 +32,12 @@ class ReachableStates:
     predecessors: dict[LoopState, tuple[LoopState, str]] = field(default_factory=dict)
 
     def nodes_that_can_miss_goal(self) -> Iterator[LoopState]:
-        """Every node at which a plan is due, and the agent may choose so that the goal is never reached.
+        """Find the nodes before a plan from which the agent's choices may keep it from the goal for ever.
 
-        A node has a way to it if each choice there has an outcome that leads to a node that has one.
+        A node can reach the goal if each choice there has an outcome that leads to a node that can reach it.
+
+        Returns:
+            The nodes in phase `plan` that cannot reach the goal in this sense, nearest to a start first.
         """
         pending = [node for node in self.graph if node.phase == "reached"]
         hopeful = set(pending)
@@ -49,23 +55,50 @@ class ReachableStates:
         return (node for node in self.graph if node.phase == "plan" and node not in hopeful)
 
     def trace(self, node: LoopState) -> str:
-        """A shortest way from a start to `node`, for people."""
-        told = [f"then {self.format_state(node.state)}"]
+        """Describe a shortest path from a start to a node, for people.
+
+        Args:
+            node: a node of the graph.
+
+        Returns:
+            One line for the start, for each move with a label, and for the state at the node.
+        """
+        lines = [f"then {self.format_state(node.state)}"]
         while node in self.predecessors:
-            node, said = self.predecessors[node]
-            told += [said] if said else []
-        return "\n".join(["for example:", f"start with {self.format_state(node.state)}", *reversed(told)])
+            node, label = self.predecessors[node]
+            lines += [label] if label else []
+        return "\n".join(["for example:", f"start with {self.format_state(node.state)}", *reversed(lines)])
 
     def format_state(self, state: State) -> str:
-        """The values of `state`, as a manifest writes them."""
+        """Format a state as a manifest writes it.
+
+        Args:
+            state: values of the predicates, in the order of `system.names`.
+
+        Returns:
+            `NAME = VALUE` for each predicate, separated by commas.
+        """
         values = zip(self.system.names, state, strict=True)
         return ", ".join(f"{name} = {str(value).lower()}" for name, value in values)
 
 
 def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
-    """Everything that can be reached from the starts of `task`; raises `StateSpaceError`.
+    """Explore the closed loop of a task from all its starts.
 
-    Starts are the states that agree with `initial`; a predicate it does not name may have any value.
+    Starts are the states that agree with the task's `initial`.  A predicate that it does not name may have
+    any value at the start.
+
+    Args:
+        ecm: module that declares the task.
+        task: the task.
+        site: site under which the module is elaborated.
+
+    Returns:
+        The reachable states.
+
+    Raises:
+        StateSpaceError: a predicate has infinitely many values, or there are more than `MAX_STARTS` starts or
+            `MAX_NODES` nodes.
     """
     system = TransitionSystem(ecm, task, site)
     domains = (
@@ -75,18 +108,18 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
     starts = [*itertools.islice(itertools.product(*domains), MAX_STARTS + 1)]
     if len(starts) > MAX_STARTS:
         raise StateSpaceError("it has too many states to start from")
-    found = ReachableStates(system)
+    reachable = ReachableStates(system)
     pending = deque(LoopState("plan", start) for start in starts)
-    found.graph.update((start, []) for start in pending)
+    reachable.graph.update((start, []) for start in pending)
     while pending:
         node = pending.popleft()
         for move in system.transitions(node):
-            if move.target not in found.graph:
-                if len(found.graph) >= MAX_NODES:
+            if move.target not in reachable.graph:
+                if len(reachable.graph) >= MAX_NODES:
                     raise StateSpaceError("it has too many states")
-                found.graph[move.target] = []
-                found.predecessors[move.target] = (node, move.label)
+                reachable.graph[move.target] = []
+                reachable.predecessors[move.target] = (node, move.label)
                 pending.append(move.target)
             if move.probability:
-                found.graph[move.target].append((node, move.choice))
-    return found
+                reachable.graph[move.target].append((node, move.choice))
+    return reachable

@@ -1,18 +1,18 @@
 """The agent's loop on one task as a finite transition system over the task's predicates.
 
-Mirrors rules 1 to 3 of `aeros.agent.task_loop`, and the tries and recoveries of
-`aeros.agent.execution.plan_executor`, for the
-planner that plans by the task's rules, as the differential tests compare; each move of the system is a line
-of that loop.
+It mirrors rules 1 to 3 of `aeros.agent.task_loop`, and the tries and recoveries of
+`aeros.agent.execution.plan_executor`, for the planner that plans by the task's rules.  Each move of the
+system is a line of that loop.  Differential tests compare the two.
 
-Where a rule names a capability, each try of its step is one by a provider whose precondition holds; which, is
-the agent's choice, and nothing is assumed of it but, for predictions, that all are equally likely, as they
-are to an agent that remembers nothing.
+Where a rule names a capability, each try of its step is run by a provider whose precondition holds.  The
+agent chooses which, and proofs assume nothing about that choice.  Predictions assume that all are equally
+likely, as they are to an agent without memory.
 
-Assumes: effects of an outcome happen, nothing else changes, and every predicate is measured in time
-(the supervisor records a broken assumption where that is not so); no submission is refused, denied or
-halted but on account of its hold-condition, which is a failed try like any other (`spec.holds`), so every
-recovery is repeatable and no request is denied twice.
+Assumes that the effects of an outcome happen, that nothing else changes, and that every predicate is measured
+in time; the supervisor records a broken assumption where that is not so.  Assumes that no submission is
+refused, denied or halted, except that a skill is halted when its hold-condition breaks.  That is a failed try
+like any other (`aeros.spec.model.hold_conditions`).  So every recovery is repeatable, and no request is
+denied twice.
 """
 
 from __future__ import annotations
@@ -28,21 +28,23 @@ from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.model.model import Ecm, PlanningRule, Site, Skill, Task
 
 MAX_PLAN_STEPS: Final = 100
-"""The most steps of a plan that the agent accepts; `aeros.agent.planning.task_graph` has the same."""
+"""Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""
 
 
 class StateSpaceError(Exception):
-    """The loop has no finite, or too large a state space; the message says which."""
+    """The state space of the loop is infinite or too large; the message says which."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoopState:
-    """Where the loop is.
+    """A state of the loop: its phase, the measured predicates and the rest of the plan.
 
-    phase: `plan` (about to plan), `try` or `recover` (of the first step of `remaining_rules`), `reached` (the
-        goal is measured), or `rejected` (no plan is accepted here, and another would be the same).
-    remaining: the rules, by index, still to be run of the current plan.
-    tries: of the current step that failed so far.
+    Attributes:
+        phase: `plan` (about to plan), `try` or `recover` (of the first step of `remaining_rules`), `reached`
+            (the goal is measured), or `rejected` (no plan is accepted here, and another would be the same).
+        state: a value for each predicate.
+        remaining_rules: the rules of the current plan that are still to be run, by index.
+        tries: failed tries of the current step.
     """
 
     phase: Literal["plan", "try", "recover", "reached", "rejected"]
@@ -52,7 +54,7 @@ class LoopState:
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        # Found once: a state and a plan of a long task are long, and nodes are looked up again and again.
+        # Computed once: states and plans of long tasks are long, and nodes are looked up many times.
         object.__setattr__(self, "_hash", hash((self.phase, self.state, self.remaining_rules, self.tries)))
 
     def __hash__(self) -> int:
@@ -61,11 +63,14 @@ class LoopState:
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """One way on from a node.
+    """A move from one state of the loop to another.
 
-    role: of the skill that is submitted, as in the agent's report; None where none is.
-    said: that skill and the outcome that is measured then.
-    choice: the agent's, where it has one: the provider that is submitted.
+    Attributes:
+        target: the state after the move.
+        probability: probability of the move (0 to 1) for the agent's choice.
+        role: role of the skill that is submitted, as in the agent's report; None where no skill is.
+        label: that skill and the outcome that is measured then.
+        choice: the provider that the agent chooses, where it has a choice.
     """
 
     target: LoopState
@@ -76,10 +81,14 @@ class Transition:
 
 
 class TransitionSystem:
-    """The loop of one task; raises `StateSpaceError` where it is not over finitely many states.
+    """The agent's loop on one task.
 
-    names: its predicates, every state variable that the loop depends on, in the order of every state.
-    domains: the values that each of them can have.
+    The constructor raises `StateSpaceError` if a predicate has infinitely many values.
+
+    Attributes:
+        task: the task.
+        names: the predicates: every state variable that the loop depends on, in the order of every state.
+        domains: the values that each predicate can have.
     """
 
     def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
@@ -111,11 +120,26 @@ class TransitionSystem:
         self._rejections: dict[tuple[int, ...], str | None] = {}
 
     def condition(self, term: t.Term) -> StateCondition:
-        """`term` as a condition on the states of this system."""
+        """Make a term a condition on the states of this system.
+
+        Args:
+            term: condition over the predicates.
+
+        Returns:
+            The condition.
+        """
         return StateCondition(term, self.names)
 
     def blocked_step(self, node: LoopState) -> tuple[PlanningRule, str] | None:
-        """The rule whose step comes to its first try at `node`, and a skill of it that cannot start there."""
+        """Find a skill that is due for its first try and cannot start.
+
+        Args:
+            node: state of the loop.
+
+        Returns:
+            The rule of the due step, and the skill of it whose precondition does not hold; None if there is
+            none.
+        """
         if node.phase != "try" or node.tries or not node.remaining_rules or self._goal(node.state):
             return None
         index = node.remaining_rules[0]
@@ -126,7 +150,14 @@ class TransitionSystem:
         return None if name is None else (self.task.rules[index], name)
 
     def transitions(self, node: LoopState) -> list[Transition]:
-        """Every way on from `node`; none where the loop has ended."""
+        """List the moves from a state of the loop.
+
+        Args:
+            node: state of the loop.
+
+        Returns:
+            Every move; none where the loop has ended.
+        """
         if node.phase in ("reached", "rejected"):
             return []
         if self._goal(node.state):
@@ -142,13 +173,27 @@ class TransitionSystem:
         )
 
     def rejection(self, plan: tuple[int, ...]) -> str | None:
-        """Why the agent rejects the plan of these rules, if it does."""
+        """Give the reason for which the agent rejects a plan; results are cached.
+
+        Args:
+            plan: indices of the plan's rules.
+
+        Returns:
+            The reason, or None if the plan is accepted.
+        """
         if plan not in self._rejections:
             self._rejections[plan] = self._rejection(plan)
         return self._rejections[plan]
 
     def plan(self, state: State) -> tuple[int, ...]:
-        """The rules of the plan that is made in `state`."""
+        """Plan by the task's rules.
+
+        Args:
+            state: values of the predicates.
+
+        Returns:
+            Indices of the rules whose `unless` does not hold, in order.
+        """
         plan = [index for index, place in self._looked_up if not state[place]]
         plan += [index for index in self._decided if not self._unless[index](state)]
         return tuple(sorted(plan))
@@ -181,7 +226,7 @@ class TransitionSystem:
         if not able:
             return [Transition(LoopState("plan", node.state))]
         last = node.tries >= self.task.rules[index].retry
-        found = []
+        moves = []
         for step, (state, outcome, probability) in (
             (one, after) for one in able for after in one.after(node.state)
         ):
@@ -191,13 +236,13 @@ class TransitionSystem:
                 target = LoopState("plan", state)
             else:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
-            said = f"{step.name} → {outcome.id}"
+            label = f"{step.name} → {outcome.id}"
             role: Literal["step", "retry"] = "retry" if node.tries else "step"
-            found.append(Transition(target, probability / len(able), role, said, step.name))
-        return found
+            moves.append(Transition(target, probability / len(able), role, label, step.name))
+        return moves
 
     def _recovery_transitions(self, node: LoopState) -> list[Transition]:
-        """`on_failure`, which does no harm by not starting; then the next try."""
+        """List the moves of a recovery; one that cannot start is skipped, and the next try follows."""
         recovery = self._recoveries[node.remaining_rules[0]]
         if recovery is None or not recovery.can_start(node.state):
             return [Transition(LoopState("try", node.state, node.remaining_rules, node.tries))]
@@ -224,7 +269,7 @@ def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
 
 
 def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
-    """Every state variable that the task's goal, rules and invariants, or their skills speak of."""
+    """Collect every state variable that the task's goal, rules, invariants or skills depend on."""
     skills = skills_of(ecm, task)
     conditions = [
         task.goal,
@@ -239,7 +284,15 @@ def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
 
 
 def skills_of(ecm: Ecm, task: Task) -> list[Skill]:
-    """Every skill that the loop may submit."""
+    """List the skills that the loop on a task may submit.
+
+    Args:
+        ecm: module that declares the task.
+        task: the task.
+
+    Returns:
+        Providers of the rules' skills and capabilities, and recoveries, sorted by name.
+    """
     used = {name for rule in task.rules for name in ecm.providers(rule.skill)}
     used |= {rule.on_failure for rule in task.rules if rule.on_failure}
     return [ecm.skills[name] for name in sorted(used)]

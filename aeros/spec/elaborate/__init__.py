@@ -1,1 +1,1 @@
-"""Declared files → the resolved model: names, types and units settle here and nowhere else."""
+"""Elaboration of declared files to the resolved model: names, types and units settle here alone."""

@@ -1,4 +1,7 @@
-"""Declared compositions → resolved graphs over the module's skills, with every fault reported."""
+"""Elaboration of declared compositions to graphs of steps over a module's skills.
+
+Every fault is reported, and a composition with a fault is left out.
+"""
 
 from __future__ import annotations
 
@@ -22,27 +25,40 @@ _STEP_FIELDS = ("id", "inputs", "retry", "on_failure")
 
 
 def elaborate_compositions(
-    entries: MappingField[declared.Composition], site: Site, skills: Mapping[str, Skill], sink: Diagnostics
+    entries: MappingField[declared.Composition],
+    site: Site,
+    skills: Mapping[str, Skill],
+    diagnostics: Diagnostics,
 ) -> dict[str, Composition]:
-    """The compositions by name; what is at fault is reported and left out."""
-    found: dict[str, Composition] = {}
+    """Elaborate the compositions of a module; report each fault and leave out the compositions that have one.
+
+    Args:
+        entries: declared compositions by name.
+        site: site under which the module is elaborated; its names and retry limit apply.
+        skills: elaborated skills of the module by name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The compositions without faults, by name.
+    """
+    compositions: dict[str, Composition] = {}
     for name, one in entries:
         if name.value in skills:
-            sink.error(
+            diagnostics.error(
                 "AE121",
                 f"`{name.value}` is a skill already",
                 name.span,
                 help=("name this composition otherwise",),
             )
-        elaborated = _Elaborator(one, site, skills, sink).composition(name)
+        elaborated = _Elaborator(one, site, skills, diagnostics).composition(name)
         if elaborated is not None:
-            found[name.value] = elaborated
-    return found
+            compositions[name.value] = elaborated
+    return compositions
 
 
 @dataclass(frozen=True)
 class _InvocationFields:
-    """What a step and a handler have in common."""
+    """The fields that a step and a handler have in common."""
 
     skill: TextField
     inputs: tuple[tuple[TextField, ExpressionField | declared.OutputReference], ...]
@@ -60,40 +76,46 @@ def _subparts(part: declared.Part) -> Iterator[declared.Part]:
 
 class _Elaborator:
     def __init__(
-        self, composition: declared.Composition, site: Site, skills: Mapping[str, Skill], sink: Diagnostics
+        self,
+        composition: declared.Composition,
+        site: Site,
+        skills: Mapping[str, Skill],
+        diagnostics: Diagnostics,
     ) -> None:
         self._declared = composition
         self._site = site
         self._skills = skills
-        self._sink = sink
+        self._diagnostics = diagnostics
         self._named = {name.value: handler for name, handler in composition.handlers}
         self._steps: dict[str, TextField] = {}
         self._handlers: dict[str, Step] = {}
 
     def composition(self, name: TextField) -> Composition | None:
-        one, before = self._declared, len(self._sink)
+        one, before = self._declared, len(self._diagnostics)
         for part in _subparts(one.do):
             if part.skill is not None:
                 self._register_name(part.id or part.skill, part.skill)
         for handler_name, handler in one.handlers:
             if handler_name.value == STOP_ON_FAILURE:
-                self._sink.error("AE121", "`stop` is what `on_failure` says to stop", handler_name.span)
+                self._diagnostics.error(
+                    "AE121", "`stop` is what `on_failure` says to stop", handler_name.span
+                )
             run = _InvocationFields(handler.skill, handler.inputs.items, handler.retry, handler.on_failure)
             step = self._step(handler_name.value, run, handler_name.span)
             if step is not None:
                 self._handlers[handler_name.value] = step
         precondition = None
         if one.precondition is not None:
-            precondition = elaborate_expression(one.precondition, state_scope(self._site), self._sink)
+            precondition = elaborate_expression(one.precondition, state_scope(self._site), self._diagnostics)
         body = self._part(one.do)
-        if body is None or len(self._sink) > before:
+        if body is None or len(self._diagnostics) > before:
             return None
         span = None if one.precondition is None else one.precondition.span
         return Composition(name.value, precondition or t.TRUE, span, body, self._handlers, name.span)
 
     def _register_name(self, name: TextField, skill: TextField) -> None:
         if name.value in self._steps:
-            self._sink.error(
+            self._diagnostics.error(
                 "AE120",
                 f"two steps of this composition are named `{name.value}`",
                 name.span,
@@ -125,12 +147,12 @@ class _Elaborator:
         least = 1 if part.seq is not None else 2
         if len(inner) < least:
             needed = "a `seq` has at least one part" if least == 1 else "a `par` has at least two branches"
-            self._sink.error("AE112", needed, _first_line_span(part.span))
+            self._diagnostics.error("AE112", needed, _first_line_span(part.span))
         parts = tuple(built for one in inner if (built := self._part(one)) is not None)
         return Seq(parts) if part.seq is not None else Par(parts, _first_line_span(part.span))
 
     def _check_fields(self, part: declared.Part, form: str) -> None:
-        """Fields stand only where they mean something."""
+        """Report fields that have no meaning in a part of this form."""
         if form != "skill":
             for name in _STEP_FIELDS:
                 value = getattr(part, name)
@@ -140,7 +162,7 @@ class _Elaborator:
             self._report("`then` and `else` belong to an `if`", _first_line_span(part.span))
 
     def _if(self, part: declared.Part, condition: ExpressionField) -> If[Step] | None:
-        term = elaborate_expression(condition, state_scope(self._site), self._sink)
+        term = elaborate_expression(condition, state_scope(self._site), self._diagnostics)
         if part.then is None:
             self._report("an `if` needs a `then`", condition.span)
             return None
@@ -155,11 +177,13 @@ class _Elaborator:
         return If(term, condition.value, then, otherwise, condition.span)
 
     def _step(self, name: str, run: _InvocationFields, span: SourceSpan) -> Step | None:
-        skill = resolve_name(run.skill, self._skills, "a skill of this module", self._sink)
+        skill = resolve_name(run.skill, self._skills, "a skill of this module", self._diagnostics)
         on_failure = None if run.on_failure is None else self._on_failure(run, run.on_failure)
         limit = self._site.limits.retries
         if run.retry is not None and run.retry.value > limit:
-            self._sink.error("AE129", f"this site allows at most {limit} retries of a step", run.retry.span)
+            self._diagnostics.error(
+                "AE129", f"this site allows at most {limit} retries of a step", run.retry.span
+            )
         if skill is None:
             return None
         constants, flows = self._inputs(run, skill)
@@ -167,7 +191,7 @@ class _Elaborator:
         return Step(name, skill.id, constants, flows, retry, on_failure, span)
 
     def _on_failure(self, run: _InvocationFields, name: TextField) -> str:
-        """The handler's name; a skill that is no named handler becomes one."""
+        """Return the handler's name; a skill that is not a named handler becomes one."""
         if name.value == STOP_ON_FAILURE:
             return STOP_ON_FAILURE
         if run.retry is None:
@@ -175,7 +199,10 @@ class _Elaborator:
         if name.value not in self._named and name.value not in self._handlers:
             candidates = {**dict.fromkeys(self._named, None), **dict.fromkeys(self._skills, None)}
             resolve_name(
-                name, {**candidates, STOP_ON_FAILURE: None}, "a handler or a skill of this module", self._sink
+                name,
+                {**candidates, STOP_ON_FAILURE: None},
+                "a handler or a skill of this module",
+                self._diagnostics,
             )
             if name.value in self._skills:
                 step = self._step(name.value, _InvocationFields(name, (), None, None), name.span)
@@ -191,7 +218,7 @@ class _Elaborator:
         }
         flows: dict[str, OutputReference] = {}
         for name, given in run.inputs:
-            variable = resolve_name(name, skill.inputs, f"an input of `{skill.id}`", self._sink)
+            variable = resolve_name(name, skill.inputs, f"an input of `{skill.id}`", self._diagnostics)
             if variable is None:
                 continue
             if isinstance(given, declared.OutputReference):
@@ -201,8 +228,8 @@ class _Elaborator:
                     flows[name.value] = flow
                 continue
             type_ = variable.variable.type
-            value = elaborate_constant(given, constant_scope(self._site), self._sink, type_)
-            check_in_range(variable, value, given, self._sink)
+            value = elaborate_constant(given, constant_scope(self._site), self._diagnostics, type_)
+            check_in_range(variable, value, given, self._diagnostics)
             constants[name.value] = value
         written = {name.value for name, _ in run.inputs}
         for missing in skill.inputs.keys() - constants.keys() - flows.keys() - written:
@@ -214,14 +241,16 @@ class _Elaborator:
         step, _, output = text.value.partition(".")
         source = self._steps.get(step)
         outputs = {} if source is None else getattr(self._skills.get(source.value), "outputs", {})
-        resolve_name(text, {f"{step}.{name}": None for name in outputs}, "an output of a step", self._sink)
+        resolve_name(
+            text, {f"{step}.{name}": None for name in outputs}, "an output of a step", self._diagnostics
+        )
         return OutputReference(step, output, text.span) if output in outputs else None
 
     def _report(self, headline: str, at: SourceSpan) -> None:
-        self._sink.error("AE102", headline, at)
+        self._diagnostics.error("AE102", headline, at)
 
 
 def _first_line_span(span: SourceSpan) -> SourceSpan:
-    """The first line of a span: what to underline for a whole part."""
+    """Return the first line of a span, which is underlined for a whole part."""
     end = span.source.text.find("\n", span.start, span.end)
     return span if end < 0 else SourceSpan(span.source, span.start, end)

@@ -1,4 +1,4 @@
-"""Expression fields → typed terms, with every fault underlined in the file it was written in."""
+"""Elaboration of expression fields to typed terms; faults are underlined in the file that holds them."""
 
 from __future__ import annotations
 
@@ -24,14 +24,33 @@ _T = TypeVar("_T")
 
 
 def elaborate_expression(
-    expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type = BOOL
+    expression: ExpressionField, scope: Scope, diagnostics: Diagnostics, expected: Type = BOOL
 ) -> t.Term | None:
-    """The typed term of `expression`, or None after reporting why there is none."""
-    return _report_errors(expression, sink, lambda node: check(node, scope, expected))
+    """Elaborate an expression to a typed term.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names in the expression.
+        diagnostics: receives the faults.
+        expected: type that the term must have.
+
+    Returns:
+        The term, or None after reporting the fault.
+    """
+    return _report_errors(expression, diagnostics, lambda node: check(node, scope, expected))
 
 
 class ElaboratedCondition(NamedTuple):
-    """A condition and its parts; it is false where all premises are true and all alternatives false."""
+    """A condition and its parts.
+
+    The condition is false where all premises are true and all alternatives are false.
+
+    Attributes:
+        term: the whole condition.
+        conjuncts: its conjuncts, or the whole where it has fewer than two.
+        premises: conditions under which it requires something.
+        alternatives: conditions of which it requires one.
+    """
 
     term: t.Term
     conjuncts: tuple[Conjunct, ...]
@@ -40,13 +59,22 @@ class ElaboratedCondition(NamedTuple):
 
 
 def elaborate_condition(
-    expression: ExpressionField, scope: Scope, sink: Diagnostics
+    expression: ExpressionField, scope: Scope, diagnostics: Diagnostics
 ) -> ElaboratedCondition | None:
-    """As `elaborate_expression`, with the parts that the condition is made of."""
-    found = _report_errors(expression, sink, lambda node: check_condition(node, scope))
-    if found is None:
+    """Elaborate a condition as `elaborate_expression` does, together with the parts that it is made of.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names in the expression.
+        diagnostics: receives the faults.
+
+    Returns:
+        The condition with its parts, each with its position; None after reporting the fault.
+    """
+    checked = _report_errors(expression, diagnostics, lambda node: check_condition(node, scope))
+    if checked is None:
         return None
-    term, *parts = found
+    term, *parts = checked
     conjuncts, premises, alternatives = (
         tuple(Conjunct(one, _span(expression, extent)) for one, extent in each) for each in parts
     )
@@ -54,55 +82,84 @@ def elaborate_condition(
     return ElaboratedCondition(term, conjuncts if len(conjuncts) > 1 else whole, premises, alternatives)
 
 
-def elaborate_constant(expression: ExpressionField, scope: Scope, sink: Diagnostics, expected: Type) -> Any:
-    """The value of an expression under a `scope` without variables, or None after reporting why not."""
-    term = elaborate_expression(expression, scope, sink, expected)
+def elaborate_constant(
+    expression: ExpressionField, scope: Scope, diagnostics: Diagnostics, expected: Type
+) -> Any:
+    """Elaborate an expression without variables and evaluate it.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names; it has no variables.
+        diagnostics: receives the faults.
+        expected: type that the value must have.
+
+    Returns:
+        The value, numbers in SI units; None after reporting the fault.
+    """
+    term = elaborate_expression(expression, scope, diagnostics, expected)
     return None if term is None else evaluate(term, {})
 
 
-def elaborate_number(expression: ExpressionField, scope: Scope, sink: Diagnostics) -> t.Literal | None:
-    """The real constant that `expression` is, in the dimension it is written in; `scope` has no variables."""
-    found = _report_errors(expression, sink, lambda node: infer(node, scope))
-    if found is None:
+def elaborate_number(expression: ExpressionField, scope: Scope, diagnostics: Diagnostics) -> t.Literal | None:
+    """Elaborate an expression without variables to a real constant, in the dimension that its units give.
+
+    Args:
+        expression: field of a file, with its text and position.
+        scope: meaning of the names; it has no variables.
+        diagnostics: receives the faults.
+
+    Returns:
+        The constant in SI units with its type; None after reporting the fault.
+    """
+    inferred = _report_errors(expression, diagnostics, lambda node: infer(node, scope))
+    if inferred is None:
         return None
-    term, type_ = found
+    term, type_ = inferred
     value = evaluate(term, {})
     if not isinstance(type_, RealType) or not isinstance(value, Fraction):
-        sink.error("AE203", f"expected a number, found {type_}", expression.span, str(type_))
+        diagnostics.error("AE203", f"expected a number, found {type_}", expression.span, str(type_))
         return None
     return t.Literal(value, type_)
 
 
 def _report_errors(
-    expression: ExpressionField, sink: Diagnostics, checked: Callable[[Node], _T]
+    expression: ExpressionField, diagnostics: Diagnostics, checked: Callable[[Node], _T]
 ) -> _T | None:
     try:
         return checked(parse(expression.value))
     except ExpressionSyntaxError as fault:
         help_ = (fault.help,) if fault.help else ()
-        sink.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
+        diagnostics.error("AE201", fault.message, _span(expression, fault.extent), help=help_)
     except ExpressionTypeError as fault:
-        beside = (
+        secondary = (
             () if fault.beside is None else (SpanLabel(_span(expression, fault.beside[0]), fault.beside[1]),)
         )
-        sink.error(
+        diagnostics.error(
             fault.code,
             fault.message,
             _span(expression, fault.extent),
             fault.label,
-            secondary=beside,
+            secondary=secondary,
             help=(fault.cure,) if fault.cure else (),
         )
     return None
 
 
-def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
-    """The unit that a `unit` field names, or None after reporting that it names none."""
+def elaborate_unit(text: TextField | None, diagnostics: Diagnostics) -> Unit | None:
+    """Elaborate the `unit` field of a quantity.
+
+    Args:
+        text: the field; None where the quantity declares no unit.
+        diagnostics: receives the faults.
+
+    Returns:
+        The unit, `1` where there is no field; None after reporting that the text is not a unit.
+    """
     if text is None:
         return parse_unit("1")
     unit = parse_unit(text.value)
     if unit is None:
-        sink.error(
+        diagnostics.error(
             "AE207",
             f"`{text.value}` is not a unit",
             text.span,
@@ -111,11 +168,20 @@ def elaborate_unit(text: TextField | None, sink: Diagnostics) -> Unit | None:
     return unit
 
 
-def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics) -> Fraction | None:
-    """The value in SI of a field like `250 mm`, or None after reporting what is wrong with it."""
+def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagnostics) -> Fraction | None:
+    """Elaborate a field that holds a number with a unit, such as `250 mm`.
+
+    Args:
+        text: the field.
+        dimension: dimension that the value must have.
+        diagnostics: receives the faults.
+
+    Returns:
+        The value in SI units; None after reporting the fault.
+    """
     parsed = parse_quantity(text.value)
     if parsed is None:
-        sink.error(
+        diagnostics.error(
             "AE207",
             f"`{text.value}` is not a number with a unit",
             text.span,
@@ -124,7 +190,7 @@ def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics)
         return None
     value, unit = parsed
     if unit.dimension != dimension:
-        sink.error(
+        diagnostics.error(
             "AE204",
             f"expected a value in {dimension}, found {unit.dimension}",
             text.span,
@@ -135,5 +201,5 @@ def elaborate_quantity(text: TextField, dimension: Dimension, sink: Diagnostics)
 
 
 def _span(expression: ExpressionField, extent: TextRange) -> SourceSpan:
-    """Where `extent` of the expression's text stands in its file."""
+    """Return the position in the file of a range of the expression's text."""
     return sub_span(expression.node, extent.start, extent.end)

@@ -1,4 +1,4 @@
-"""Files → models: the whole way from a path to a `Site` or an `Ecm`, reporting everything on it."""
+"""Loading of site and module files: from a path to a `Site` or an `Ecm`, with every fault reported."""
 
 from __future__ import annotations
 
@@ -27,60 +27,88 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class LoadedEcm:
-    """A module and the Python files it was digested from, by path relative to its folder."""
+    """A module and the bytes of the Python files in its code digest, by path relative to its folder."""
 
     ecm: Ecm
     code: dict[str, bytes]
 
 
-def load_site(path: str | os.PathLike[str], sink: Diagnostics) -> Site | None:
-    """The site at `path`, or None after reporting everything that stands in its way."""
-    source = _source(path, sink)
-    return None if source is None else elaborate_source(source, sink)
+def load_site(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Site | None:
+    """Load the site at a path.
 
+    Args:
+        path: path of the site file.
+        diagnostics: receives the faults.
 
-def elaborate_source(source: Source, sink: Diagnostics) -> Site | None:
-    """The site that `source` declares, or None after reporting everything that stands in its way.
-
-    The same text under the same path is the same site, so that who asks again is not kept waiting.
+    Returns:
+        The site, or None after reporting every fault.
     """
-    site, said = _elaborate_with_diagnostics(source)
-    sink.extend(said)
+    source = _source(path, diagnostics)
+    return None if source is None else elaborate_source(source, diagnostics)
+
+
+def elaborate_source(source: Source, diagnostics: Diagnostics) -> Site | None:
+    """Elaborate the site that a source declares.
+
+    Results are cached: the same text under the same path gives the same site, without elaborating it again.
+
+    Args:
+        source: text of the site file and its path.
+        diagnostics: receives the faults.
+
+    Returns:
+        The site, or None after reporting every fault.
+    """
+    site, faults = _elaborate_with_diagnostics(source)
+    diagnostics.extend(faults)
     return site
 
 
 @lru_cache(maxsize=8)
 def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostics]:
-    sink = Diagnostics()
-    declared = _decode_source(source, declared_site.Site, sink)
-    return None if declared is None else elaborate_site(declared, text_digest(source.text), sink), sink
+    diagnostics = Diagnostics()
+    declared = _decode_source(source, declared_site.Site, diagnostics)
+    return None if declared is None else elaborate_site(
+        declared, text_digest(source.text), diagnostics
+    ), diagnostics
 
 
-def load_ecm(folder: Path, site: Site, sink: Diagnostics) -> LoadedEcm | None:
-    """The module in `folder` under `site`, or None after reporting everything that stands in its way."""
-    source = _source(folder / MANIFEST, sink)
-    declared = None if source is None else _decode_source(source, declared_ecm.Ecm, sink)
+def load_ecm(folder: Path, site: Site, diagnostics: Diagnostics) -> LoadedEcm | None:
+    """Load the module in a folder, under a site.
+
+    Args:
+        folder: the module's folder, which holds `ecm.yaml`.
+        site: site under which the module is elaborated.
+        diagnostics: receives the faults.
+
+    Returns:
+        The module with its code, or None after reporting every fault.
+    """
+    source = _source(folder / MANIFEST, diagnostics)
+    declared = None if source is None else _decode_source(source, declared_ecm.Ecm, diagnostics)
     if source is None or declared is None:
         return None
     try:
         code = code_files(folder)
     except OSError as error:
-        sink.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
+        diagnostics.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
         return None
-    ecm = elaborate_ecm(declared, site, str(folder), (text_digest(source.text), code_digest(code)), sink)
+    ecm = elaborate_ecm(
+        declared, site, str(folder), (text_digest(source.text), code_digest(code)), diagnostics
+    )
     return None if ecm is None else LoadedEcm(ecm, code)
 
 
-def _source(path: str | os.PathLike[str], sink: Diagnostics) -> Source | None:
+def _source(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Source | None:
     try:
         return read_source(path)
     except UserError as error:
         for diagnostic in error.diagnostics:
-            sink.report(diagnostic)
+            diagnostics.report(diagnostic)
         return None
 
 
-def _decode_source(source: Source, schema: type[_T], sink: Diagnostics) -> _T | None:
-    node = read_yaml(source, sink)
-    declared = None if node is None else decode(node, schema, sink)
-    return None if declared is None or sink.has_errors else declared
+def _decode_source(source: Source, schema: type[_T], diagnostics: Diagnostics) -> _T | None:
+    node = read_yaml(source, diagnostics)
+    declared = None if node is None else decode(node, schema, diagnostics)
+    return None if declared is None or diagnostics.has_errors else declared

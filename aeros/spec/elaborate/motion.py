@@ -1,4 +1,7 @@
-"""The declared motion section of a site → what trajectories are decided by, with names and units settled."""
+"""Elaboration of a site's motion section to the policy that trajectories are checked against.
+
+Names and units are settled here.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from aeros.spec.text.fields import TextField
 
 
 class _MotionVocabulary(Protocol):
-    """What of a site its motion section refers to."""
+    """The parts of a site that its motion section refers to."""
 
     constants: dict[str, t.Term]
     volumes: dict[str, AxisAlignedBox]
@@ -28,20 +31,29 @@ class _MotionVocabulary(Protocol):
 
 
 def elaborate_motion(
-    motion: declared.MotionPolicy, site: _MotionVocabulary, sink: Diagnostics
+    motion: declared.MotionPolicy, site: _MotionVocabulary, diagnostics: Diagnostics
 ) -> MotionPolicy | None:
-    """The policy that `motion` declares, or None after reporting everything that stands in its way."""
-    return _MotionElaborator(site, sink).motion(motion)
+    """Elaborate the motion section of a site.
+
+    Args:
+        motion: the declared section.
+        site: constants, volumes, state variables and action kinds that the section may name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The policy with all numbers in SI units, or None after reporting every fault.
+    """
+    return _MotionElaborator(site, diagnostics).motion(motion)
 
 
 class _MotionElaborator:
-    def __init__(self, site: _MotionVocabulary, sink: Diagnostics) -> None:
+    def __init__(self, site: _MotionVocabulary, diagnostics: Diagnostics) -> None:
         self._site = site
-        self._sink = sink
+        self._diagnostics = diagnostics
 
     def motion(self, motion: declared.MotionPolicy) -> MotionPolicy | None:
-        before = len(self._sink)
-        measured = resolve_name(motion.starts_at, self._site.state, "a state variable", self._sink)
+        before = len(self._diagnostics)
+        measured = resolve_name(motion.starts_at, self._site.state, "a state variable", self._diagnostics)
         index = None if measured is None else self._index(motion.starts_at, measured.variable)
         kinds = {name.value: self._kind(name, kind, measured) for name, kind in motion.on}
         joints, tool = motion.joints, motion.tool
@@ -71,7 +83,7 @@ class _MotionElaborator:
             for order, name in enumerate(driving, 1)
         ]
         lengths = [
-            elaborate_quantity(text, dimension, self._sink)
+            elaborate_quantity(text, dimension, self._diagnostics)
             for text, dimension in (
                 (motion.starts_within, ANGLE),
                 (motion.ends_within, LENGTH),
@@ -79,7 +91,7 @@ class _MotionElaborator:
             )
         ]
         barriers = [self._barrier(barrier) for barrier in motion.barriers]
-        if len(self._sink) > before:
+        if len(self._diagnostics) > before:
             return None
         # Nothing is None here: each None above was reported.
         lowest, highest, *rates = (table for table in tables if table is not None)
@@ -102,16 +114,16 @@ class _MotionElaborator:
         )
 
     def _kind(self, name: TextField, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
-        kind = resolve_name(name, self._site.kinds, "an action kind", self._sink)
+        kind = resolve_name(name, self._site.kinds, "an action kind", self._diagnostics)
         parameters = {} if kind is None else kind.parameters
         base = motion.base_ends_at
         if base is not None and len(base) != 2:
-            self._sink.error("AE112", "where the base ends takes two parameters, x and y", motion.span)
+            self._diagnostics.error("AE112", "where the base ends takes two parameters, x and y", motion.span)
         ends = motion.joints_end_at
         count = _joint_count(measured)
         if ends is not None and count is not None and len(ends) != count:
             headline = f"where the joints end takes {count} parameters, one for each, and not {len(ends)}"
-            self._sink.error("AE112", headline, motion.span)
+            self._diagnostics.error("AE112", headline, motion.span)
         if kind is None:
             return MotionKind(None, None, None)
         self._parameter(motion.tool_ends_at, parameters, kind, VectorType(LENGTH))
@@ -132,47 +144,51 @@ class _MotionElaborator:
     ) -> None:
         if name is None:
             return
-        found = resolve_name(name, parameters, f"a parameter of `{kind.name}`", self._sink)
+        found = resolve_name(name, parameters, f"a parameter of `{kind.name}`", self._diagnostics)
         if found is not None and found.variable.type != type_:
-            self._sink.error("AE203", f"`{name.value}` is {found.variable.type}, not {type_}", name.span)
+            self._diagnostics.error(
+                "AE203", f"`{name.value}` is {found.variable.type}, not {type_}", name.span
+            )
 
     def _index(self, name: TextField, variable: t.Variable) -> str | None:
         type_ = variable.type
         if isinstance(type_, FamilyType) and type_.element == RealType(ANGLE):
             return type_.index.name
-        self._sink.error("AE203", f"`{name.value}` is not one angle for each joint", name.span)
+        self._diagnostics.error("AE203", f"`{name.value}` is not one angle for each joint", name.span)
         return None
 
     def _joint_table(
         self, name: TextField, dimension: Dimension, index: str | None
     ) -> tuple[Fraction, ...] | None:
-        found = resolve_name(name, self._site.constants, "a constant", self._sink)
+        found = resolve_name(name, self._site.constants, "a constant", self._diagnostics)
         if found is None:
             return None
         if not isinstance(found, t.ConstantTable) or (index is not None and found.type.index.name != index):
-            self._sink.error("AE203", f"`{name.value}` has not one value for each joint", name.span)
+            self._diagnostics.error("AE203", f"`{name.value}` has not one value for each joint", name.span)
             return None
         if found.type.element != RealType(dimension):
-            self._sink.error(
+            self._diagnostics.error(
                 "AE204", f"`{name.value}` is in {found.type.element}, not {dimension}", name.span
             )
         return found.values
 
     def _scalar_constant(self, name: TextField, dimension: Dimension) -> Fraction | None:
-        found = resolve_name(name, self._site.constants, "a constant", self._sink)
+        found = resolve_name(name, self._site.constants, "a constant", self._diagnostics)
         if found is None:
             return None
         if not isinstance(found, t.Literal) or not isinstance(found.value, Fraction):
-            self._sink.error("AE203", f"`{name.value}` is not a single value", name.span)
+            self._diagnostics.error("AE203", f"`{name.value}` is not a single value", name.span)
             return None
         if found.type != RealType(dimension):
-            self._sink.error("AE204", f"`{name.value}` is in {found.type}, not {dimension}", name.span)
+            self._diagnostics.error("AE204", f"`{name.value}` is in {found.type}, not {dimension}", name.span)
         return found.value
 
     def _barrier(self, barrier: declared.Barrier) -> Barrier | None:
-        box = resolve_name(barrier.volume, self._site.volumes, "a volume", self._sink)
+        box = resolve_name(barrier.volume, self._site.volumes, "a volume", self._diagnostics)
         if barrier.links == ():
-            self._sink.error("AE112", f"no link heeds the barrier `{barrier.id.value}`", barrier.id.span)
+            self._diagnostics.error(
+                "AE112", f"no link heeds the barrier `{barrier.id.value}`", barrier.id.span
+            )
         if box is None:
             return None
         return Barrier(
@@ -187,11 +203,11 @@ class _MotionElaborator:
 
 
 def _derivative_dimension(dimension: Dimension, order: int) -> Dimension:
-    """The dimension of its derivative of that order with respect to time."""
+    """Return the dimension of a quantity's derivative of this order with respect to time."""
     return dimension * TIME**-order
 
 
 def _joint_count(measured: Declared | None) -> int | None:
-    """How many joints the state variable measures, if it measures any."""
+    """Return the number of joints that the state variable measures; None if it is not a family."""
     type_ = None if measured is None else measured.variable.type
     return len(type_.index.members) if isinstance(type_, FamilyType) else None

@@ -1,8 +1,8 @@
-"""Past-time conditions of a site's rules → histories: variables that the runtime keeps up to date.
+"""Histories of a site's past-time conditions: state variables that the runtime keeps up to date.
 
-What comes after sees conditions on one state only.  A proof takes a history as anything that its
-facts allow, so what is proved holds whatever happened before; a refutation may need a past that the
-rest of the world rules out, and then refuses what is safe, never the other way round.
+Later stages see only conditions on one state.  In a proof, a history may have any value that its facts
+allow, so a proved claim holds whatever happened before.  A refutation may need a past that the rest of the
+world rules out.  It then refuses a module that is safe, but an unsafe module is never accepted.
 """
 
 from __future__ import annotations
@@ -20,24 +20,34 @@ from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.model import Declared, History
 
 MAX_OCCURRENCE_COUNT: Final = 4096
-"""Occurrences in one window that a runtime counts; of more it does not know how many."""
+"""Upper end of the range of a count of occurrences in one window."""
 
 _ONE, _ZERO = (t.Literal(Fraction(number), RealType(NUMBER)) for number in (1, 0))
 
 
 class HistoryCollector:
-    """Collects the histories of a site's rules, each of them once."""
+    """Collector of the histories of a site's rules; equal past-time conditions share one history."""
 
     def __init__(self) -> None:
         self._kept: dict[str, History] = {}
 
     @property
     def collected(self) -> tuple[History, ...]:
-        """All of them; each stands after those that it depends on."""
+        """The histories collected so far; each comes after those that it depends on."""
         return tuple(self._kept.values())
 
     def replace_past_terms(self, term: t.Term, span: SourceSpan) -> t.Term:
-        """`term` with a variable in place of each past-time condition; `span` is where it is written."""
+        """Replace each past-time condition in a term by the variable of its history.
+
+        A quantifier over past-time conditions is expanded first: each member of its index has a history.
+
+        Args:
+            term: term of a rule.
+            span: position of the rule in its file, for new histories.
+
+        Returns:
+            The term without past-time conditions; `term` itself where it has none.
+        """
         if not _has_past_term(term):
             return term
         if isinstance(term, t.Quantified | t.Aggregate):
@@ -64,7 +74,7 @@ def _has_past_term(term: t.Term) -> bool:
 
 
 def _expand_index(term: t.Quantified | t.Aggregate) -> t.Term:
-    """The same without the index: a past-time condition is kept for each member by itself."""
+    """Expand a quantifier or aggregate over its index: each member has a history of its own."""
     index = term.index
     each = tuple(
         t.substitute(term.body, {index.name: t.Literal(member, index.type)}) for member in index.type.members
@@ -80,8 +90,8 @@ def _expand_index(term: t.Quantified | t.Aggregate) -> t.Term:
 
 
 def _history_variable(name: str, term: t.PastTerm, span: SourceSpan) -> Declared:
-    """The variable of a history, with what is known of it in every state."""
-    now = Fraction(0)  # seconds: it is of the very moment it was kept up to
+    """Declare the variable of a history, with the facts that hold of it in every state."""
+    now = Fraction(0)  # seconds: a history is as old as the state it was updated with
     match term:
         case t.Previously():
             return Declared(t.Variable(name, BOOL, t.VariableRole.STATE), span, max_age=now)

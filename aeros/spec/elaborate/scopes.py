@@ -1,4 +1,4 @@
-"""What the names of a condition may mean, by where the condition stands."""
+"""Scopes of conditions: the names that a condition may use, by the place where it is written."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aeros.spec.model.model import ActionKind, Declared
 
 
 class Vocabulary(Protocol):
-    """The named things of a site, finished or still being elaborated."""
+    """The named things of a site that conditions may use, elaborated completely or in part."""
 
     @property
     def enums(self) -> Mapping[str, EnumType]:
@@ -36,23 +36,55 @@ _NONE: Mapping[str, Declared] = {}
 
 
 def constant_scope(site: Vocabulary) -> Scope:
-    """For values that mention no variable: constants and enum members."""
+    """Make the scope of values without variables: constants and enum members.
+
+    Args:
+        site: vocabulary of the site.
+
+    Returns:
+        The scope.
+    """
     return Scope({}, {}, site.constants, site.enums)
 
 
 def state_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Scope:
-    """For conditions on states: the vocabulary, and a skill's inputs."""
+    """Make the scope of conditions on states: the vocabulary, and a skill's inputs.
+
+    Args:
+        site: vocabulary of the site.
+        inputs: inputs of a skill by name, without the prefix `inputs.`.
+
+    Returns:
+        The scope.
+    """
     return Scope(_variables(site.state), _variables(inputs), site.constants, site.enums, site.volumes)
 
 
 def action_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declared] = _NONE) -> Scope:
-    """For conditions on actions of `kind`: state, its parameters, and a skill's inputs."""
+    """Make the scope of conditions on actions of a kind: state, the kind's parameters, and a skill's inputs.
+
+    Args:
+        site: vocabulary of the site.
+        kind: action kind whose parameters may be used.
+        inputs: inputs of a skill by name, without the prefix `inputs.`.
+
+    Returns:
+        The scope.
+    """
     variables = _variables({**site.state, **kind.parameters})
     return Scope(variables, _variables(inputs), site.constants, site.enums, site.volumes)
 
 
 def scope_over(site: Vocabulary, declared: Iterable[Declared]) -> Scope:
-    """For conditions on just these variables: of a state, of a kind of action, or inputs of a skill."""
+    """Make the scope of conditions on the given variables only.
+
+    Args:
+        site: vocabulary of the site, for constants, enums and volumes.
+        declared: state variables, parameters of an action kind and inputs of a skill.
+
+    Returns:
+        The scope.
+    """
     inputs, others = {}, {}
     for one in declared:
         if one.variable.role is t.VariableRole.INPUT:
@@ -63,7 +95,15 @@ def scope_over(site: Vocabulary, declared: Iterable[Declared]) -> Scope:
 
 
 def joint_scope(site: Vocabulary, roles: Mapping[str, ActionKind]) -> Scope:
-    """For conditions on two simultaneous actions: state, and `ROLE.PARAMETER` of each."""
+    """Make the scope of conditions on two simultaneous actions: state, and `ROLE.PARAMETER` of each action.
+
+    Args:
+        site: vocabulary of the site.
+        roles: action kind of each role, by the role's name.
+
+    Returns:
+        The scope.
+    """
     parameters = {
         role: {name: replace(one.variable, name=f"{role}.{name}") for name, one in kind.parameters.items()}
         for role, kind in roles.items()

@@ -1,4 +1,4 @@
-"""A declared site → the resolved model: names, units and types settle here, and every fault is reported."""
+"""Elaboration of a declared site to the resolved model: names, units and types, with every fault reported."""
 
 from __future__ import annotations
 
@@ -45,22 +45,31 @@ from aeros.spec.model.model import (
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 _T = TypeVar("_T")
-_LONGEST_TIMEOUT = 3600  # s: what runs longer than this unwatched is not halted by any time-out
+_LONGEST_TIMEOUT = 3600  # s; a longer time-out would halt nothing in time
 _HasId = declared.Invariant | declared.JointInvariant | declared.OperatorOverride | declared.Quota
 
 
-def elaborate_site(site: declared.Site, digest: str, sink: Diagnostics) -> Site | None:
-    """The model of `site`, or None after reporting everything that stands in its way."""
-    before = len(sink)
-    elaborated = _SiteElaborator(site, sink).site(digest)
-    return elaborated if len(sink) == before else None
+def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -> Site | None:
+    """Elaborate a declared site.
+
+    Args:
+        site: the declared site.
+        digest: SHA-256 of the site file, in hexadecimal.
+        diagnostics: receives the faults.
+
+    Returns:
+        The model of the site, or None after reporting every fault.
+    """
+    before = len(diagnostics)
+    elaborated = _SiteElaborator(site, diagnostics).site(digest)
+    return elaborated if len(diagnostics) == before else None
 
 
 class _SiteElaborator:
-    def __init__(self, site: declared.Site, sink: Diagnostics) -> None:
+    def __init__(self, site: declared.Site, diagnostics: Diagnostics) -> None:
         self._declared = site
-        self._sink = sink
-        self._taken: dict[str, str] = {}
+        self._diagnostics = diagnostics
+        self._used_names: dict[str, str] = {}
         self.enums: dict[str, EnumType] = {}
         self.constants: dict[str, t.Term] = {}
         self.volumes: dict[str, AxisAlignedBox] = {}
@@ -69,7 +78,7 @@ class _SiteElaborator:
         self._histories = HistoryCollector()
 
     def site(self, digest: str) -> Site:
-        site, before = self._declared, len(self._sink)
+        site, before = self._declared, len(self._diagnostics)
         for name, members in site.enums:
             self._enum(name, members)
         for name, constant in site.constants:
@@ -77,14 +86,17 @@ class _SiteElaborator:
         for name, volume in site.volumes:
             self._volume(name, volume)
         for name, variable in site.state:
-            one = elaborate_state(name.value, variable, self.enums, self._sink)
-            if check_name_is_free(name, self._taken, "state variable", self._sink) and one is not None:
-                self._taken[name.value] = "a state variable"
+            one = elaborate_state(name.value, variable, self.enums, self._diagnostics)
+            if (
+                check_name_is_free(name, self._used_names, "state variable", self._diagnostics)
+                and one is not None
+            ):
+                self._used_names[name.value] = "a state variable"
                 self.state[name.value] = one
         for name, kind in site.actions:
             self._kind(name, kind)
-        # A name whose declaration is at fault is not undeclared: rules wait until all are in order.
-        whole = len(self._sink) == before
+        # Rules are elaborated only if all declarations are right: a faulty name is not an undeclared one.
+        whole = len(self._diagnostics) == before
         self._check_protective()
         self._check_unique(site.invariants, site.joint, site.policy.blocks, site.policy.quotas)
         rules = tuple(rule for one in site.invariants if whole and (rule := self._rule(one)) is not None)
@@ -112,7 +124,7 @@ class _SiteElaborator:
             joint_rules=joint,
             histories=self._histories.collected,
             policy_spans=_policy_spans(site),
-            motion=elaborate_motion(site.motion, self, self._sink) if whole and site.motion else None,
+            motion=elaborate_motion(site.motion, self, self._diagnostics) if whole and site.motion else None,
             durability=Durability(policy.audit.durability.value if policy.audit else "every-record"),
             isolation=self._isolation(policy.isolation),
             mcp=_mcp(policy.mcp),
@@ -121,22 +133,22 @@ class _SiteElaborator:
         )
 
     def _enum(self, name: TextField, members: tuple[TextField, ...]) -> None:
-        if not check_name_is_free(name, self._taken, "enum", self._sink):
+        if not check_name_is_free(name, self._used_names, "enum", self._diagnostics):
             return
-        self._taken[name.value] = "an enum"
+        self._used_names[name.value] = "an enum"
         for member in members:
-            if check_name_is_free(member, self._taken, "member", self._sink):
-                self._taken[member.value] = f"a member of `{name.value}`"
+            if check_name_is_free(member, self._used_names, "member", self._diagnostics):
+                self._used_names[member.value] = f"a member of `{name.value}`"
         if not members:
-            self._sink.error("AE112", f"the enum `{name.value}` has no member", name.span)
+            self._diagnostics.error("AE112", f"the enum `{name.value}` has no member", name.span)
         self.enums[name.value] = EnumType(name.value, tuple(member.value for member in members))
 
     def _constant(self, name: TextField, constant: declared.Constant) -> None:
-        if not check_name_is_free(name, self._taken, "constant", self._sink):
+        if not check_name_is_free(name, self._used_names, "constant", self._diagnostics):
             return
-        self._taken[name.value] = "a constant"
+        self._used_names[name.value] = "a constant"
         if (constant.value is None) == (constant.values is None):
-            self._sink.error(
+            self._diagnostics.error(
                 "AE102", "a constant has either `value` or `index`, `unit` and `values`", constant.span
             )
         elif constant.value is not None:
@@ -145,20 +157,20 @@ class _SiteElaborator:
             self._table(name, constant)
 
     def _scalar_constant(self, name: TextField, value: ExpressionField) -> None:
-        number = elaborate_number(value, constant_scope(self), self._sink)
+        number = elaborate_number(value, constant_scope(self), self._diagnostics)
         if number is not None:
             self.constants[name.value] = number
 
     def _table(self, name: TextField, constant: declared.Constant) -> None:
-        unit = elaborate_unit(constant.unit, self._sink)
+        unit = elaborate_unit(constant.unit, self._diagnostics)
         index = None if constant.index is None else self.enums.get(constant.index.value)
         if index is None:
             span = constant.span if constant.index is None else constant.index.span
-            self._sink.error("AE122", "`values` need an `index` that is a declared enum", span)
+            self._diagnostics.error("AE122", "`values` need an `index` that is a declared enum", span)
             return
         values = constant.values or ()
         if len(values) != len(index.members):
-            self._sink.error(
+            self._diagnostics.error(
                 "AE112",
                 f"{index.name} has {len(index.members)} members, but {len(values)} values stand here",
                 constant.span,
@@ -170,15 +182,15 @@ class _SiteElaborator:
             )
 
     def _volume(self, name: TextField, volume: declared.Volume) -> None:
-        if not check_name_is_free(name, self._taken, "volume", self._sink):
+        if not check_name_is_free(name, self._used_names, "volume", self._diagnostics):
             return
-        self._taken[name.value] = "a volume"
+        self._used_names[name.value] = "a volume"
         corners = [self._corner(corner, volume) for corner in (volume.lower, volume.upper)]
         lower, upper = corners
         if lower is None or upper is None:
             return
         if any(low >= high for low, high in zip(lower, upper, strict=True)):
-            self._sink.error(
+            self._diagnostics.error(
                 "AE208",
                 f"the volume `{name.value}` is empty",
                 volume.span,
@@ -191,18 +203,20 @@ class _SiteElaborator:
         self, corner: tuple[TextField, ...], volume: declared.Volume
     ) -> tuple[Fraction, Fraction, Fraction] | None:
         if len(corner) != 3:
-            self._sink.error("AE112", f"a corner has three coordinates, not {len(corner)}", volume.span)
+            self._diagnostics.error(
+                "AE112", f"a corner has three coordinates, not {len(corner)}", volume.span
+            )
             return None
-        x, y, z = (elaborate_quantity(coordinate, LENGTH, self._sink) for coordinate in corner)
+        x, y, z = (elaborate_quantity(coordinate, LENGTH, self._diagnostics) for coordinate in corner)
         return None if x is None or y is None or z is None else (x, y, z)
 
     def _kind(self, name: TextField, kind: declared.ActionKind) -> None:
         parameters: dict[str, Declared] = {}
         for parameter, quantity in kind.parameters:
-            if not check_name_is_free(parameter, self._taken, "parameter", self._sink):
+            if not check_name_is_free(parameter, self._used_names, "parameter", self._diagnostics):
                 continue
             one = elaborate_variable(
-                parameter.value, quantity, t.VariableRole.PARAMETER, self.enums, self._sink
+                parameter.value, quantity, t.VariableRole.PARAMETER, self.enums, self._diagnostics
             )
             if one is not None:
                 parameters[parameter.value] = one
@@ -218,7 +232,7 @@ class _SiteElaborator:
     def _check_protective(self) -> None:
         stops = [kind for kind in self.kinds.values() if kind.protective]
         if len(stops) != 1:
-            self._sink.error(
+            self._diagnostics.error(
                 "AE607",
                 f"a site has exactly one protective stop; {len(stops)} action kinds are `protective: true`",
                 stops[1].span if stops else self._declared.span,
@@ -226,22 +240,24 @@ class _SiteElaborator:
             )
         for stop in stops:
             if stop.risk is not Risk.LOW:
-                self._sink.error(
+                self._diagnostics.error(
                     "AE607", "the protective stop is of low risk: no ceiling may deny it", stop.span
                 )
             if stop.parameters:
-                self._sink.error("AE607", "a protective stop has no parameters to get wrong", stop.span)
+                self._diagnostics.error(
+                    "AE607", "a protective stop has no parameters to get wrong", stop.span
+                )
 
     def _check_unique(self, *groups: Iterable[_HasId]) -> None:
         seen: dict[str, TextField] = {}
         for one in (one for group in groups for one in group):
             if one.id.value in seen:
-                self._sink.error("AE120", f"the rule `{one.id.value}` is declared twice", one.id.span)
+                self._diagnostics.error("AE120", f"the rule `{one.id.value}` is declared twice", one.id.span)
             seen[one.id.value] = one.id
 
     def _rule(self, invariant: declared.Invariant) -> Rule | None:
         if invariant.on == ():
-            self._sink.error(
+            self._diagnostics.error(
                 "AE112",
                 f"the rule `{invariant.id.value}` governs no action kind",
                 invariant.id.span,
@@ -260,7 +276,7 @@ class _SiteElaborator:
         attenuations: dict[str, dict[str, t.Term]] = {}
         for kind in kinds:
             scope = replace(action_scope(self, kind), past=True)
-            found = elaborate_condition(invariant.require, scope, self._sink)
+            found = elaborate_condition(invariant.require, scope, self._diagnostics)
             if found is None:
                 return None  # the same fault would be found for every kind
             terms[kind.name] = self._histories.replace_past_terms(found.term, invariant.require.span)
@@ -291,21 +307,21 @@ class _SiteElaborator:
 
     def _joint(self, invariant: declared.JointInvariant) -> JointRule | None:
         if len(invariant.on) != 2:
-            self._sink.error(
+            self._diagnostics.error(
                 "AE112", "a joint rule has two roles, as in `on: {a: move, b: drive}`", invariant.id.span
             )
             return None
-        before = len(self._sink)
+        before = len(self._diagnostics)
         for role, _ in invariant.on:
-            check_name_is_free(role, self._taken, "role", self._sink)
+            check_name_is_free(role, self._used_names, "role", self._diagnostics)
         kinds = {
             role.value: self._resolve_name(kind, self.kinds, "an action kind") for role, kind in invariant.on
         }
         roles = {role: kind for role, kind in kinds.items() if kind is not None}
-        if len(self._sink) > before:
+        if len(self._diagnostics) > before:
             return None
         scope = replace(joint_scope(self, roles), past=True)
-        found = elaborate_condition(invariant.require, scope, self._sink)
+        found = elaborate_condition(invariant.require, scope, self._diagnostics)
         if found is None:
             return None
         first, second = ((role, kind.name) for role, kind in roles.items())
@@ -328,11 +344,11 @@ class _SiteElaborator:
         for name, expression in entries:
             parameter = kind.parameters.get(name.value)
             if parameter is None or not isinstance(parameter.variable.type, RealType):
-                self._sink.error(
+                self._diagnostics.error(
                     "AE122", f"`{name.value}` is not a real parameter of `{kind.name}`", name.span
                 )
                 continue
-            term = elaborate_expression(expression, scope, self._sink, parameter.variable.type)
+            term = elaborate_expression(expression, scope, self._diagnostics, parameter.variable.type)
             if term is not None:
                 reduced[name.value] = self._histories.replace_past_terms(term, expression.span)
         return reduced
@@ -352,7 +368,7 @@ class _SiteElaborator:
                 if near
                 else "the site declares " + ", ".join(f"`{k}`" for k in among)
             )
-            self._sink.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
+            self._diagnostics.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
         return among.get(name.value)
 
     def _access(self, access: declared.Access) -> Access:
@@ -371,9 +387,9 @@ class _SiteElaborator:
         return found if planning is None else replace(found, planning=planning)
 
     def _duration(self, text: TextField, what: str) -> Fraction | None:
-        duration = elaborate_quantity(text, TIME, self._sink)
+        duration = elaborate_quantity(text, TIME, self._diagnostics)
         if duration is not None and not 0 < duration <= _LONGEST_TIMEOUT:
-            self._sink.error("AE129", f"{what} is longer than 0 s and at most 1 h", text.span)
+            self._diagnostics.error("AE129", f"{what} is longer than 0 s and at most 1 h", text.span)
         return duration
 
     def _isolation(self, isolation: declared.IsolationPolicy | None) -> IsolationPolicy:
@@ -382,9 +398,9 @@ class _SiteElaborator:
             return usual
         within: Fraction | None = usual.answer_timeout_s
         if isolation.answer_within is not None:
-            within = elaborate_quantity(isolation.answer_within, TIME, self._sink)
+            within = elaborate_quantity(isolation.answer_within, TIME, self._diagnostics)
             if within is not None and not 0 < within <= _LONGEST_TIMEOUT:
-                self._sink.error(
+                self._diagnostics.error(
                     "AE129", "a time-out is longer than 0 s and at most 1 h", isolation.answer_within.span
                 )
         require = isolation.require
@@ -397,11 +413,11 @@ class _SiteElaborator:
 
     def _block(self, block: declared.OperatorOverride) -> OperatorOverride:
         if block.skill is not None and block.module is None:
-            self._sink.error("AE102", "a blocked skill needs its `module`", block.skill.span)
+            self._diagnostics.error("AE102", "a blocked skill needs its `module`", block.skill.span)
         if block.action is not None:
             self._resolve_name(block.action, self.kinds, "an action kind")
         if block.module is None and block.action is None:
-            self._sink.error(
+            self._diagnostics.error(
                 "AE102", "an operator override needs a `module`, a `skill` or an `action`", block.span
             )
         names = (None if name is None else name.value for name in (block.module, block.skill, block.action))
@@ -409,15 +425,19 @@ class _SiteElaborator:
         return OperatorOverride(block.id.value, block.reason.value, module, skill, action, block.id.span)
 
     def _quota(self, quota: declared.Quota) -> Quota | None:
-        within = elaborate_quantity(quota.within, TIME, self._sink)
+        within = elaborate_quantity(quota.within, TIME, self._diagnostics)
         kinds = self._resolve_kinds(quota.on)
         if within is None:
             return None
         if within <= 0:
-            self._sink.error("AE608", "a quota's window must be longer than nothing", quota.within.span)
+            self._diagnostics.error(
+                "AE608", "a quota's window must be longer than nothing", quota.within.span
+            )
         for kind in kinds:
             if kind.protective:
-                self._sink.error("AE602", "a quota may not run out for the protective stop", quota.span)
+                self._diagnostics.error(
+                    "AE602", "a quota may not run out for the protective stop", quota.span
+                )
         return Quota(
             quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within, quota.id.span
         )
@@ -455,6 +475,13 @@ def _policy_spans(site: declared.Site) -> dict[str, SourceSpan]:
 
 
 def elaborate_access(access: declared.Access) -> Access:
-    """The names of an access list as sets."""
+    """Collect the names of an access list in sets, without checking them.
+
+    Args:
+        access: declared lists of actuators, sensors, channels and computing devices.
+
+    Returns:
+        The same names as sets.
+    """
     groups = (access.actuators, access.sensors, access.channels, access.compute)
     return Access(*(frozenset(name.value for name in group) for group in groups))

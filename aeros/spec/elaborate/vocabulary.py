@@ -1,4 +1,4 @@
-"""Declared quantities → variables with types, units and bounds."""
+"""Elaboration of declared quantities to variables with types, units and bounds."""
 
 from __future__ import annotations
 
@@ -28,21 +28,31 @@ from aeros.spec.text.fields import NumberField, TextField
 Enums = Mapping[str, EnumType]
 _TYPES = ("bool", "int", "real", "vec3")
 
-# One name has one meaning, so these can name nothing else.
+# A name has one meaning, so a declaration may not use these.
 _RESERVED = (
     KEYWORDS | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"} | set(unit_names())
 )
 
 
-def check_name_is_free(name: TextField, taken: Mapping[str, str], what: str, sink: Diagnostics) -> bool:
-    """Whether `name` is free; reports what it already means otherwise."""
+def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, diagnostics: Diagnostics) -> bool:
+    """Check that a name has no meaning yet; report the meaning that it has.
+
+    Args:
+        name: the new name, with its position in the file.
+        used: description of each name in use, such as `a state variable`, by name.
+        what: noun for the thing to be named, for the report.
+        diagnostics: receives the faults.
+
+    Returns:
+        True if the name is free.
+    """
     if name.value in _RESERVED:
-        sink.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
+        diagnostics.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
         return False
-    if name.value in taken:
-        sink.error(
+    if name.value in used:
+        diagnostics.error(
             "AE121",
-            f"`{name.value}` is {taken[name.value]} already",
+            f"`{name.value}` is {used[name.value]} already",
             name.span,
             help=(f"name this {what} otherwise",),
         )
@@ -51,16 +61,29 @@ def check_name_is_free(name: TextField, taken: Mapping[str, str], what: str, sin
 
 
 def elaborate_variable(
-    name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, sink: Diagnostics
+    name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, diagnostics: Diagnostics
 ) -> Declared | None:
-    """The variable that `quantity` declares, or None after reporting why there is none."""
-    unit = elaborate_unit(quantity.unit, sink)
-    type_ = _type(quantity, unit, enums, sink)
+    """Elaborate a declared quantity to a variable.
+
+    A number or vector needs a range; other types have neither a range nor a unit.
+
+    Args:
+        name: name of the variable.
+        quantity: declared type, unit and range.
+        role: role of the variable: state, parameter or input.
+        enums: declared enumerations by name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The variable with its bounds in SI units, or None after reporting the fault.
+    """
+    unit = elaborate_unit(quantity.unit, diagnostics)
+    type_ = _type(quantity, unit, enums, diagnostics)
     if type_ is None or unit is None:
         return None
     numeric = isinstance(type_, RealType | VectorType)
     if numeric and quantity.range is None:
-        sink.error(
+        diagnostics.error(
             "AE208",
             "a number needs a range: proofs speak of every value inside it, and the gate denies all others",
             quantity.type.span,
@@ -70,12 +93,12 @@ def elaborate_variable(
     for text, field in ((quantity.unit, "unit"), (quantity.range, "range")):
         if text is not None and not numeric:
             span = text.span if isinstance(text, TextField) else quantity.span
-            sink.error("AE208", f"a {type_} has no {field}", span)
+            diagnostics.error("AE208", f"a {type_} has no {field}", span)
             return None
     place = quantity.range[0].span.merge(quantity.range[-1].span) if quantity.range else None
-    bounds = None if quantity.range is None else _range(quantity.range, unit, sink)
+    bounds = None if quantity.range is None else _range(quantity.range, unit, diagnostics)
     if bounds is not None and isinstance(type_, IntegerType) and any(end.denominator != 1 for end in bounds):
-        sink.error("AE208", "the range of an int ends at whole numbers", place)
+        diagnostics.error("AE208", "the range of an int ends at whole numbers", place)
         return None
     if numeric and bounds is None:
         return None
@@ -83,38 +106,52 @@ def elaborate_variable(
 
 
 def elaborate_state(
-    name: str, one: declared.StateVariable, enums: Enums, sink: Diagnostics
+    name: str, quantity: declared.StateVariable, enums: Enums, diagnostics: Diagnostics
 ) -> Declared | None:
-    """The state variable that `one` declares, a family where it has an index."""
-    base = elaborate_variable(name, one, t.VariableRole.STATE, enums, sink)
-    age = elaborate_quantity(one.max_age, TIME, sink)
+    """Elaborate a declared state variable, as a family if it has an index.
+
+    Args:
+        name: name of the variable.
+        quantity: declared quantity, sensor, greatest age and index.
+        enums: declared enumerations by name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The variable with bounds and greatest age in SI units, or None after reporting the fault.
+    """
+    base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, diagnostics)
+    age = elaborate_quantity(quantity.max_age, TIME, diagnostics)
     if age is not None and age <= 0:
-        sink.error("AE208", "`max_age` must be longer than nothing", one.max_age.span)
+        diagnostics.error("AE208", "`max_age` must be longer than nothing", quantity.max_age.span)
         return None
     if base is None or age is None:
         return None
     type_: Type = base.variable.type
-    if one.index is not None:
-        index = enums.get(one.index.value)
+    if quantity.index is not None:
+        index = enums.get(quantity.index.value)
         if index is None:
-            _unknown_enum(one.index, enums, sink)
+            _unknown_enum(quantity.index, enums, diagnostics)
             return None
         if not isinstance(type_, BoolType | RealType):
-            sink.error("AE208", f"a family of {type_} is not supported", one.index.span)
+            diagnostics.error("AE208", f"a family of {type_} is not supported", quantity.index.span)
             return None
         type_ = FamilyType(index, type_)
     variable = t.Variable(name, type_, t.VariableRole.STATE)
-    return replace(base, variable=variable, span=one.span, max_age=age, sensor=one.sensor.value)
+    return replace(base, variable=variable, span=quantity.span, max_age=age, sensor=quantity.sensor.value)
 
 
-def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Diagnostics) -> Type | None:
+def _type(
+    quantity: declared.Quantity, unit: Unit | None, enums: Enums, diagnostics: Diagnostics
+) -> Type | None:
     word = quantity.type.value
     if word == "bool":
         return BOOL
     if word == "int":
         if unit is not None and unit.dimension == NUMBER and unit.factor == 1:
             return IntegerType()
-        sink.error("AE208", "an int is a bare number, without a unit", (quantity.unit or quantity.type).span)
+        diagnostics.error(
+            "AE208", "an int is a bare number, without a unit", (quantity.unit or quantity.type).span
+        )
         return None
     if word in ("real", "vec3"):
         if unit is None:
@@ -123,7 +160,7 @@ def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Di
     if word in enums:
         return enums[word]
     near = did_you_mean(word, [*_TYPES, *enums])
-    sink.error(
+    diagnostics.error(
         "AE122",
         f"`{word}` is not a type",
         quantity.type.span,
@@ -132,18 +169,18 @@ def _type(quantity: declared.Quantity, unit: Unit | None, enums: Enums, sink: Di
     return None
 
 
-def _unknown_enum(name: TextField, enums: Enums, sink: Diagnostics) -> None:
+def _unknown_enum(name: TextField, enums: Enums, diagnostics: Diagnostics) -> None:
     near = did_you_mean(name.value, enums)
     help_ = f"did you mean `{near}`?" if near else "declare it under `enums`"
-    sink.error("AE122", f"`{name.value}` is not a declared enum", name.span, help=(help_,))
+    diagnostics.error("AE122", f"`{name.value}` is not a declared enum", name.span, help=(help_,))
 
 
 def _range(
-    numbers: tuple[NumberField, ...], unit: Unit, sink: Diagnostics
+    numbers: tuple[NumberField, ...], unit: Unit, diagnostics: Diagnostics
 ) -> tuple[Fraction, Fraction] | None:
     span = numbers[0].span.merge(numbers[-1].span) if numbers else None
     if len(numbers) != 2 or numbers[0].value >= numbers[1].value:
-        sink.error(
+        diagnostics.error(
             "AE208", "a range is two numbers, the lower one first", span, help=("as in `range: [0, 3]`",)
         )
         return None

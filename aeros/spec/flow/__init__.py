@@ -1,1 +1,1 @@
-"""Composition graphs at work: their edges, and every path of outcomes through them."""
+"""Control and data flow of compositions: graphs, arguments of steps, and every path of outcomes."""

@@ -1,4 +1,4 @@
-"""What a step of a composition gives its skill: constants, and the outputs of earlier steps as variables."""
+"""Arguments that a step gives its skill: constants, and outputs of earlier steps as variables."""
 
 from __future__ import annotations
 
@@ -15,16 +15,30 @@ from aeros.spec.model.model import Declared, Skill
 
 @dataclass(frozen=True)
 class Arguments:
-    """The term of each input, by its variable's name, and the variables that these terms bring in."""
+    """The arguments of a step.
+
+    Attributes:
+        terms: term of each input, by the name of the input's variable.
+        variables: variables that these terms bring in.
+    """
 
     terms: Mapping[str, t.Term]
     variables: tuple[Declared, ...]
 
 
 def step_arguments(step: Step, sources: Mapping[str, Step], skills: Mapping[str, Skill]) -> Arguments:
-    """The inputs of `step`; an output `x` of the step `s` among `sources` is the variable `s.x`.
+    """Build the arguments of a step; an output `x` of the step `s` becomes the variable `s.x`.
 
-    An output that does not fit is refused elsewhere; here the input may then be anything it admits.
+    An output whose type does not fit the input is refused elsewhere.  Here such an input may have any value
+    that its declaration admits.
+
+    Args:
+        step: step or handler of a composition.
+        sources: steps of the composition by id.
+        skills: skills of the module by name.
+
+    Returns:
+        The term of each input, and the variables in these terms.
     """
     terms: dict[str, t.Term] = {}
     declared: list[Declared] = []
@@ -42,8 +56,16 @@ def step_arguments(step: Step, sources: Mapping[str, Step], skills: Mapping[str,
 
 
 def constant_term(value: Any, type_: Type) -> t.Term:
-    """The term of a value of an effect or an input: a literal, or a vector of literals."""
+    """Make a term of the value of an effect or an input.
+
+    Args:
+        value: a scalar, or the three components of a vector; numbers in SI units.
+        type_: type of the value; never a family, as no effect or input has one.
+
+    Returns:
+        A literal, or a vector of literals.
+    """
     if isinstance(type_, VectorType):
         x, y, z = (t.Literal(Fraction(part), RealType(type_.dimension)) for part in value)
         return t.Vector(x, y, z)
-    return t.Literal(value, cast("ScalarType", type_))  # no family is an effect or an input
+    return t.Literal(value, cast("ScalarType", type_))  # no effect or input is a family

@@ -1,4 +1,4 @@
-"""A composition as a directed graph: what may come after what, for checks and for drawings."""
+"""Control flow of a composition as a directed graph, for checks and drawings."""
 
 from __future__ import annotations
 
@@ -16,12 +16,18 @@ STOPPED: Final = "stopped"
 
 
 def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
-    """The control flow of `composition`; an edge's `on` says when it is taken.
+    """Build the control-flow graph of a composition; an edge's `on` says when it is followed.
 
     Nodes: `start`, `done` and `stopped`; each step by `step/NAME`, handler by `handler/NAME`,
     condition by `if/TEXT@OFFSET`, and the two ends of a `par` by `fork@OFFSET` and `join@OFFSET`.
+
+    Args:
+        composition: the composition.
+
+    Returns:
+        The graph; each node but the first three has its part of the composition as `part`.
     """
-    import networkx as nx  # 50 ms, which most modules need not pay
+    import networkx as nx  # takes 50 ms to import, which most modules need not pay
 
     graph: nx.DiGraph[str] = nx.DiGraph()
     graph.add_nodes_from((START, DONE, STOPPED))
@@ -34,7 +40,14 @@ def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
 
 
 def handler_cycle(composition: Composition) -> list[str]:
-    """Handlers that lead back to each other, closed, or nothing."""
+    """Find a cycle of handlers, each of which handles the failure of the one before.
+
+    Args:
+        composition: the composition.
+
+    Returns:
+        Names of the handlers on the cycle, the first repeated at the end; empty if there is no cycle.
+    """
     edges = [(name, one.handler) for name, one in composition.handlers.items() if one.handler is not None]
     if not edges:
         return []
@@ -42,14 +55,14 @@ def handler_cycle(composition: Composition) -> list[str]:
 
     graph: nx.DiGraph[str] = nx.DiGraph(edges)
     try:
-        found = [source for source, _ in nx.find_cycle(graph)]
+        cycle = [source for source, _ in nx.find_cycle(graph)]
     except nx.NetworkXNoCycle:
         return []
-    return [*found, found[0]]
+    return [*cycle, cycle[0]]
 
 
 _DanglingEdges = list[tuple[str, str]]
-"""Nodes without an edge to what comes next, and when that edge is taken."""
+"""Nodes that lack an edge to the next node, and the condition of that edge."""
 
 
 def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges) -> _DanglingEdges:
@@ -72,8 +85,8 @@ def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges) -> _Dangling
         case If(text=text, span=span, then=then, otherwise=otherwise):
             node = f"if/{text}@{span.start}"
             _connect(graph, node, part, loose)
-            taken = _add(graph, then, [(node, "then")])
-            return taken if otherwise is None else taken + _add(graph, otherwise, [(node, "else")])
+            then_ends = _add(graph, then, [(node, "then")])
+            return then_ends if otherwise is None else then_ends + _add(graph, otherwise, [(node, "else")])
 
 
 def _connect(graph: nx.DiGraph[str], node: str, part: Part, loose: _DanglingEdges) -> None:
@@ -83,7 +96,7 @@ def _connect(graph: nx.DiGraph[str], node: str, part: Part, loose: _DanglingEdge
 
 
 def _add_failure(graph: nx.DiGraph[str], step: Step, node: str) -> None:
-    """Where a failed step leads: to its handler and back, and to the end."""
+    """Add the edges of a failed step: to its handler and back, and to the end."""
     graph.add_edge(node, STOPPED, on="failure")
     if step.handler is not None:
         graph.add_edge(node, f"handler/{step.handler}", on="failure")

@@ -1,17 +1,17 @@
-"""Every path of outcomes through a composition, symbolically: from all states at once, none enumerated.
+"""Symbolic exploration of every path of outcomes through a composition, from all states at once.
 
-A situation is what is known at one point of a path.  Effects are constants, so the state there is the
-state at the start with some variables replaced, and what was decided on the way is a set of
-conditions on the state at the start.  Situations that agree are one, so paths that meet are walked once.
+A situation is what is known at one point of a path.  Effects are constants, so the state at that point is the
+state at the start with some variables replaced.  The decisions on the way are a set of conditions on the
+state at the start.  Equal situations are merged, so paths that meet are explored once.
 
 Predicates (truth values and enum members) change by declared effects alone, as in the closed loop.
-Every other state variable is taken to change whenever a skill runs, so nothing known of it outlives a
-skill: a guard such as `human_distance > 1 m` is known of the very next step alone.  What it was when it
-was decided on goes on as `human_distance@1`: a path that was never possible does not become so.
+Every other state variable may change whenever a skill runs, so nothing known about it outlives a skill: a
+guard such as `human_distance > 1 m` holds for the very next step alone.  The value that it had when it was
+decided on is kept as `human_distance@1`, so that a path that was never possible does not become possible.
 
-Each branch of a `par` is walked by itself: where none writes what another reads or writes, which is a
-claim of its own, no interleaving changes what it meets.  What follows the `par` is reached where all have
-succeeded.  Beside another branch nothing is known of what is no predicate, for a skill may be running.
+Each branch of a `par` is explored by itself.  Where no branch writes what another reads or writes, which is a
+claim of its own, the interleaving changes nothing for a branch.  The part after the `par` is reached when all
+branches have succeeded.  While another branch may run a skill, only predicates are known.
 """
 
 from __future__ import annotations
@@ -41,28 +41,45 @@ class TooManyPathsError(Exception):
 
 @dataclass(frozen=True)
 class SymbolicState:
-    """What is known at one point: the values that were assigned, and conditions on the start."""
+    """Knowledge at one point of a path.
+
+    Attributes:
+        assignment: state variables that were set on the path, with their values.
+        path_condition: conditions on the state at the start.
+    """
 
     assignment: frozenset[tuple[str, Any]] = frozenset()
     path_condition: frozenset[t.Term] = frozenset()
 
     def condition(self, term: t.Term, state: Mapping[str, Declared]) -> t.Term:
-        """`term` here, as a condition on the state at the start; a literal where it is decided."""
+        """Express a condition at this point as a condition on the state at the start.
+
+        Args:
+            term: condition on the state at this point.
+            state: state variables of the site by name.
+
+        Returns:
+            The condition; a literal where the assigned values decide it.
+        """
         values = {name: constant_term(value, state[name].variable.type) for name, value in self.assignment}
         return fold_constants(t.substitute(term, values))
 
 
 SymbolicStates = dict[SymbolicState, OutcomeTrace]
-"""The situations at a point, each with the outcomes on one of the shortest ways there."""
+"""The situations at a point, each with the outcomes on one of the paths there."""
 
 
 @dataclass
 class PathExploration:
-    """What was met on the way through a composition.
+    """Exploration of a composition, and the situations met so far.
 
-    visits: by step or handler, the situations in which its skill is about to start.
-    cases: by position of an `if` in its file, the situations in which it is decided.
-    ends: the situations in which the whole has succeeded.
+    Attributes:
+        skills: skills of the module by name.
+        state: state variables of the site by name.
+        handlers: handlers of the composition by name.
+        states_at_steps: by step or `handler/NAME`, the situations in which its skill is about to start.
+        states_at_ifs: by offset of an `if` in its file, the situations in which it is decided.
+        final_states: the situations in which the whole composition has succeeded.
     """
 
     skills: Mapping[str, Skill]
@@ -77,12 +94,23 @@ class PathExploration:
 
     @cached_property
     def settable(self) -> frozenset[str]:
-        """What some skill brings about."""
+        """Names of the state variables that some skill can set."""
         skills = self.skills.values()
         return frozenset(name for one in skills for o in one.outcomes.values() for name in o.effects)
 
     def execute(self, part: Part, before: SymbolicStates) -> SymbolicStates:
-        """The situations in which `part` has succeeded, from those `before` it."""
+        """Explore a part of the composition and record the situations met in it.
+
+        Args:
+            part: part of the composition.
+            before: situations before the part.
+
+        Returns:
+            The situations in which the part has succeeded.
+
+        Raises:
+            TooManyPathsError: more than `MAX_SYMBOLIC_STATES` situations were met.
+        """
         match part:
             case Step():
                 return self._step(part, before, part.id)
@@ -102,10 +130,10 @@ class PathExploration:
         self._depth += 1
         for branch in part.branches:
             self.execute(branch, kept)
-        was_noting, self._is_recording = self._is_recording, False
+        was_recording, self._is_recording = self._is_recording, False
         for branch in part.branches:
             kept = self.execute(branch, kept)
-        self._is_recording = was_noting
+        self._is_recording = was_recording
         self._depth -= 1
         return kept
 
@@ -116,12 +144,12 @@ class PathExploration:
         otherwise: SymbolicStates = {}
         for situation, trace in before.items():
             condition = situation.condition(part.condition, self.state)
-            for taken, term in ((then, condition), (otherwise, fold_constants(t.Not(condition)))):
+            for branch, term in ((then, condition), (otherwise, fold_constants(t.Not(condition)))):
                 if term != t.FALSE:
                     known = SymbolicState(
                         situation.assignment, situation.path_condition | split_conjunction(term)
                     )
-                    taken.setdefault(self._forget_measurements(known) if self._depth else known, trace)
+                    branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
         after = dict(self.execute(part.then, then))
         if part.otherwise is not None:
             _merge(after, self.execute(part.otherwise, otherwise))
@@ -131,7 +159,7 @@ class PathExploration:
         done: SymbolicStates = {}
         tried: set[SymbolicState] = set()
         for tries_left in range(step.retry, -1, -1):
-            # Of a situation that was tried before, everything that follows is known already.
+            # A situation that was tried before leads to nothing new.
             before = {situation: trace for situation, trace in before.items() if situation not in tried}
             tried.update(before)
             self._record_visit(name, before)
@@ -141,7 +169,7 @@ class PathExploration:
         return done
 
     def _run(self, step: Step, before: SymbolicStates, done: SymbolicStates) -> SymbolicStates:
-        """The situations after a failure; those after a success are added to `done`."""
+        """Return the situations after a failure; add those after a success to `done`."""
         failed: SymbolicStates = {}
         skill = self.skills[step.skill]
         declared = [one for one in skill.outcomes.values() if one.probability != 0]
@@ -158,7 +186,7 @@ class PathExploration:
         return self._forget_measurements(after) if self._depth else after
 
     def _forget_measurements(self, situation: SymbolicState) -> SymbolicState:
-        """What is known of `situation` once a skill has run: all else was measured earlier, as `NAME@1`."""
+        """Rename measurements that are out of date once a skill has run to `NAME@1` and so on."""
         known = {name: one for term in situation.path_condition for name, one in t.variables_of(term).items()}
         number = 1 + max((int(name.partition("@")[2]) for name in known if "@" in name), default=0)
         earlier: dict[str, t.Term] = {
@@ -174,7 +202,7 @@ class PathExploration:
         )
 
     def _is_persistent(self, name: str) -> bool:
-        """Whether a state variable is a predicate, which declared effects alone change, or past."""
+        """Tell whether a variable keeps its value between skills: predicates and earlier measurements do."""
         return "@" in name or isinstance(self.state[name].variable.type, BoolType | EnumType)
 
     def _record_visit(self, name: str, situations: SymbolicStates) -> None:
@@ -188,9 +216,20 @@ class PathExploration:
 def explore_paths(
     composition: Composition, skills: Mapping[str, Skill], state: Mapping[str, Declared]
 ) -> PathExploration:
-    """All paths of `composition`, from every state that meets its precondition.
+    """Explore all paths of a composition, from every state that meets its precondition.
 
-    Assumes that its handlers lead back to none of themselves.  Raises `TooManyPathsError`.
+    Assumes that no handler leads back to itself (`handler_cycle`).
+
+    Args:
+        composition: the composition.
+        skills: skills of the module by name.
+        state: state variables of the site by name.
+
+    Returns:
+        The situations at every step and `if`, and after the whole.
+
+    Raises:
+        TooManyPathsError: there are more than `MAX_SYMBOLIC_STATES` situations.
     """
     paths = PathExploration(skills, state, composition.handlers)
     start = SymbolicState(path_condition=split_conjunction(fold_constants(composition.precondition)))
@@ -199,19 +238,41 @@ def explore_paths(
 
 
 def earlier_measurements(terms: Iterable[t.Term], state: Mapping[str, Declared]) -> tuple[Declared, ...]:
-    """What `terms` say was measured earlier on the path."""
-    found = {name: one for term in terms for name, one in t.variables_of(term).items() if "@" in name}
-    return tuple(replace(state[name.partition("@")[0]], variable=one) for name, one in found.items())
+    """Declare the variables for earlier measurements, such as `human_distance@1`, that terms mention.
+
+    Args:
+        terms: conditions on a path.
+        state: state variables of the site by name.
+
+    Returns:
+        A declaration for each of them, with the range and unit of the measured variable.
+    """
+    variables = {name: one for term in terms for name, one in t.variables_of(term).items() if "@" in name}
+    return tuple(replace(state[name.partition("@")[0]], variable=one) for name, one in variables.items())
 
 
 def fold_constants(term: t.Term) -> t.Term:
-    """`term`, or the literal that it is where no variable matters."""
+    """Replace a term that does not depend on any variable by its value.
+
+    Args:
+        term: the term.
+
+    Returns:
+        The literal, or `term` itself where a variable matters.
+    """
     decided = lower(term)
     return decided if isinstance(decided, t.Literal) else term
 
 
 def split_conjunction(term: t.Term) -> frozenset[t.Term]:
-    """The conditions that `term` is the conjunction of."""
+    """Split a conjunction into its conditions.
+
+    Args:
+        term: a condition.
+
+    Returns:
+        The conjuncts other than `true`; `term` alone if it is not a conjunction.
+    """
     parts = term.operands if isinstance(term, t.And) else (term,)
     return frozenset(part for part in parts if part != t.TRUE)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Final
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr.shortfall import UnmetBound
@@ -41,5 +41,16 @@ def file_and_line(span: SourceSpan) -> str:
 
 
 def causes_to_json(causes: Iterable[Cause]) -> list[dict[str, Any]]:
-    """As JSON values, for records."""
-    return [{name: value for name, value in asdict(one).items() if value != ""} for one in causes]
+    """Encode causes as JSON values for audit records, whose field names stay as they are."""
+    return [
+        {name: value for name, value in asdict(cause, dict_factory=_written).items() if value != ""}
+        for cause in causes
+    ]
+
+
+_WRITTEN_NAMES: Final = {"location": "at", "required_op": "asked", "reason": "why"}
+"""Names that records have for fields of `Cause` and `UnmetBound`, where they differ from the code's."""
+
+
+def _written(fields: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    return {_WRITTEN_NAMES.get(name, name): value for name, value in fields}

@@ -1,1 +1,1 @@
-"""What must be proved: one file for each group of claims."""
+"""Obligations: the claims to prove of sites, modules and their configuration, one file for each group."""

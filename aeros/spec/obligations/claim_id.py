@@ -1,4 +1,4 @@
-"""Identities of claims: what kind of claim it is, and the names of what it is about.
+"""Identities of claims: the kind of a claim, and the names of the things that it is about.
 
 A claim is identified by a `ClaimId` and never by its text.  The text (`str(claim_id)`) is for lock files,
 reports and JSON; nothing parses it.  Two different identities never have the same text, whatever names
@@ -53,7 +53,7 @@ class ClaimForm(Enum):
     written with its slot: `safety/skill=goal/action=move/invariant=effective`, which fits no pattern.
     """
 
-    # Every state that a task's planning rules can come to.
+    # Every state that a task's planning rules can reach.
     RULES_ANALYSED = "closed-loop/{task}/analysed"
     RULES_DISPATCH = "closed-loop/{task}/dispatch"
     RULES_PROGRESS = "closed-loop/{task}/progress"
@@ -89,7 +89,7 @@ class ClaimForm(Enum):
     GRANT_IS_USED = "configuration/grant/{module}"
     BLOCK_IS_USED = "configuration/block/{block}"
 
-    # What a module needs around it.
+    # The AEROS version and the other modules that a module needs.
     RUNTIME_SUITS = "dependencies/runtime"
     DEPENDENCIES_ACYCLIC = "dependencies/acyclic"
     DEPENDENCY_MET = "dependencies/{module}"
@@ -100,7 +100,7 @@ class ClaimForm(Enum):
     ENTRY_POINT = "form/{skill}/entry"
     SKILL_ASKS_WITHIN_ENVELOPE = "form/{skill}/asks"
 
-    # What a module is permitted.
+    # Permissions of a module.
     ACCESS_GRANTED = "permission/access/{device}"
     NOT_BLOCKED = "permission/unblocked/{block}"
     PERMISSION_NOT_EMPTY = "permission/{action}/not-empty"
@@ -139,7 +139,7 @@ class ClaimForm(Enum):
     GATED_RULE_NEEDS_STATE = "safety/{skill}/gated-{invariant}/{action}"
     ENVELOPE_OBEYS = "safety/{skill}/{action}/{invariant}"
 
-    # What two manifests or sites differ in.
+    # Differences of two manifests or sites.
     DIFFERENCE = "difference/{subject}/{relation}"
 
     def __call__(self, *names: str | int) -> ClaimId:
@@ -161,12 +161,12 @@ class ClaimForm(Enum):
 
     @cached_property
     def slots(self) -> tuple[str, ...]:
-        """What the names of a claim of this kind stand for, in order."""
+        """The slots of the pattern, in order: one for each name of a claim of this kind."""
         return tuple(segment.slot for segment in self.segments if segment.slot)
 
     @cached_property
     def group(self) -> str:
-        """The group of claims that it belongs to, such as `safety`."""
+        """The group of claims that this kind belongs to, such as `safety`."""
         return self.segments[0].word
 
     @cached_property
@@ -181,10 +181,10 @@ class ClaimForm(Enum):
 
     @cached_property
     def rivals(self) -> tuple[tuple[int, str, ClaimForm], ...]:
-        """The kinds listed before this one that some text of it would fit as well.
+        """The kinds listed before this one that share some text with it.
 
-        Before each stands a quick test that most texts of this kind fail: the position of a part, and how
-        that part begins in a text of the other kind.
+        Each comes with a quick test that most texts of this kind fail: the position of a part, and how that
+        part begins in a text of the other kind.
         """
         earlier = takewhile(lambda one: one is not self, _forms_of(self.group))
         found = [one for one in earlier if _overlap(one, self)]
@@ -195,8 +195,9 @@ class ClaimForm(Enum):
 class ClaimId:
     """The identity of a claim.
 
-    form: which kind of claim it is.
-    names: what it is about: a name for each slot of the form's pattern.
+    Attributes:
+        form: the kind of claim.
+        names: the things that it is about: a name for each slot of the form's pattern.
     """
 
     form: ClaimForm
@@ -212,11 +213,21 @@ class ClaimId:
 
     @property
     def group(self) -> str:
-        """The group of claims that it belongs to, such as `safety`."""
+        """The group of claims that this claim belongs to, such as `safety`."""
         return self.form.group
 
     def name_of(self, slot: str) -> str:
-        """Return the name for `slot`, such as `skill`; raises MisuseError where its form has none."""
+        """Return the name for a slot.
+
+        Args:
+            slot: slot of the form's pattern, such as `skill`.
+
+        Returns:
+            The name that stands there.
+
+        Raises:
+            MisuseError: the form has no such slot.
+        """
         if slot not in self.form.slots:
             raise MisuseError(f"`{self.form.value}` has no `{slot}`")
         return self.names[self.form.slots.index(slot)]
@@ -246,7 +257,16 @@ def _forms_of(group: str) -> tuple[ClaimForm, ...]:
 
 
 def fits_slot(slot: str, name: str) -> bool:
-    """Tell whether `name` is what `slot` takes."""
+    """Tell whether a slot accepts a name.
+
+    Args:
+        slot: name of the slot; `number` and `case` accept decimal digits, `path` a path that ends in `.py`,
+            and any other slot every name.
+        name: the name.
+
+    Returns:
+        True if the slot accepts it.
+    """
     if slot in _NUMBERS:
         return name.isascii() and name.isdecimal()
     return slot != _PATH or name.endswith(".py")
@@ -259,7 +279,7 @@ def _fits(form: ClaimForm, parts: list[str]) -> bool:
 
 def _overlap(one: ClaimForm, other: ClaimForm) -> bool:
     """Tell whether some text fits both patterns; may say yes where there is none."""
-    if _PATH in (*one.slots, *other.slots):  # which is of any number of parts, so the last ones must differ
+    if _PATH in (*one.slots, *other.slots):  # a path has any number of parts, so the last ones must differ
         return one.segments[-1].overlaps(other.segments[-1])
     if len(one.segments) != len(other.segments):
         return False
@@ -267,13 +287,13 @@ def _overlap(one: ClaimForm, other: ClaimForm) -> bool:
 
 
 def _difference(form: ClaimForm, rival: ClaimForm) -> tuple[int, str]:
-    """Return where `rival` has a fixed word or prefix and `form` has none, and that."""
+    """Return the first position at which `rival` has another fixed word or prefix, and that word."""
     pairs = enumerate(zip(form.segments, rival.segments, strict=True))
     return next(((at, its.word) for at, (own, its) in pairs if own.word != its.word and its.word), (0, ""))
 
 
 def _escaped(slot: str, name: str) -> str:
-    """Return `name` without the characters that patterns are made of; a path stays as it is."""
+    """Escape the characters of patterns in a name; a path stays as it is."""
     if slot == _PATH:
         return name
     return name.replace("%", "%25").replace("/", "%2F").replace("=", "%3D")

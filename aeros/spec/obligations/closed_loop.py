@@ -1,11 +1,11 @@
 """Claims about a task's planning rules, over every path of every declared outcome.
 
-Claimed of the agent's loop, explored as the transition system of `aeros.spec.closed_loop`, is
+The claims are about the agent's loop, explored as the transition system of `aeros.spec.closed_loop`:
 
-- dispatch: whenever a step of a plan comes to its first try, its skill's precondition holds, and that of
-  every provider where it names a capability;
-- progress: from every state that can be reached, the goal can be reached, whichever providers are chosen;
-- each invariant of the task: it holds in every state that can be reached, the last included.
+- dispatch: whenever a step of a plan is due for its first try, its skill's precondition holds; where it names
+  a capability, the precondition of every provider holds;
+- progress: from every reachable state the goal can be reached, whichever providers are chosen;
+- each invariant of the task: it holds in every reachable state, the last included.
 
 A refutation is a trace of steps and outcomes from a start.
 Not modelled: the cap on re-plans (progress is possible, not certain; `aeros predict` says how likely);
@@ -25,26 +25,34 @@ from aeros.spec.obligations.verdicts import StaticClaim
 
 
 def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
-    """Every claim of group closed-loop about the tasks of `ecm`."""
+    """Make every claim of group closed-loop about the tasks of a module.
+
+    Args:
+        ecm: the module.
+        site: site under which it is elaborated.
+
+    Yields:
+        The claims, each settled by exploring the task's reachable states.
+    """
     for task in ecm.tasks.values():
         try:
             explored = explore_task(ecm, task, site)
-        except StateSpaceError as why:
-            yield StaticClaim(ClaimForm.RULES_ANALYSED(task.id), _analysis_undecided(task, str(why)))
+        except StateSpaceError as error:
+            yield StaticClaim(ClaimForm.RULES_ANALYSED(task.id), _analysis_undecided(task, str(error)))
             continue
         yield StaticClaim(ClaimForm.RULES_DISPATCH(task.id), _rule_never_dispatched(ecm, explored))
         yield StaticClaim(ClaimForm.RULES_PROGRESS(task.id), _goal_unreachable(explored))
         yield StaticClaim(ClaimForm.RULES_EFFECTIVE(task.id), _task_without_rules(explored))
         for invariant in task.invariants:
-            kept = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
-            yield StaticClaim(kept, _invariant_violated(invariant, explored))
+            claim_id = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
+            yield StaticClaim(claim_id, _invariant_violated(invariant, explored))
 
 
 def _rule_never_dispatched(ecm: Ecm, explored: ReachableStates) -> Diagnostic | None:
     for node in explored.graph:
-        hindered = explored.system.blocked_step(node)
-        if hindered is not None:
-            rule, skill = hindered
+        blocked = explored.system.blocked_step(node)
+        if blocked is not None:
+            rule, skill = blocked
             precondition = ecm.skills[skill].precondition
             called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
             return Diagnostic(
@@ -98,7 +106,10 @@ def _invariant_violated(invariant: TaskInvariant, explored: ReachableStates) -> 
 
 
 def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
-    """Undecided, so refused: one number in a condition would otherwise excuse rules from every proof."""
+    """Report a task that was not analysed as an error.
+
+    A warning would let one number in a condition excuse the rules from every proof.
+    """
     return Diagnostic(
         "AE803",
         f"undecided, so refused: the planning rules of `{task.id}` were not analysed: {reason}",
@@ -108,7 +119,7 @@ def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
 
 
 def _task_without_rules(explored: ReachableStates) -> Diagnostic | None:
-    """A proof of rules that never run says nothing of them."""
+    """Report a task whose goal holds at every start: a proof of rules that never run says nothing."""
     reached = explored.system.condition(explored.system.task.goal)
     starts = (node for node in explored.graph if node not in explored.predecessors)
     if not all(reached(node.state) for node in starts):

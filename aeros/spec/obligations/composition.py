@@ -1,15 +1,15 @@
-"""Claims about compositions: on every path of declared outcomes each step may start.
+"""Claims about compositions: on every path of declared outcomes, each step may start.
 
-- ready: wherever a step or handler starts, its skill's precondition holds.  A guard is known of the
-  first step's precondition alone; what the gate decides of a skill's actions never assumes it
+- ready: wherever a step or handler starts, its skill's precondition holds.  The condition of an `if` is known
+  for the first step's precondition alone; the gate's decisions on a skill's actions never assume it
   (docs/decisions/0003-precondition-is-not-assumed.md).
-- covers: an `if` without `else` is met only where its condition holds.
+- covers: an `if` without `else` is reached only where its condition holds.
 - reachable: every step and handler runs on some path.
-- handled: of every step that may fail something is said; handlers do not lead back to each other.
-- data: an output that flows to an input is there on every path, of its type and unit, inside its range.
+- handled: every step that may fail declares how its failure is handled; handlers do not form a cycle.
+- data: an output that flows to an input is available on every path, of its type and unit, inside its range.
 
-Retries are bounded by elaboration.  What parallel branches owe each other is in `parallel`.  A module
-without compositions has no obligation of this group.
+Retries are bounded by elaboration.  Claims about parallel branches are in `parallel`.  A module without
+compositions has no obligation of this group.
 """
 
 from __future__ import annotations
@@ -42,7 +42,15 @@ from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
 def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
-    """Every claim of group composition about `ecm` under `site`."""
+    """Make every claim of group composition about a module.
+
+    Args:
+        ecm: the module.
+        site: site under which it is elaborated.
+
+    Yields:
+        Claims settled at once, and obligations for the solver.
+    """
     for composition in ecm.compositions.values():
         yield from _failures_handled(composition, ecm.skills)
         yield from data_obligations(composition, ecm.skills)
@@ -54,7 +62,7 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
         parallel = list(parallel_obligations(composition, ecm, site))
         yield from parallel
         if any(isinstance(one, StaticClaim) and one.verdict is Verdict.REFUTED for one in parallel):
-            continue  # branches that interfere are not walked: their order would decide
+            continue  # branches that interfere are not explored: the result would depend on their order
         try:
             yield from _path_obligations(composition, ecm, site)
         except TooManyPathsError:
@@ -74,11 +82,11 @@ def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> 
         skill = skills[step.skill]
         failures = [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
         failures += [] if skill.hold_condition is None else [HOLD_LOST]
-        said = not failures or step.retry > 0 or step.on_failure is not None
+        handled = not failures or step.retry > 0 or step.on_failure is not None
         yield StaticClaim(
             ClaimForm.STEP_FAILURE_HANDLED(composition.id, step.id),
             None
-            if said
+            if handled
             else Diagnostic(
                 "AE854",
                 f"`{step.id}` may fail, and nothing is said of what follows",
@@ -167,14 +175,14 @@ _STEP: Final = ClaimForm.STEP_REACHABLE, ClaimForm.STEP_READY, ClaimForm.STEP_RE
 _HANDLER: Final = ClaimForm.HANDLER_REACHABLE, ClaimForm.HANDLER_READY, ClaimForm.HANDLER_READY_CASE
 
 _ObligationFactory = Callable[[ClaimId, tuple[t.Term, ...], t.Term, str, tuple[Declared, ...]], Obligation]
-"""From an id, what is assumed, what is claimed, a note and further variables to an obligation."""
+"""Makes an obligation of an id, assumptions, the conclusion, a note and further variables."""
 
 
 def _obligation(
     code: str,
     headline: str,
     primary: SpanLabel,
-    beside: SpanLabel | None,
+    secondary: SpanLabel | None,
     help_: str,
     declared: tuple[Declared, ...],
 ) -> _ObligationFactory:
@@ -193,7 +201,7 @@ def _obligation(
             conclusion,
             headline,
             primary,
-            () if beside is None else (beside,),
+            () if secondary is None else (secondary,),
             (help_,),
             notes=(note,) if note else (),
         )
@@ -210,12 +218,19 @@ def _obligation_per_state(
     build: _ObligationFactory,
     parts: Sequence[LabelledConjunct] = (),
 ) -> Iterator[Obligation | StaticClaim]:
-    """`term` holds in every situation: at once where no variable matters, else as a question each.
+    """Claim that `term` holds in every situation.
 
-    Where it fails for certain, that one is all there is to tell.
-    forms: of the claim where it is one, and of each where they are several, which are numbered from 1.
-    about: the names of the composition and of what in it the claim is about.
-    parts: the conjuncts of `term`.
+    It is settled at once where no variable matters, else there is an obligation for each situation.  Where it
+    certainly fails in one, that situation is the only one reported.
+
+    Args:
+        forms: kind of the claim if it is one, and kind of each claim if they are several, numbered from 1.
+        about: names of the composition and of the thing in it that the claim is about.
+        term: the condition.
+        situations: situations in which it must hold.
+        state: state variables of the site by name.
+        build: maker of obligations.
+        parts: the conjuncts of `term`.
     """
     asked: dict[tuple[tuple[t.Term, ...], t.Term], tuple[str, tuple[LabelledConjunct, ...]]] = {}
     for situation, trace in situations.items():
@@ -250,7 +265,10 @@ def _reachable(
     visits: SymbolicStates,
     declared: tuple[Declared, ...],
 ) -> Obligation | StaticClaim:
-    """Some path leads to `step`: at once if one assumes no more than the composition's precondition."""
+    """Claim that some path leads to `step`.
+
+    It is settled at once if one path assumes no more than the composition's precondition.
+    """
     headline = f"`{step.id}` can never run in `{composition.id}`"
     label = SpanLabel(step.span, "no path of outcomes leads here")
     help_ = ("remove it, or correct the condition or the outcome before it",)

@@ -1,16 +1,16 @@
 """Claims about all modules together: the configuration they would be installed as.
 
-That adding a module never enlarges what another may do holds by construction, if names are unique.
-What module `m` may do is envelope ∩ P_m ∩ Π(m) ∩ Φ: envelope and P_m are of its own manifest, Φ is of
-the site, and Π(m) = access ∪ grants[m], risk ceiling, blocks and quotas are of the site and of the name
-`m`.  No other module occurs.  What others do can only deny more: quotas and resources are shared.  So
-what is to be checked is what a name gives:
+Adding a module never enlarges the set of actions that another may do.  That holds by construction, if names
+are unique: module `m` may do envelope ∩ P_m ∩ Π(m) ∩ Φ.  Envelope and P_m belong to its own manifest, and Φ
+belongs to the site.  Π(m) = access ∪ grants[m], risk ceiling, blocks and quotas belong to the site and the
+name `m`.  No other module occurs in it.  Other modules can only cause more denials, as quotas and resources
+are shared.  So the claims are about the meaning of names:
 
-- identity: two modules of one name, the second of which would get what is granted to the first;
-- absent: a grant or block for a name that is not in the set waits for whoever takes that name.
+- identity: no two modules have one name, as the second would get the permissions granted to the first;
+- absent: a grant or block for a name that is not in the set would apply to any module that takes that name.
 
-Routing: an instruction that names one task can be told from those that name another.  Skills are
-addressed by module and skill, so equal skill names do not meet.  Dependencies: every requirement is met
+Routing: an instruction that names one task can be distinguished from those that name another.  Skills are
+addressed by module and skill, so equal skill names do not collide.  Dependencies: every requirement is met
 inside the set, by the one version there is.  Resources: a step takes all that it needs at once, or waits,
 and needs no more than one of each, of which a site has at least one; compositions are proved in their own
 group.
@@ -38,7 +38,15 @@ _PhraseWords = tuple[str, ...]
 
 
 def configuration_obligations(ecms: Sequence[ModuleSummary], site: SiteSummary) -> Iterator[StaticClaim]:
-    """Every claim of group configuration about `ecms` under `site`; near-linear in their number."""
+    """Make every claim of group configuration about a set of modules; near-linear in their number.
+
+    Args:
+        ecms: the modules.
+        site: the site they would be installed at.
+
+    Yields:
+        The claims.
+    """
     for name, same in _group_by_key((ecm.id, ecm) for ecm in ecms).items():
         yield StaticClaim(ClaimForm.MODULE_UNIQUE(name), _duplicate_module(same) if len(same) > 1 else None)
     yield from _routing(ecms)
@@ -71,7 +79,7 @@ def _duplicate_module(same: Sequence[ModuleSummary]) -> Diagnostic:
 
 @dataclass(frozen=True)
 class _TaskPhrase:
-    """A phrase that routes to a task, and where it is written."""
+    """A phrase that routes to a task, and its position in the manifest."""
 
     phrase: _PhraseWords
     module: str
@@ -80,25 +88,28 @@ class _TaskPhrase:
 
 
 def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
-    """No phrase of one module's tasks is part of one of another's, as `aeros.agent.planning.routing` reads them."""
-    ways = [
-        _TaskPhrase(normalized_words(way.word), ecm.id, way.task, way.span)
+    """Claim that no phrase of one module's tasks is part of a phrase of another's.
+
+    Phrases are compared as `aeros.agent.planning.routing` reads them.
+    """
+    phrases = [
+        _TaskPhrase(normalized_words(entry.word), ecm.id, entry.task, entry.span)
         for ecm in ecms
-        for way in ecm.task_phrases
+        for entry in ecm.task_phrases
     ]
-    by_phrase = _group_by_key((way.phrase, way) for way in ways)
-    for phrase, asked in by_phrase.items():
+    by_phrase = _group_by_key((entry.phrase, entry) for entry in phrases)
+    for phrase, equal in by_phrase.items():
         inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}
-        meant = [way for part in sorted(inner) for way in by_phrase.get(part, ())]
-        other = next((way for way in meant if way.module != asked[0].module), None)
+        contained = [entry for part in sorted(inner) for entry in by_phrase.get(part, ())]
+        other = next((entry for entry in contained if entry.module != equal[0].module), None)
         yield StaticClaim(
             ClaimForm.WORDS_UNAMBIGUOUS("-".join(phrase)),  # no word holds a `-`
-            None if other is None else _ambiguous_phrases(asked[0], other),
+            None if other is None else _ambiguous_phrases(equal[0], other),
         )
 
 
 def _ambiguous_phrases(one: _TaskPhrase, other: _TaskPhrase) -> Diagnostic:
-    tasks = " or ".join(f"`{way.module}.{way.task}`" for way in (one, other))
+    tasks = " or ".join(f"`{entry.module}.{entry.task}`" for entry in (one, other))
     return Diagnostic(
         "AE882",
         f"`{' '.join(one.phrase)}` may mean {tasks}",
@@ -120,16 +131,18 @@ def _same_capability(name: str, providers: Sequence[ModuleSummary]) -> Diagnosti
 
 
 def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
-    """Warn where successes of one module and of another never leave a state variable the same."""
+    """Warn where successes of two modules never leave a state variable with the same value."""
     written = _group_by_key(
         (name, (ecm, values)) for ecm in ecms for name, values in ecm.effect_values.items()
     )
     for name, by_module in written.items():
-        one_of_each = {values: ecm for ecm, values in by_module}
-        opposed = next((pair for pair in combinations(one_of_each, 2) if pair[0].isdisjoint(pair[1])), None)
+        module_by_values = {values: ecm for ecm, values in by_module}
+        opposed = next(
+            (pair for pair in combinations(module_by_values, 2) if pair[0].isdisjoint(pair[1])), None
+        )
         diagnostic = None
         if opposed is not None:
-            first, second = (one_of_each[values] for values in opposed)
+            first, second = (module_by_values[values] for values in opposed)
             diagnostic = Diagnostic(
                 "AE885",
                 f"success leaves different values of `{name}` in `{first.id}` and in `{second.id}`",
@@ -142,22 +155,24 @@ def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
 
 
 def _dependencies(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
-    """What is required is in the set, and no two modules disagree on the one version there is."""
+    """Claim that every required module is in the set, and that all agree on its version."""
     versions = {ecm.id: ecm.version for ecm in ecms}
-    for name, asking in _group_by_key((name, ecm) for ecm in ecms for name in ecm.requires).items():
-        there = versions.get(name)
-        met = {there is not None and is_compatible_version(ecm.requires[name], there) for ecm in asking}
-        # That a version suits nobody is told of each module by itself.
-        agreed = met == {True} or (met == {False} and there is not None)
-        what = "not in this set" if there is None else f"version {there} in this set"
-        labels = [SpanLabel(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in asking]
+    for name, requiring in _group_by_key((name, ecm) for ecm in ecms for name in ecm.requires).items():
+        version = versions.get(name)
+        met = {
+            version is not None and is_compatible_version(ecm.requires[name], version) for ecm in requiring
+        }
+        # A version that suits no module is reported for each module by itself.
+        agreed = met == {True} or (met == {False} and version is not None)
+        found = "not in this set" if version is None else f"version {version} in this set"
+        labels = [SpanLabel(ecm.requires_spans[name], f"needs {ecm.requires[name]}") for ecm in requiring]
         yield StaticClaim(
             ClaimForm.VERSIONS_AGREE(name),
             None
             if agreed
             else Diagnostic(
                 "AE884",
-                f"`{name}`, which modules of this set need, is {what}",
+                f"`{name}`, which modules of this set need, is {found}",
                 labels[0],
                 tuple(labels[1:]),
                 help=("verify and install all modules that belong together, in versions that agree",),
@@ -169,21 +184,21 @@ def _unknown_policy_names(ecms: Sequence[ModuleSummary], site: SiteSummary) -> I
     """Warn of grants and overrides for modules or skills that are not in the set."""
     skills = {ecm.id: ecm.skills for ecm in ecms}
     for name, span in site.grants.items():
-        gone = _missing_module(
+        warning = _missing_module(
             f"the site grants further access to `{name}`, which is not in this set",
             span,
             "whatever takes that name gets the access: remove the grant while nobody needs it",
         )
-        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else gone)
+        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else warning)
     for block in site.blocks:
-        there = block.module in skills and (block.skill is None or block.skill in skills[block.module])
+        is_present = block.module in skills and (block.skill is None or block.skill in skills[block.module])
         named = block.module if block.skill is None else f"{block.module}.{block.skill}"
-        gone = _missing_module(
+        warning = _missing_module(
             f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
             block.span,
             "correct the name if something is meant to be blocked",
         )
-        yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if there else gone)
+        yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if is_present else warning)
 
 
 def _missing_module(headline: str, at: SourceSpan, help_: str) -> Diagnostic:

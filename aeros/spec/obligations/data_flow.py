@@ -1,4 +1,4 @@
-"""Claims about data that flows between the steps of a composition: it is there, and it fits."""
+"""Claims about data that flows between the steps of a composition: it is available and it fits."""
 
 from __future__ import annotations
 
@@ -15,37 +15,52 @@ from aeros.spec.obligations.verdicts import StaticClaim
 
 
 def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[StaticClaim]:
-    """Every input that takes an output can have it, whatever happened before, and admits all of it."""
+    """Claim that every input fed by an output can have it on every path and admits its whole range.
+
+    Args:
+        composition: the composition.
+        skills: skills of the module by name.
+
+    Yields:
+        Two claims for each such input: the output is available, and it fits.
+    """
     available: dict[str, frozenset[str]] = {}
     _steps_succeeded(composition.body, frozenset(), available)
     steps = {step.id: step for step in steps_of(composition.body)}
     for step in steps.values():
         for name, flow in step.output_references.items():
-            wanted = skills[step.skill].inputs[name]
+            input_ = skills[step.skill].inputs[name]
             output = skills[steps[flow.step].skill].outputs[flow.output]
-            there = flow.step in available[step.id]
+            available_before = flow.step in available[step.id]
             about = composition.id, step.id, name
             yield StaticClaim(
-                ClaimForm.INPUT_AVAILABLE(*about), None if there else _output_unavailable(step, flow, steps)
+                ClaimForm.INPUT_AVAILABLE(*about),
+                None if available_before else _output_unavailable(step, flow, steps),
             )
-            yield StaticClaim(ClaimForm.INPUT_FITS(*about), _type_mismatch(name, flow, output, wanted))
+            yield StaticClaim(ClaimForm.INPUT_FITS(*about), _type_mismatch(name, flow, output, input_))
 
 
-def _steps_succeeded(part: Part, before: frozenset[str], found: dict[str, frozenset[str]]) -> frozenset[str]:
-    """The steps that have succeeded wherever `part` has; `found` gets those before each step."""
+def _steps_succeeded(
+    part: Part, before: frozenset[str], succeeded_before: dict[str, frozenset[str]]
+) -> frozenset[str]:
+    """Return the steps that have succeeded after `part`; note those before each step in the last argument."""
     match part:
         case Step(id=name):
-            found[name] = before
+            succeeded_before[name] = before
             return before | {name}
         case Seq(parts=parts):
             for inner in parts:
-                before = _steps_succeeded(inner, before, found)
+                before = _steps_succeeded(inner, before, succeeded_before)
             return before
         case Par(branches=branches):
-            return frozenset().union(*(_steps_succeeded(branch, before, found) for branch in branches))
+            return frozenset().union(
+                *(_steps_succeeded(branch, before, succeeded_before) for branch in branches)
+            )
         case If(then=then, otherwise=otherwise):
-            after = _steps_succeeded(then, before, found)
-            return after if otherwise is None else after & _steps_succeeded(otherwise, before, found)
+            after = _steps_succeeded(then, before, succeeded_before)
+            return (
+                after if otherwise is None else after & _steps_succeeded(otherwise, before, succeeded_before)
+            )
 
 
 def _output_unavailable(step: Step, flow: OutputReference, steps: Mapping[str, Step]) -> Diagnostic:
@@ -58,15 +73,15 @@ def _output_unavailable(step: Step, flow: OutputReference, steps: Mapping[str, S
     )
 
 
-def _type_mismatch(name: str, flow: OutputReference, output: Declared, wanted: Declared) -> Diagnostic | None:
-    given, taken = output.variable.type, wanted.variable.type
-    if given != taken:
-        headline = f"`{flow.step}.{flow.output}` is {given}, but the input `{name}` is {taken}"
-        labels = (SpanLabel(output.span, str(given)), SpanLabel(wanted.span, str(taken)))
+def _type_mismatch(name: str, flow: OutputReference, output: Declared, input_: Declared) -> Diagnostic | None:
+    output_type, input_type = output.variable.type, input_.variable.type
+    if output_type != input_type:
+        headline = f"`{flow.step}.{flow.output}` is {output_type}, but the input `{name}` is {input_type}"
+        labels = (SpanLabel(output.span, str(output_type)), SpanLabel(input_.span, str(input_type)))
         return Diagnostic("AE852", headline, SpanLabel(flow.span), labels)
-    if output.range is None or wanted.range is None:
+    if output.range is None or input_.range is None:
         return None
-    (low, high), (least, most) = output.range, wanted.range
+    (low, high), (least, most) = output.range, input_.range
     if least <= low and high <= most:
         return None
     shown = _range(output.range, output.unit)
@@ -74,7 +89,7 @@ def _type_mismatch(name: str, flow: OutputReference, output: Declared, wanted: D
         "AE852",
         f"`{flow.step}.{flow.output}` may be outside what the input `{name}` admits",
         SpanLabel(flow.span),
-        (SpanLabel(output.span, shown), SpanLabel(wanted.span, _range(wanted.range, wanted.unit))),
+        (SpanLabel(output.span, shown), SpanLabel(input_.span, _range(input_.range, input_.unit))),
         help=("widen the input's range, or narrow the output's",),
     )
 

@@ -1,4 +1,4 @@
-"""Claims about what a module needs around it: the runtime's version, and other modules."""
+"""Claims about a module's requirements: the version of AEROS, and other modules."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ from aeros.spec.obligations.versions import is_compatible_version
 
 
 def runtime_obligations(ecm: ModuleSummary) -> Iterator[StaticClaim]:
-    """That `ecm` works with this version of AEROS."""
+    """Claim that a module works with this version of AEROS.
+
+    Args:
+        ecm: the module.
+
+    Yields:
+        The claim.
+    """
     yield StaticClaim(
         ClaimForm.RUNTIME_SUITS(),
         None
@@ -30,7 +37,15 @@ def runtime_obligations(ecm: ModuleSummary) -> Iterator[StaticClaim]:
 def dependency_obligations(
     ecm: ModuleSummary, co_installed: Mapping[str, ModuleSummary]
 ) -> Iterator[StaticClaim]:
-    """Every claim about what `ecm` needs of other modules, where `co_installed` are those beside it."""
+    """Make every claim about a module's dependencies on other modules.
+
+    Args:
+        ecm: the module.
+        co_installed: the modules that its dependencies may refer to, by name.
+
+    Yields:
+        A claim for each dependency, and one that dependencies have no cycle.
+    """
     for name, specifier in ecm.requires.items():
         yield StaticClaim(
             ClaimForm.DEPENDENCY_MET(name), _unmet_dependency(ecm, name, specifier, co_installed)
@@ -52,19 +67,19 @@ def _unmet_dependency(
     ecm: ModuleSummary, name: str, specifier: str, co_installed: Mapping[str, ModuleSummary]
 ) -> Diagnostic | None:
     label = SpanLabel(ecm.requires_spans[name])
-    found = co_installed.get(name)
-    if found is None:
+    module = co_installed.get(name)
+    if module is None:
         help_ = (f"put the module beside `{ecm.id}`, or remove the dependency",)
         return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is not there", label, help=help_)
-    if not is_compatible_version(specifier, found.version):
+    if not is_compatible_version(specifier, module.version):
         return Diagnostic(
-            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {found.version} is there", label
+            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {module.version} is there", label
         )
     return None
 
 
 def _dependency_cycle(ecm: ModuleSummary, co_installed: Mapping[str, ModuleSummary]) -> list[str]:
-    """A dependency cycle through `ecm`, closed, or nothing: a shortest one, found breadth first."""
+    """Find a shortest dependency cycle through `ecm`, breadth first; empty if there is none."""
     needed_by = dict.fromkeys(ecm.requires, ecm.id)
     pending = deque(needed_by)
     while pending and ecm.id not in needed_by:

@@ -1,4 +1,4 @@
-"""Claims about skill code that reading it settles: nothing is imported, nothing runs."""
+"""Claims about the entry points of skills, settled by reading the code: nothing is imported or run."""
 
 from __future__ import annotations
 
@@ -17,9 +17,14 @@ _Function = ast.FunctionDef | ast.AsyncFunctionDef
 def entry_point_obligations(
     ecm: Ecm, files: Mapping[str, SkillFile | UnreadableCodeError]
 ) -> Iterator[StaticClaim]:
-    """Every skill's entry point exists and is a generator of two arguments.
+    """Claim that every skill's entry point exists and is a generator function of two arguments.
 
-    files: the module's Python files by path relative to its folder.
+    Args:
+        ecm: the module.
+        files: the module's Python files by path relative to its folder.
+
+    Yields:
+        A claim for each skill.
     """
     for skill in ecm.skills.values():
         yield StaticClaim(ClaimForm.ENTRY_POINT(skill.id), _entry_point_error(skill, files))
@@ -62,7 +67,7 @@ def _entry_point_error(
 
 
 def _is_generator(function: _Function) -> bool:
-    """Whether the function itself, not one nested in it, yields."""
+    """Tell whether the function itself yields, not counting functions nested in it."""
     pending: list[ast.AST] = list(function.body)
     while pending:
         node = pending.pop()

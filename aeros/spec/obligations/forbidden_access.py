@@ -1,4 +1,4 @@
-"""The doors out of skill code that can be seen by reading it: imports, builtins, attributes."""
+"""Detection of code that reaches outside a skill: imports, builtins and attributes, found by reading it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ALLOWED_MODULES = frozenset(
         "typing",
     )
 )
-"""Standard modules whose public functions compute, and what little of theirs does more is in `_FORBIDDEN_NAMES`."""
+"""Standard modules whose public names only compute, except those in `_FORBIDDEN_NAMES`."""
 
 _FORBIDDEN_NAMES = frozenset(
     ("ForwardRef", "evaluate_forward_ref", "get_type_hints", "make_dataclass", "singledispatch")
@@ -63,36 +63,43 @@ FORBIDDEN = frozenset(
 """Builtins that reach outside the skill, run other code, or touch attributes by computed names."""
 
 _INTROSPECTION_ATTRIBUTES = ("ag_", "co_", "cr_", "f_", "func_", "gi_", "im_", "tb_")
-"""How the attributes begin through which frames, code and generators show their insides."""
+"""Prefixes of the attributes that expose the internals of frames, code and generators."""
 
 
 def first_forbidden_access(nodes: Sequence[ast.AST]) -> tuple[ast.expr | ast.stmt, str] | None:
-    """The first door that the code of these nodes opens, and what it does, completing “skill code …”."""
+    """Find the first place in skill code that reaches outside the skill.
+
+    Args:
+        nodes: nodes of the code's syntax tree, in order.
+
+    Returns:
+        The node and a description that completes “skill code …”; None if there is no such place.
+    """
     modules = _imported_modules(nodes)
-    used_plainly = {
+    member_accesses = {
         id(node.value)
         for node in nodes
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules
     }
     for node in nodes:
-        said: str | None = None
+        description: str | None = None
         if isinstance(node, ast.Import | ast.ImportFrom):
-            said = _forbidden_import(node)
+            description = _forbidden_import(node)
         elif isinstance(node, ast.Name) and node.id in FORBIDDEN:
-            said = f"uses `{node.id}`"
-        elif isinstance(node, ast.Name) and node.id in modules and id(node) not in used_plainly:
-            said = f"passes the module `{node.id}` around"
+            description = f"uses `{node.id}`"
+        elif isinstance(node, ast.Name) and node.id in modules and id(node) not in member_accesses:
+            description = f"passes the module `{node.id}` around"
         elif isinstance(node, ast.Attribute):
-            said = _forbidden_attribute(node, modules)
+            description = _forbidden_attribute(node, modules)
         elif isinstance(node, ast.AsyncFunctionDef | ast.Await | ast.Global | ast.Nonlocal):
-            said = "keeps or awaits something between actions"
-        if said is not None and isinstance(node, ast.expr | ast.stmt):
-            return node, said
+            description = "keeps or awaits something between actions"
+        if description is not None and isinstance(node, ast.expr | ast.stmt):
+            return node, description
     return None
 
 
 def _imported_modules(nodes: Sequence[ast.AST]) -> dict[str, str]:
-    """The modules that are bound as a whole, by the name they are bound to."""
+    """Return the modules that are imported as a whole, by the name they are bound to."""
     return {
         alias.asname or alias.name: alias.name
         for node in nodes
@@ -103,7 +110,7 @@ def _imported_modules(nodes: Sequence[ast.AST]) -> dict[str, str]:
 
 def _forbidden_import(node: ast.Import | ast.ImportFrom) -> str | None:
     if isinstance(node, ast.Import):
-        # `import a.b` binds `a`, through which everything else in it can be reached.
+        # `import a.b` binds `a`, which gives access to every other module in it.
         refused = [one.name for one in node.names if one.name not in ALLOWED_MODULES or "." in one.name]
         return f"imports `{refused[0]}`" if refused else None
     module = "." * node.level + (node.module or "")
@@ -128,7 +135,7 @@ def _forbidden_attribute(node: ast.Attribute, modules: dict[str, str]) -> str | 
 
 @cache
 def _public_names(module: str) -> frozenset[str]:
-    """What a harmless standard module offers: its public names that are no modules themselves."""
+    """Return the public names of an allowed standard module, without modules and forbidden names."""
     found = importlib.import_module(module)
     return frozenset(
         name

@@ -1,9 +1,9 @@
-"""Claims about two actions at the same time: rules of the site over both, and who obeys them.
+"""Claims about two actions at the same time: joint rules of the site, and steps that obey them.
 
-A joint rule speaks of an action in each of two roles.  Both are allowed by themselves: Φ holds of each in
-the state in which both are executed, as the monitor sees to.  An envelope was decided when its action
-began, perhaps in another state: `a.x` of a state variable `x` is its value when the action `a` began
-(docs/decisions/0003-precondition-is-not-assumed.md says why that may not be assumed to be now).
+A joint rule is about an action in each of two roles.  Each action is allowed by itself: Φ holds for each in
+the state in which both are executed; the monitor ensures that.  An envelope, however, was decided when its
+action began, perhaps in another state: `a.x` of a state variable `x` is its value when the action `a` began
+(docs/decisions/0003-precondition-is-not-assumed.md says why the value now may not be assumed).
 """
 
 from __future__ import annotations
@@ -30,7 +30,14 @@ from aeros.spec.obligations.verdicts import Verdict
 
 @dataclass(frozen=True)
 class ConcurrentStep:
-    """A step whose skill may be asking for actions, with its inputs; `name` is unique in its composition."""
+    """A step whose skill may ask for actions while another does.
+
+    Attributes:
+        name: name of the step, unique in its composition.
+        step: the step or handler.
+        skill: the skill that it runs.
+        arguments: the skill's inputs.
+    """
 
     name: str
     step: Step
@@ -39,7 +46,14 @@ class ConcurrentStep:
 
 
 def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
-    """Every joint rule allows some pair of allowed actions, and denies some."""
+    """Claim that every joint rule allows some pair of allowed actions, and denies some pair.
+
+    Args:
+        site: site that declares the joint rules.
+
+    Yields:
+        Two obligations for each joint rule.
+    """
     for rule in site.joint_rules:
         allowed = tuple(_site_rules_for_role(site, role, kind) for role, kind in rule.roles)
         space = VariableSpace(joint_variables(site, rule), allowed)
@@ -73,14 +87,17 @@ def joint_policy_obligations(site: Site) -> Iterator[Obligation]:
 def joint_obligations(
     composition: str, par: int, site: Site, one: ConcurrentStep, other: ConcurrentStep
 ) -> Iterator[Obligation]:
-    """Yield that whatever both may ask for at the same time obeys every joint rule, in either order of roles.
+    """Claim that any two actions of two concurrent steps obey every joint rule, in either order of roles.
 
     Args:
-        composition: the id of the composition that runs both.
-        par: which of its `par` it is that runs them at the same time, counted from 1.
-        site: whose joint rules are meant.
+        composition: id of the composition that runs both steps.
+        par: number of the `par` in it that runs them at the same time, counted from 1.
+        site: site that declares the joint rules.
         one: a step in one branch.
-        other: a step in another branch; a handler of both branches may run beside itself.
+        other: a step in another branch; a handler of both branches may run at the same time as itself.
+
+    Yields:
+        An obligation for each joint rule and order of roles in which both envelopes have the action kinds.
     """
     orders = ((one, other),) if one.name == other.name else ((one, other), (other, one))
     for rule in site.joint_rules:
@@ -95,8 +112,8 @@ def joint_obligations(
             )
             declared = (*joint_variables(site, rule), *a.arguments.variables, *b.arguments.variables)
             note = f"`{first}` is the `{left}` of `{a.step.id}`, `{second}` the `{right}` of `{b.step.id}`"
-            begun = {name for term in assumed[:2] for name in t.variables_of(term)}
-            if any(f"{role}.{name}" in begun for role in (first, second) for name in site.state):
+            envelope_names = {name for term in assumed[:2] for name in t.variables_of(term)}
+            if any(f"{role}.{name}" in envelope_names for role in (first, second) for name in site.state):
                 note += "; of measured values, as they were when the action began"
             yield Obligation(
                 ClaimForm.PAR_JOINT_RULE(composition, par, a.name, b.name, rule.id),
@@ -119,7 +136,15 @@ def joint_obligations(
 
 
 def joint_variables(site: Site, rule: JointRule) -> tuple[Declared, ...]:
-    """State now, and of each role its parameters and the state when it began."""
+    """List the variables of a joint rule: the state now, and for each role its parameters and earlier state.
+
+    Args:
+        site: site that declares the rule.
+        rule: the joint rule.
+
+    Returns:
+        The variables; those of a role are prefixed with its name, its state being that when its action began.
+    """
     own = [
         _for_role(role, one)
         for role, kind in rule.roles
@@ -133,13 +158,13 @@ def _for_role(role: str, variable: Declared) -> Declared:
 
 
 def _site_rules_for_role(site: Site, role: str, kind: str) -> t.Term:
-    """Φ of the action in `role`, in the state now."""
+    """Return Φ for the action in `role`, in the state now."""
     rules = t.conjunction(*(rule.terms[kind] for rule in site.rules_for_kind(kind)))
     return t.substitute(rules, _rename_for_role(role, site.kinds[kind].parameters))
 
 
 def _required_conjuncts(site: Site, rule: JointRule) -> Iterator[LabelledConjunct]:
-    """The conjuncts of Φ of each action by itself, in the state now."""
+    """Yield the conjuncts of Φ for each action by itself, in the state now."""
     for role, kind in rule.roles:
         names = _rename_for_role(role, site.kinds[kind].parameters)
         for member in rule_conjuncts(site.rules_for_kind(kind), kind):
@@ -148,7 +173,7 @@ def _required_conjuncts(site: Site, rule: JointRule) -> Iterator[LabelledConjunc
 
 
 def _envelope(site: Site, role: str, kind: str, running: ConcurrentStep) -> t.Term:
-    """What the skill may ask for in `role`, in the state when it was asked for."""
+    """Return the envelope of the skill's action in `role`, in the state when the action was asked for."""
     names = {**site.kinds[kind].parameters, **site.state}
     terms = {**_rename_for_role(role, names), **running.arguments.terms}
     return t.substitute(running.skill.envelope[kind].term, terms)

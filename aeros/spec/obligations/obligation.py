@@ -1,6 +1,6 @@
-"""Obligations: formulas that settle a claim, with everything needed to tell a person about it.
+"""Obligations: formulas that settle a claim, with the text of the report if the claim fails.
 
-Building a query and running a solver are two things: this package builds, `discharge` runs.
+This package builds the formulas; `aeros.spec.verification.discharge` runs the solver.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from aeros.spec.obligations.verdicts import Verdict
 
 
 class ClaimMode(Enum):
-    """How a formula settles its claim."""
+    """The two ways in which a formula settles its claim: it always holds, or it sometimes holds."""
 
     ALWAYS = "always"  # proved iff (assumptions and not conclusion) is unsatisfiable
     SOMETIMES = "sometimes"  # proved iff (assumptions and conclusion) is satisfiable
@@ -26,9 +26,13 @@ class ClaimMode(Enum):
 
 @dataclass(frozen=True)
 class VariableSpace:
-    """The variables that a family of obligations ranges over, and what it assumes of them.
+    """The variables that a family of obligations ranges over, and the assumptions about them.
 
     Every variable is assumed to be inside its declared range: the gate denies all other values.
+
+    Attributes:
+        variables: the variables with their ranges.
+        assumptions: conditions assumed to hold.
     """
 
     variables: tuple[Declared, ...]
@@ -42,19 +46,35 @@ class VariableSpace:
 
 @dataclass(frozen=True)
 class LabelledConjunct:
-    """A conjunct of what an obligation asks for, and what to say beside it where it is at fault."""
+    """A conjunct of an obligation's formula, and the label to show if it is at fault."""
 
     term: t.Term
     label: SpanLabel
 
 
 def label_conjuncts(conjuncts: Iterable[Conjunct], text: str) -> tuple[LabelledConjunct, ...]:
-    """A member for each conjunct, with `text` beside it."""
+    """Attach one text to each conjunct.
+
+    Args:
+        conjuncts: conjuncts with their positions.
+        text: text of each label.
+
+    Returns:
+        A labelled conjunct for each.
+    """
     return tuple(LabelledConjunct(one.term, SpanLabel(one.span, text)) for one in conjuncts)
 
 
 def rule_conjuncts(rules: Iterable[Rule], kind: str) -> tuple[LabelledConjunct, ...]:
-    """The conjuncts of what `rules` require of an action of `kind`."""
+    """List the conjuncts of rules for one action kind, each labelled with its rule.
+
+    Args:
+        rules: rules of a site.
+        kind: the action kind.
+
+    Returns:
+        The conjuncts; none of a rule that does not govern the kind.
+    """
     return tuple(
         member
         for rule in rules
@@ -64,16 +84,26 @@ def rule_conjuncts(rules: Iterable[Rule], kind: str) -> tuple[LabelledConjunct, 
 
 @dataclass(frozen=True)
 class Obligation:
-    """One claim, as a formula over a space, and what to say if it fails.
+    """One claim, as a formula over a space, and the diagnostic of its refutation.
 
-    id: stable and unique in its module; its text is as in `safety/wrap/move_tool/workspace`.
-    code, headline, primary, secondary, notes, help: the diagnostic of a refutation.
-    failing: the verdict of a SOMETIMES claim that fails, REFUTED or VACUOUS.
-    guard: the invariant that the gate may decide where this claim fails, if the manifest or the
-        rule itself leaves it to the gate; None where a refutation is an error.
-    members: the conjuncts of assumptions and conclusion (SOMETIMES) or of the conclusion (ALWAYS).
-    clause: the envelope that is to imply the conclusion.
-    primary_alone: whether a member inside the primary label is shown where it alone of those is at fault.
+    Attributes:
+        id: identity, stable and unique in its module; its text is like `safety/wrap/move_tool/workspace`.
+        code: code of the diagnostic.
+        mode: how the formula settles the claim.
+        space: variables and assumptions.
+        conclusion: the formula.
+        headline: headline of the diagnostic.
+        primary: main label of the diagnostic.
+        secondary: further labels of the diagnostic.
+        help: remedies that the diagnostic offers.
+        failure_verdict: the verdict of a SOMETIMES claim that fails, REFUTED or VACUOUS.
+        runtime_checked_rule: the invariant that the gate may decide where this claim fails, if the manifest
+            or the rule itself leaves it to the gate; None where a refutation is an error.
+        labelled_conjuncts: conjuncts of assumptions and conclusion (SOMETIMES) or of the conclusion (ALWAYS).
+        clause: the envelope that should imply the conclusion.
+        notes: notes of the diagnostic.
+        primary_alone: True if a conjunct inside the primary label is shown only where it is the single one of
+            those at fault.
     """
 
     id: ClaimId

@@ -1,7 +1,7 @@
-"""Claims about branches that run at the same time: they share nothing that only one may have.
+"""Claims about branches that run at the same time: they share nothing that only one may use.
 
-Any step of one branch, its handlers included, is taken to run beside any of another.  Conditions that
-exclude each other are not looked at: branches that are never taken together are refused all the same.
+Any step of one branch, its handlers included, is assumed to run at the same time as any step of another.
+Conditions that exclude each other are ignored: branches that never run together are refused all the same.
 """
 
 from __future__ import annotations
@@ -27,32 +27,50 @@ from aeros.spec.obligations.verdicts import StaticClaim
 def parallel_obligations(
     composition: Composition, ecm: Ecm, site: Site
 ) -> Iterator[Obligation | StaticClaim]:
-    """Every claim about every `par` of `composition`, whose handlers lead back to none of themselves."""
+    """Make every claim about the `par` parts of a composition.
+
+    Args:
+        composition: the composition; its handlers form no cycle.
+        ecm: module that declares it.
+        site: site under which the module is elaborated.
+
+    Yields:
+        Claims settled at once, and obligations about joint rules for the solver.
+    """
     pars = [part for part in walk_parts(composition.body) if isinstance(part, Par)]
     for number, par in enumerate(pars, 1):
-        beside = _BranchPairClaims(number, par, composition, ecm.skills, site)
+        claims = _BranchPairClaims(number, par, composition, ecm.skills, site)
         claimed: set[frozenset[str]] = set()
-        yield from beside.resources()
+        yield from claims.resources()
         for first, second in combinations(par.branches, 2):
-            yield from beside.shared_use_claims(first, second)
-            yield from beside.joint_rule_claims(first, second, claimed)
+            yield from claims.shared_use_claims(first, second)
+            yield from claims.joint_rule_claims(first, second, claimed)
 
 
 def interference_claims(
     composition: Composition, skills: Mapping[str, Skill], site: Site
 ) -> Iterator[StaticClaim]:
-    """The claims about every `par` that take no solver: all but those on joint rules."""
+    """Make the claims about the `par` parts of a composition that need no solver: all but joint rules.
+
+    Args:
+        composition: the composition; its handlers form no cycle.
+        skills: skills of the module by name.
+        site: site under which the module is elaborated.
+
+    Yields:
+        The claims, settled.
+    """
     pars = [part for part in walk_parts(composition.body) if isinstance(part, Par)]
     for number, par in enumerate(pars, 1):
-        beside = _BranchPairClaims(number, par, composition, skills, site)
-        yield from beside.resources()
+        claims = _BranchPairClaims(number, par, composition, skills, site)
+        yield from claims.resources()
         for first, second in combinations(par.branches, 2):
-            yield from beside.shared_use_claims(first, second)
+            yield from claims.shared_use_claims(first, second)
 
 
 @dataclass(frozen=True)
 class _VariableUse:
-    """Where a state variable is read or written."""
+    """A place where a state variable is read or written."""
 
     span: SourceSpan
     description: str
@@ -60,6 +78,8 @@ class _VariableUse:
 
 @dataclass(frozen=True)
 class _BranchPairClaims:
+    """The claims about one `par` and the pairs of its branches."""
+
     number: int
     par: Par[Step]
     composition: Composition
@@ -67,11 +87,11 @@ class _BranchPairClaims:
     site: Site
 
     def resources(self) -> Iterator[StaticClaim]:
-        """The branches together never need more of a resource than the site has."""
+        """Claim that the branches together never need more of a resource than the site has."""
         demands = [self._resource_demand(branch) for branch in self.par.branches]
         for name in sorted(set().union(*demands)):
             needed, capacity = sum(demand[name] for demand in demands), self.site.resources[name]
-            # A branch that needs too much by itself is told of at the `par` inside it.
+            # A branch that needs too much by itself is reported at the `par` inside it.
             short = needed > capacity and all(demand[name] <= capacity for demand in demands)
             holders = [self._holder(branch, name) for branch in self.par.branches]
             labels = tuple(SpanLabel(one.span, f"holds `{name}`") for one in holders if one is not None)
@@ -89,7 +109,7 @@ class _BranchPairClaims:
             )
 
     def _resource_demand(self, part: Part) -> Counter[str]:
-        """The most of each resource that `part` may hold at one time."""
+        """Compute the largest amount of each resource that `part` may hold at one time."""
         total = Counter(self._resources(part)) if isinstance(part, Step) else Counter[str]()
         for demand in map(self._resource_demand, children_of(part)):
             total = total + demand if isinstance(part, Par) else total | demand
@@ -102,19 +122,19 @@ class _BranchPairClaims:
         return next((step for step in steps_of(branch) if resource in self._resources(step)), None)
 
     def _possible_steps(self, step: Step) -> tuple[Step, ...]:
-        """`step`, and the handlers that may run in its place."""
+        """Return `step`, and the handlers that may run in its place."""
         return (step, *handlers_of(step, self.composition.handlers))
 
     def _all_possible_steps(self, branch: Part) -> list[Step]:
         return [run for step in steps_of(branch) for run in self._possible_steps(step)]
 
     def shared_use_claims(self, first: Part, second: Part) -> Iterator[StaticClaim]:
-        """What two branches may not have in common, beside resources: nothing of it takes a solver."""
+        """Claim that two branches share no actuator, and no state variable that one of them writes."""
         yield self._actuators(first, second)
         yield self._effects(first, second)
 
     def _actuators(self, first: Part, second: Part) -> StaticClaim:
-        """No actuator is moved by both branches."""
+        """Claim that no actuator is moved by both branches."""
         claim_id = ClaimForm.PAR_ACTUATORS(
             self.composition.id, self.number, _branch_name(first), _branch_name(second)
         )
@@ -128,7 +148,7 @@ class _BranchPairClaims:
         return StaticClaim(claim_id, None)
 
     def _effects(self, first: Part, second: Part) -> StaticClaim:
-        """Neither branch writes what the other reads or writes."""
+        """Claim that neither branch writes a state variable that the other reads or writes."""
         claim_id = ClaimForm.PAR_EFFECTS(
             self.composition.id, self.number, _branch_name(first), _branch_name(second)
         )
@@ -144,15 +164,15 @@ class _BranchPairClaims:
         return StaticClaim(claim_id, None)
 
     def _writes(self, branch: Part) -> dict[str, _VariableUse]:
-        found: dict[str, _VariableUse] = {}
+        uses: dict[str, _VariableUse] = {}
         for step in self._all_possible_steps(branch):
             for outcome in self.skills[step.skill].outcomes.values():
                 for name in outcome.effects if outcome.probability != 0 else ():
-                    found.setdefault(name, _VariableUse(step.span, f"`{step.id}` may set it"))
-        return found
+                    uses.setdefault(name, _VariableUse(step.span, f"`{step.id}` may set it"))
+        return uses
 
     def _reads(self, branch: Part) -> dict[str, _VariableUse]:
-        """What preconditions, hold-conditions, conditions and envelopes of the branch speak of."""
+        """Collect state variables in preconditions, hold-conditions, conditions and envelopes."""
         read: list[tuple[t.Term, _VariableUse]] = [
             (part.condition, _VariableUse(part.span, "read here"))
             for part in walk_parts(branch)
@@ -173,10 +193,13 @@ class _BranchPairClaims:
     def joint_rule_claims(
         self, first: Part, second: Part, claimed: set[frozenset[str]]
     ) -> Iterator[Obligation]:
-        """Yield that every two actions that the branches may ask for together obey the joint rules.
+        """Claim that every two actions that the branches may ask for together obey the joint rules.
 
-        claimed: the names of each two steps of which this was claimed, to which it adds these.  Branches that
-        share a handler share claims.
+        Args:
+            first: a branch.
+            second: another branch.
+            claimed: names of each two steps with such a claim already; this adds more.  Branches that share a
+                handler share claims.
         """
         runs = ({one.name: one for one in self._concurrent_steps(branch)} for branch in (first, second))
         for a, b in product(*(each.values() for each in runs)):
@@ -196,5 +219,5 @@ class _BranchPairClaims:
 
 
 def _branch_name(branch: Part) -> str:
-    """A branch by its first step: every branch has one, and no two the same."""
+    """Name a branch after its first step: every branch has one, and no two have the same."""
     return next(steps_of(branch)).id

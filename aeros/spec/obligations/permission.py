@@ -1,7 +1,7 @@
-"""Claims that a module stays inside what it is permitted: envelope ⊆ P ∩ Π, for every skill.
+"""Claims that a module stays inside its permissions: envelope ⊆ P ∩ Π, for every skill.
 
-Access, risk and overrides are finite sets and settle at once; what actions an envelope holds is a
-formula over all states, parameters and inputs.
+Access, risk and overrides are finite sets and settle at once.  The actions of an envelope are a formula over
+all states, parameters and inputs.
 """
 
 from __future__ import annotations
@@ -21,7 +21,15 @@ from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
 def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
-    """Every claim of group permission about `ecm` under `site`."""
+    """Make every claim of group permission about a module.
+
+    Args:
+        ecm: the module.
+        site: site whose policy applies.
+
+    Yields:
+        Claims settled at once, and obligations for the solver.
+    """
     yield from _access_granted(ecm, site)
     for kind, clause in ecm.permitted_actions.items():
         yield Obligation(
@@ -58,7 +66,7 @@ def _static_claim(claim_id: ClaimId, holds: bool, diagnostic: Diagnostic) -> Sta
 
 
 def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
-    """`P` asks for no actuator, sensor, channel or computing device that Π does not grant the module."""
+    """Claim that `P` asks only for actuators, sensors, channels and computing devices that Π grants."""
     granted = site.access_of(ecm.id)
     for group in ("actuators", "sensors", "channels", "compute"):
         excess = sorted(getattr(ecm.requested_access, group) - getattr(granted, group))
@@ -75,7 +83,7 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
 
 
 def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligation | StaticClaim]:
-    """Every action kind of the envelope is permitted, and every action of it lies inside the permission."""
+    """Claim that every action kind of the envelope is permitted, and its actions lie in the permission."""
     for kind, clause in skill.envelope.items():
         permitted = ecm.permitted_actions.get(kind)
         moved = sorted(site.kinds[kind].actuators - skill.actuators)
@@ -130,7 +138,10 @@ def _actuators_permitted(ecm: Ecm, skill: Skill) -> StaticClaim:
 
 
 def _actuators_reserved(site: Site, skill: Skill) -> StaticClaim:
-    """What a skill moves and the site counts as a resource, it holds: no other skill moves it meanwhile."""
+    """Claim that a skill holds each actuator that it moves and that the site counts as a resource.
+
+    Then no other skill moves it at the same time.
+    """
     loose = sorted((skill.actuators & site.resources.keys()) - skill.resources)
     return _static_claim(
         ClaimForm.SKILL_ACTUATORS_HELD(skill.id),
@@ -145,14 +156,15 @@ def _actuators_reserved(site: Site, skill: Skill) -> StaticClaim:
 
 
 def _risk_in_bounds(site: Site, skill: Skill) -> Iterator[StaticClaim]:
-    """A skill's risk is at most the ceiling and at least that of every action it may ask for."""
+    """Claim that a skill's risk is at most the ceiling and at least that of every action it may ask for."""
     ceiling = site.risk_ceiling
     yield _static_claim(
         ClaimForm.SKILL_RISK_UNDER_CEILING(skill.id),
         skill.risk <= ceiling,
         Diagnostic(
             "AE406",
-            f"`{skill.id}` is of {_format_risk(skill.risk)} risk; this site allows {_format_risk(ceiling)} at most",
+            f"`{skill.id}` is of {_format_risk(skill.risk)} risk; "
+            f"this site allows {_format_risk(ceiling)} at most",
             SpanLabel(skill.risk_span),
         ),
     )
@@ -181,7 +193,7 @@ def _sensors_permitted(ecm: Ecm, site: Site, skill: Skill) -> StaticClaim:
 def _reads_permitted(
     claim_id: ClaimId, ecm: Ecm, site: Site, read: Iterable[tuple[t.Term, SourceSpan]]
 ) -> StaticClaim:
-    """Every state variable that is read comes from a sensor the module may use."""
+    """Claim that every state variable that is read comes from a sensor the module may use."""
     for term, span in read:
         for name, variable in t.variables_of(term).items():
             sensor = site.state[name].sensor if variable.role is t.VariableRole.STATE else None
@@ -197,7 +209,7 @@ def _reads_permitted(
 
 
 def _warn_of_blocks(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
-    """Warn of operator overrides that will deny what the module asks for; they refute nothing."""
+    """Warn of operator overrides that will deny actions of the module; they refute nothing."""
     for block in site.blocks:
         hit = [
             f"{skill.id}/{kind}"

@@ -23,7 +23,14 @@ from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
 def policy_obligations(site: Site) -> Iterator[Obligation | StaticClaim]:
-    """Every claim of group policy, for every action kind and quota of `site`."""
+    """Make every claim of group policy about a site, for every action kind and quota.
+
+    Args:
+        site: the site.
+
+    Yields:
+        Claims settled at once, and obligations for the solver.
+    """
     for kind in site.kinds.values():
         rules = site.rules_for_kind(kind.name)
         if kind.protective:
@@ -39,14 +46,23 @@ def policy_obligations(site: Site) -> Iterator[Obligation | StaticClaim]:
 
 
 def action_space(site: Site, kind: ActionKind, *assumptions: t.Term) -> VariableSpace:
-    """All states, and all parameters of `kind`, under `assumptions`."""
+    """Make the space of all states and all parameters of an action kind.
+
+    Args:
+        site: the site.
+        kind: the action kind.
+        assumptions: conditions assumed to hold.
+
+    Returns:
+        The space.
+    """
     return VariableSpace((*site.observed_variables.values(), *kind.parameters.values()), assumptions)
 
 
 def _stop_obligations(
     site: Site, kind: ActionKind, rules: tuple[Rule, ...]
 ) -> Iterator[Obligation | StaticClaim]:
-    """The protective stop is allowed in every state: no rule ever denies it, no override blocks it."""
+    """Claim that the protective stop is allowed in every state: no rule denies it, no override blocks it."""
     for rule in rules:
         yield Obligation(
             id=ClaimForm.STOP_ALLOWED(kind.name, rule.id),
@@ -77,7 +93,7 @@ def _stop_obligations(
 
 
 def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Obligation:
-    """Some action of the kind is allowed in some state."""
+    """Claim that some action of the kind is allowed in some state."""
     return Obligation(
         id=ClaimForm.RULES_SATISFIABLE(kind.name),
         code="AE601",
@@ -92,7 +108,7 @@ def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Oblig
 
 
 def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
-    """The rule denies something: some state and action inside the declared ranges breaks it."""
+    """Claim that the rule denies something: some state and action inside the declared ranges breaks it."""
     return Obligation(
         id=ClaimForm.RULE_EFFECTIVE(kind.name, rule.id),
         code="AE603",
@@ -109,7 +125,7 @@ def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
 
 
 def _rule_not_redundant(site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, ...]) -> Obligation:
-    """The rule denies something that no other rule denies."""
+    """Claim that the rule denies something that no other rule denies."""
     others = tuple(other for other in rules if other is not rule)
     return Obligation(
         id=ClaimForm.RULE_NOT_SHADOWED(kind.name, rule.id),
@@ -131,7 +147,10 @@ def _rule_not_redundant(site: Site, kind: ActionKind, rule: Rule, rules: tuple[R
 
 
 def _rule_violated(rule: Rule, kind: ActionKind, kept: str, excluded: str) -> tuple[LabelledConjunct, ...]:
-    """What together says that the rule is broken; one of these that is never so makes the rule idle."""
+    """Return the conditions that together say that the rule is broken.
+
+    If one of them never holds, the rule is idle.
+    """
     return (
         *label_conjuncts(rule.premises.get(kind.name, ()), excluded),
         *(
@@ -144,7 +163,10 @@ def _rule_violated(rule: Rule, kind: ActionKind, kept: str, excluded: str) -> tu
 def _attenuation_obligations(
     site: Site, kind: ActionKind, rule: Rule, rules: tuple[Rule, ...]
 ) -> Iterator[Obligation]:
-    """Where this rule alone stands in the way, its attenuation gives an allowed, no larger action."""
+    """Claim that an attenuation gives an allowed action that is no larger.
+
+    The claim is about the actions that this rule alone denies.
+    """
     reduced = rule.attenuations[kind.name]
     others = [other.terms[kind.name] for other in rules if other is not rule]
     space = action_space(site, kind, t.Not(rule.terms[kind.name]), *others)
@@ -170,7 +192,7 @@ def _attenuation_obligations(
 
 
 def _reduction_is_smaller(kind: ActionKind, reduced: Mapping[str, t.Term]) -> t.Term:
-    """Each reduced parameter stays in its range, and between nothing and what was asked for."""
+    """Require each reduced parameter to stay in its range, and between zero and the requested value."""
     parts: list[t.Term] = []
     for name, term in reduced.items():
         parameter = kind.parameters[name]

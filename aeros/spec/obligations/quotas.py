@@ -1,7 +1,7 @@
-"""Claims about quotas: each counts something that is ever allowed, and runs out where no other has.
+"""Claims about quotas: each counts actions that may be allowed, and can run out before every other.
 
-Not claimed: that a task gets by on its quotas.  How many actions a skill asks for is not declared, and
-a quota is of a window of time, so whoever waits may go on: the gate denies, and nothing is unsafe.
+Not claimed: that a task gets by on its quotas.  The number of actions that a skill asks for is not declared,
+and a quota is for a window of time, so a skill that waits may go on: the gate denies, and nothing is unsafe.
 """
 
 from __future__ import annotations
@@ -16,7 +16,14 @@ from aeros.spec.obligations.verdicts import StaticClaim
 
 
 def quota_obligations(site: Site) -> Iterator[StaticClaim]:
-    """Two claims for each quota of `site`; what fails is a warning, as no action more is allowed by it."""
+    """Make two claims for each quota of a site; a failure is a warning, as it allows no further action.
+
+    Args:
+        site: the site.
+
+    Yields:
+        For each quota: it counts actions that may be allowed, and it is needed.
+    """
     for position, quota in enumerate(site.quotas):
         idle = [
             (kind, why) for kind in sorted(quota.kinds) if (why := _denial_of_kind(site, kind)) is not None
@@ -33,7 +40,7 @@ def quota_obligations(site: Site) -> Iterator[StaticClaim]:
             if idle
             else None,
         )
-        # Of two that imply each other the later one is not needed.
+        # If two imply each other, the later one is not needed.
         later = (one for one in site.quotas[position + 1 :] if not quota_implies(quota, one))
         other = next((one for one in (*site.quotas[:position], *later) if quota_implies(one, quota)), None)
         yield StaticClaim(
@@ -51,17 +58,24 @@ def quota_obligations(site: Site) -> Iterator[StaticClaim]:
 
 
 def quota_implies(quota: Quota, other: Quota) -> bool:
-    """Whether whatever keeps `one` keeps `other`; exactly so for actions at any instants.
+    """Tell whether actions that keep one quota always keep another; exact for actions at any instants.
 
-    A closed window of `other.window_s` seconds holds the beginnings of at most ⌈other.within / one.within⌉
-    windows that have nothing in common, and each of these may be used up at once.
+    A closed window of `other.window_s` seconds holds the beginnings of at most
+    ⌈other.window_s / quota.window_s⌉ disjoint windows of `quota`, and each of these may be used up at once.
+
+    Args:
+        quota: the quota that is kept.
+        other: the quota that may follow from it.
+
+    Returns:
+        True if `other` never runs out before `quota`.
     """
     most = quota.max_count * ceil(other.window_s / quota.window_s)
     return other.kinds <= quota.kinds and most <= other.max_count
 
 
 def _denial_of_kind(site: Site, kind: str) -> str | None:
-    """Why no module may ever have an action of `kind` executed, as far as finite sets tell.
+    """Give the reason why no module may ever execute an action of `kind`, as far as finite sets show it.
 
     Operator overrides are left out: they are lifted one day, and the quota must still be there then.
     """
@@ -75,5 +89,7 @@ def _denial_of_kind(site: Site, kind: str) -> str | None:
 
 
 def _warning(code: str, headline: str, quota: Quota, help_: str, other: Quota | None = None) -> Diagnostic:
-    beside = () if other is None else (SpanLabel(other.span, "runs out first"),)
-    return Diagnostic(code, headline, SpanLabel(quota.span), beside, help=(help_,), severity=Severity.WARNING)
+    secondary = () if other is None else (SpanLabel(other.span, "runs out first"),)
+    return Diagnostic(
+        code, headline, SpanLabel(quota.span), secondary, help=(help_,), severity=Severity.WARNING
+    )

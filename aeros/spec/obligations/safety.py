@@ -1,15 +1,14 @@
-"""Claims about a skill's envelope: every action in it obeys Φ, or the gate is named that decides.
+"""Claims about a skill's envelope: every action in it obeys Φ, or the gate decides the rules it may break.
 
-For each skill and each action kind of its envelope, over all states, parameters and inputs in
-range, and *not* assuming the precondition: it holds when the skill starts, while the gate must
-decide every later action too, so a proof that used it could not be relied on at the gate
+The claims are for each skill and each action kind of its envelope, over all states, parameters and inputs in
+range.  They do *not* assume the precondition.  It holds when the skill starts, while the gate must decide
+every later action too, so the gate could not rely on a proof that used it
 (docs/decisions/0003-precondition-is-not-assumed.md).
 
-An invariant that the envelope implies is *proved*; the gate need not evaluate it again.  One that
-it does not imply is *guarded* if it depends on the state and either speaks of the state alone or
-is listed under `runtime_checked`: the gate then decides it, every time, and what it decides has to depend
-on the state, not only be written with it.  Anything else is an error, as is an
-action kind of which no action is ever allowed: a *dead* one.
+An invariant that the envelope implies is *proved*; the gate need not evaluate it again.  An invariant that it
+does not imply is *runtime-checked* if it depends on the state and either is about the state alone or is
+listed under `gated`.  The gate then decides it every time, and its decision has to depend on the state, not
+only mention it.  Anything else is an error, as is a *dead* action kind, of which no action is ever allowed.
 """
 
 from __future__ import annotations
@@ -33,7 +32,15 @@ from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
 def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
-    """Every claim of group safety about `ecm` under `site`."""
+    """Make every claim of group safety about a module.
+
+    Args:
+        ecm: the module.
+        site: site whose rules apply.
+
+    Yields:
+        Claims settled at once, and obligations for the solver.
+    """
     for skill in ecm.skills.values():
         if skill.precondition is not None:
             yield _can_start(site, skill, skill.precondition)
@@ -53,7 +60,17 @@ def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClai
 
 
 def envelope_space(site: Site, skill: Skill, kind: str, clause: ActionCondition) -> VariableSpace:
-    """All states, inputs of `skill` and parameters of `kind` that its envelope admits."""
+    """Make the space of all states, inputs and parameters that a skill's envelope admits.
+
+    Args:
+        site: the site.
+        skill: the skill, for its inputs.
+        kind: an action kind of its envelope.
+        clause: condition of the envelope on actions of that kind; it is assumed.
+
+    Returns:
+        The space.
+    """
     parameters = site.kinds[kind].parameters.values()
     return VariableSpace(
         (*site.observed_variables.values(), *skill.inputs.values(), *parameters), (clause.term,)
@@ -61,7 +78,16 @@ def envelope_space(site: Site, skill: Skill, kind: str, clause: ActionCondition)
 
 
 def is_runtime_checked(rule: Rule, skill: Skill, kind: str) -> bool:
-    """Whether the gate may be left to decide `rule` for this skill's actions of `kind`."""
+    """Tell whether the gate may decide a rule that a skill's envelope does not imply.
+
+    Args:
+        rule: rule of the site.
+        skill: the skill, with the rules that it leaves to the gate.
+        kind: an action kind of its envelope that the rule governs.
+
+    Returns:
+        True if the rule does not constrain the action itself, or the skill lists it and it reads the state.
+    """
     return not rule.constrains_action(kind) or (rule.id in skill.runtime_checked and _reads_state(rule, kind))
 
 
@@ -70,7 +96,7 @@ def _reads_state(rule: Rule, kind: str) -> bool:
 
 
 def _state_rules_of_skill(site: Site, skill: Skill) -> list[t.Term]:
-    """Every rule on states that all actions of the skill must obey."""
+    """Return every rule about states that all actions of the skill must obey."""
     return [
         rule.terms[next(iter(skill.envelope))]
         for rule in site.rules
@@ -81,7 +107,7 @@ def _state_rules_of_skill(site: Site, skill: Skill) -> list[t.Term]:
 
 
 def _can_start(site: Site, skill: Skill, precondition: ActionCondition) -> Obligation:
-    """Some state satisfies the precondition and every rule on states that all its actions must obey."""
+    """Claim that some state satisfies the precondition and the rules about states for all its actions."""
     always = _state_rules_of_skill(site, skill)
     return Obligation(
         id=ClaimForm.SKILL_CAN_START(skill.id),
@@ -96,9 +122,9 @@ def _can_start(site: Site, skill: Skill, precondition: ActionCondition) -> Oblig
 
 
 def _hold_condition_satisfiable(site: Site, skill: Skill, hold: ActionCondition) -> Iterator[Obligation]:
-    """Some state in which it may start, and act, satisfies its hold-condition.
+    """Claim that some state in which the skill may start, and act, satisfies its hold-condition.
 
-    What that says of predicates is part of the precondition, and claimed with it.
+    The conjuncts about predicates are part of the precondition, and claimed with it.
     """
     precondition = t.TRUE if skill.precondition is None else skill.precondition.term
     known = () if skill.precondition is None else skill.precondition.conjuncts
@@ -117,7 +143,10 @@ def _hold_condition_satisfiable(site: Site, skill: Skill, hold: ActionCondition)
 
 
 def _can_succeed(site: Site, skill: Skill, hold: ActionCondition) -> Iterator[Obligation]:
-    """Each success may be measured while the hold-condition is: what it sets is set before the skill ends."""
+    """Claim that each success can be measured while the hold-condition holds.
+
+    A skill's effects are set before it ends.
+    """
     for outcome in skill.success_outcomes:
         if outcome.probability == 0:
             continue
@@ -202,9 +231,10 @@ def _clause_obeys_rule(
 
 
 def _runtime_checks_matter(site: Site, skill: Skill) -> Iterator[Obligation | StaticClaim]:
-    """Some action that a rule under `runtime_checked` denies in one state is allowed by it in another, for each kind.
+    """Claim that each runtime-checked rule denies an action in one state that it allows in another.
 
-    Otherwise the same actions break it in every state, so the gate would only move the stop to run time.
+    The claim is for each action kind.  Otherwise the same actions break it in every state, and the gate would
+    only move the stop to run time.
     """
     for rule in site.rules:
         if rule.id not in skill.runtime_checked:
@@ -216,15 +246,15 @@ def _runtime_checks_matter(site: Site, skill: Skill) -> Iterator[Obligation | St
         if reading:
             continue
         if governed:
-            headline, beside, help_ = (
+            headline, label_text, help_ = (
                 _IDLE_RUNTIME_CHECK.format(rule.id),
                 "reads no state",
                 _IDLE_RUNTIME_CHECK_HELP,
             )
         else:
             headline = f"`{rule.id}` governs no action that `{skill.id}` may ask for"
-            beside, help_ = "governs other action kinds", "remove it from `runtime_checked`"
-        labels = (SpanLabel(rule.require_span, beside),)
+            label_text, help_ = "governs other action kinds", "remove it from `gated`"
+        labels = (SpanLabel(rule.require_span, label_text),)
         yield StaticClaim(
             ClaimForm.GATED_RULE_READS_STATE(skill.id, rule.id),
             Diagnostic("AE506", headline, SpanLabel(skill.runtime_checked[rule.id]), labels, help=(help_,)),
@@ -232,11 +262,14 @@ def _runtime_checks_matter(site: Site, skill: Skill) -> Iterator[Obligation | St
 
 
 _IDLE_RUNTIME_CHECK = "`{}` cannot be left to the gate: what breaks it is allowed in no state"
-_IDLE_RUNTIME_CHECK_HELP = "remove it from `runtime_checked` and tighten the envelope"
+_IDLE_RUNTIME_CHECK_HELP = "remove it from `gated` and tighten the envelope"
 
 
 def _state_matters(site: Site, skill: Skill, rule: Rule, kind: str) -> Obligation:
-    """The rule allows an action in one state and denies it in another, where `then.x` is what `x` is here."""
+    """Claim that the rule allows an action in one state and denies it in another.
+
+    The variable `then.x` is `x` in the other state.
+    """
     term = rule.terms[kind]
     read, _ = relevant_facts((term,), site.observed_variables)
     then = {one.name: replace(one.variable, name=f"then.{one.name}") for one in read}
@@ -277,7 +310,7 @@ def _goal_can_hold(site: Site, ecm: Ecm, task: Task) -> Obligation:
 
 
 def _goal_can_fail(site: Site, ecm: Ecm, task: Task) -> Obligation:
-    """The goal says something: in some state it is not reached."""
+    """Claim that the goal fails in some state, so that it is not reached by doing nothing."""
     whole = task.goal_conjuncts
     return Obligation(
         id=ClaimForm.GOAL_EFFECTIVE(task.id),

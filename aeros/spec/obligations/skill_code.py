@@ -1,9 +1,9 @@
-"""Claims about what skill code reaches for, by reading it: nothing of it is imported, nothing runs.
+"""Claims about the actions and the imports of skill code, settled by reading it: nothing is imported or run.
 
-Every action that a skill asks for is of a kind in its envelope and has that kind's parameters; and
-the code imports nothing, and touches no builtin or attribute, through which it could act or listen
-by itself.  This finds mistakes and plain lies.  It is no sandbox: Python has more doors than a
-reader can name, and what keeps code in is the gate and, for code that is not trusted, isolation.
+Every action that a skill asks for is of a kind in its envelope and has that kind's parameters.  The code
+imports nothing, and uses no builtin or attribute, through which it could act or listen by itself.  This finds
+mistakes and simple lies.  It is no sandbox: Python has more ways out than a reader can list.  The gate keeps
+code in and, for code that is not trusted, isolation.
 """
 
 from __future__ import annotations
@@ -25,9 +25,15 @@ _ACTION_NAMES = ("act", "Action")
 def skill_code_obligations(
     ecm: Ecm, site: Site, files: Mapping[str, SkillFile | UnreadableCodeError]
 ) -> Iterator[StaticClaim]:
-    """Every claim about the code of `ecm`.
+    """Make every claim about the code of a module.
 
-    files: the module's Python files by path relative to its folder.
+    Args:
+        ecm: the module.
+        site: site that declares the action kinds.
+        files: the module's Python files by path relative to its folder.
+
+    Yields:
+        The claims, settled.
     """
     for path, file in files.items():
         if isinstance(file, UnreadableCodeError):
@@ -48,14 +54,14 @@ def skill_code_obligations(
 
 
 def _no_forbidden_access(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
-    """The first import, builtin or attribute through which the code could act by itself."""
-    reach = first_forbidden_access(file.nodes)
-    if reach is None:
+    """Report the first import, builtin or attribute through which the code could act by itself."""
+    access = first_forbidden_access(file.nodes)
+    if access is None:
         return None
-    node, what = reach
+    node, description = access
     return Diagnostic(
         "AE134",
-        f"skill code of `{ecm.id}` {what}",
+        f"skill code of `{ecm.id}` {description}",
         SpanLabel(file.span(node), "a skill only yields actions and gets observations"),
         help=(
             "import names of `aeros.skill` and of what computes, such as `math`; ask for the rest as actions",
@@ -64,7 +70,10 @@ def _no_forbidden_access(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
 
 
 def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
-    """`act` and `Action` are called or annotate, and no function is bound twice: so calls can be read off."""
+    """Check that every requested action can be read from the code.
+
+    `act` and `Action` are only called or used in annotations, and no function is bound twice.
+    """
     called = {id(node.func) for node in file.nodes if isinstance(node, ast.Call)}
     annotations = {id(part) for hint in _annotations(file) for part in ast.walk(hint)}
     for node in file.nodes:
@@ -110,7 +119,7 @@ def _unreadable_call(file: SkillFile, node: ast.expr | ast.stmt, what: str) -> D
 
 
 def _requests_within_envelope(skill: Skill, site: Site, file: SkillFile) -> Diagnostic | None:
-    """The first action that the skill's code asks for and its envelope does not hold."""
+    """Report the first action that the skill's code asks for and its envelope does not hold."""
     for call in _act_calls(skill.function, file):
         kind = call.args[0] if call.args else None
         if not (isinstance(kind, ast.Constant) and isinstance(kind.value, str)):
@@ -136,9 +145,9 @@ def _requests_within_envelope(skill: Skill, site: Site, file: SkillFile) -> Diag
 
 
 def _act_calls(function: str, file: SkillFile) -> Iterator[ast.Call]:
-    """Every call of `act` or `Action` that the skill may come to.
+    """Yield every call of `act` or `Action` that the skill may reach.
 
-    That is in its function and the functions that it leads to, and everywhere outside of functions.
+    These are in its function, in the functions that it leads to, and everywhere outside of functions.
     """
     seen: set[str] = set()
     pending: list[ast.AST] = [node for node in file.tree.body if not isinstance(node, ast.FunctionDef)]

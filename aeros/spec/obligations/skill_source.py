@@ -1,7 +1,7 @@
-"""Skill code as text and syntax tree: the same reading for every claim, and the one Python itself makes.
+"""Skill code as text and syntax tree: every claim reads the same program, the one that Python runs.
 
-Python takes the encoding of a file from a byte order mark or a comment, so that the same bytes can
-be one program to a reader and another to the interpreter.  Skill code is plain UTF-8 or refused.
+Python takes the encoding of a file from a byte order mark or a comment, so that the same bytes can be one
+program to a reader and another to the interpreter.  Skill code is plain UTF-8 or refused.
 """
 
 from __future__ import annotations
@@ -17,13 +17,18 @@ _COOKIE = re.compile(rb"^[ \t\f]*#.*?coding[:=]")  # PEP 263, looked for in the 
 
 
 class UnreadableCodeError(Exception):
-    """The bytes are no plain UTF-8 Python; the message says why."""
+    """The bytes are not plain UTF-8 Python; the message gives the reason."""
 
 
 class SkillFile:
-    """One file of skill code: its text, its syntax tree and all nodes of that, its functions by name.
+    """One file of skill code: its text, its syntax tree, all nodes of the tree, and its functions by name.
 
-    Raises `UnreadableCodeError`.
+    Args:
+        path: path of the file, for reports.
+        content: bytes of the file.
+
+    Raises:
+        UnreadableCodeError: the bytes are not plain UTF-8 Python.
     """
 
     def __init__(self, path: str, content: bytes) -> None:
@@ -36,7 +41,14 @@ class SkillFile:
         self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}
 
     def span(self, node: ast.expr | ast.stmt) -> SourceSpan:
-        """Where `node` begins, to the end of that line at most."""
+        """Locate a node on the line on which it begins.
+
+        Args:
+            node: node of the syntax tree.
+
+        Returns:
+            The position from the beginning of the node to its end or the end of that line.
+        """
         line = self.source.line_text(node.lineno)
         column = len(line.encode()[: node.col_offset].decode(errors="ignore"))
         start = self.source.line_start(node.lineno) + column
@@ -46,7 +58,15 @@ class SkillFile:
 
 
 def read_skill_files(folder: str, code: Mapping[str, bytes]) -> dict[str, SkillFile | UnreadableCodeError]:
-    """Each of the module's Python files, by path relative to its folder, or why it cannot be read."""
+    """Parse each Python file of a module.
+
+    Args:
+        folder: path of the module's folder.
+        code: bytes of each file by path relative to the folder.
+
+    Returns:
+        The parsed file, or the error where it cannot be read, by the same path.
+    """
     return {path: _read(str(Path(folder) / path), content) for path, content in code.items()}
 
 

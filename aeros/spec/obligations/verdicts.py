@@ -1,4 +1,7 @@
-"""What becomes of claims and of reports on them, and claims settled when made; known without formulas."""
+"""Verdicts on claims, conclusions of reports, and claims that are settled when they are made.
+
+Imports no formulas, so that reports can be read without them.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Verdict(Enum):
-    """What became of a claim.  Has no truth value on purpose: callers compare."""
+    """Result of a claim.  It has no truth value on purpose: callers compare."""
 
     PROVED = "PROVED"
     REFUTED = "REFUTED"
@@ -25,7 +28,7 @@ class Verdict(Enum):
 
 
 class Conclusion(Enum):
-    """What a report comes to.  Has no truth value on purpose: callers compare."""
+    """Result of a report.  It has no truth value on purpose: callers compare."""
 
     PROVED = "proved"
     REJECTED = "rejected"
@@ -37,9 +40,11 @@ class Conclusion(Enum):
 
 @dataclass(frozen=True)
 class StaticClaim:
-    """A claim over finite sets that needs no solver: it was settled when it was made.
+    """A claim over finite sets that needs no solver: it is settled when it is made.
 
-    diagnostic: None iff it is proved.
+    Attributes:
+        id: identity of the claim.
+        diagnostic: report of the failure or a warning; None iff nothing is to be reported.
     """
 
     id: ClaimId

@@ -1,1 +1,1 @@
-"""Verification of modules: obligations discharged by solvers, refutations explained, certificates and the proof cache."""
+"""Verification of modules: solving obligations, explaining refutations, certificates and the proof cache."""

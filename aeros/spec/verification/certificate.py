@@ -1,9 +1,9 @@
-"""Certificates: what was proved, of exactly which bytes, by which verifier.  Written as `ecm.lock`.
+"""Certificates of proofs, written as `ecm.lock`: verdicts, digests of the proved files, and verifier.
 
-A certificate is canonical JSON that holds its own digest, so an edit of it is noticed, and the
-digests of manifest, code, models and site, so an edit of any of those is noticed.  It is a record and not
-an authority: anybody can write a file, so a configuration is proved again when it is loaded, and
-the certificate must then be the one that results (docs/decisions/0004-certificates-are-rechecked.md).
+A certificate is canonical JSON.  It holds its own digest, so an edit of it is noticed, and the digests of
+manifest, code, models and site, so an edit of any of those is noticed.  It is a record and not an authority:
+anybody can write a file.  So a configuration is proved again when it is loaded, and the certificate must then
+equal the result (docs/decisions/0004-certificates-are-rechecked.md).
 """
 
 from __future__ import annotations
@@ -35,15 +35,24 @@ if TYPE_CHECKING:
 LOCK = "ecm.lock"
 SCHEMA = str(CERTIFICATE.schema)
 GUARDED: Final = "GUARDED"
-"""The verdict on an obligation that the proof left to the gate."""
+"""Verdict on an obligation that the gate decides at run time."""
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was proved of a module under a site.
+    """Record of the proof of a module under a site.
 
-    manifest, code, site: SHA-256 in hexadecimal; models: likewise, by path in the module.
-    obligations: the verdict on each obligation, PROVED or GUARDED.
+    Attributes:
+        schema: name and version of the format.
+        module: id of the module.
+        version: version of the module.
+        manifest: SHA-256 of the manifest, in hexadecimal.
+        code: SHA-256 of the code, in hexadecimal.
+        models: SHA-256 of each model file, in hexadecimal, by path in the module.
+        site: SHA-256 of the site file, in hexadecimal.
+        verifier: AEROS and its version.
+        solver: the solver and its version.
+        obligations: the verdict on each obligation, PROVED or GUARDED.
     """
 
     schema: str
@@ -59,15 +68,27 @@ class Certificate:
 
     @cached_property
     def digest(self) -> str:
-        """The digest that it holds of itself."""
+        """The SHA-256 of all other fields, which the certificate holds too."""
         return _digest(_body(self))
 
     def text(self) -> str:
-        """The contents of `ecm.lock`."""
+        """Write the certificate as JSON.
+
+        Returns:
+            The contents of `ecm.lock`.
+        """
         return _dump_json({**_body(self), "digest": self.digest}, "") + "\n"
 
     def runtime_checked_rules(self, skill: str, kind: str) -> frozenset[str]:
-        """The invariants that the gate must decide for this skill's actions of this kind."""
+        """List the invariants that the gate must decide for a skill's actions of one kind.
+
+        Args:
+            skill: name of the skill.
+            kind: the action kind.
+
+        Returns:
+            Names of the invariants.
+        """
         return frozenset(
             claim_id.name_of("invariant")
             for claim_id, verdict in self.obligations.items()
@@ -78,10 +99,13 @@ class Certificate:
 
 
 class LockFile:
-    """What `ecm.lock` is to hold, by its digest: of a module that was kept, the rest is seldom needed.
+    """Expected contents of an `ecm.lock`, by their digest; the certificate is made when it is needed.
 
-    certify: makes the certificate.
-    digest: of its text, where that is known.
+    Most modules come from the proof cache, and then the digest is enough.
+
+    Args:
+        certify: makes the certificate.
+        digest: SHA-256 of its text, where it is known.
     """
 
     def __init__(self, certify: Callable[[], Certificate], digest: str | None = None) -> None:
@@ -90,7 +114,7 @@ class LockFile:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """The certificate."""
+        """The certificate, made at the first use."""
         return self._certify()
 
     @cached_property
@@ -99,7 +123,14 @@ class LockFile:
         return text_digest(self.certificate.text()) if self._known is None else self._known
 
     def matches_folder(self, folder: Path) -> bool:
-        """Whether the `ecm.lock` in `folder` holds it.  Never raises for its contents."""
+        """Tell whether the `ecm.lock` in a folder holds the certificate.  Never raises for its contents.
+
+        Args:
+            folder: the module's folder.
+
+        Returns:
+            True if the file is not a link and has the digest.
+        """
         path = folder / LOCK
         try:
             return not path.is_symlink() and text_digest(read_source(path).text) == self.digest
@@ -110,7 +141,16 @@ class LockFile:
 def certificate_for(
     ecm: Ecm | ModuleSummary, site: Site | SiteSummary, obligations: Mapping[ClaimId, str]
 ) -> Certificate:
-    """The certificate of `ecm` under `site`, given that no obligation failed."""
+    """Make the certificate of a module under a site; no obligation may have failed.
+
+    Args:
+        ecm: the module.
+        site: the site.
+        obligations: the verdict on each obligation, PROVED or GUARDED.
+
+    Returns:
+        The certificate, with the versions of this AEROS and this solver.
+    """
     return Certificate(
         SCHEMA,
         ecm.id,
@@ -126,7 +166,15 @@ def certificate_for(
 
 
 def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
-    """Why the `ecm.lock` in `folder` is not `expected`, or None if it is.  Never raises for its contents."""
+    """Compare the `ecm.lock` in a folder with a certificate.  Never raises for its contents.
+
+    Args:
+        folder: the module's folder.
+        expected: the certificate that the file must hold.
+
+    Returns:
+        The difference as a diagnostic, or None if there is none.
+    """
     path = folder / LOCK
     cure = (f"run `aeros verify {folder}` and read what it says",)
     if path.is_symlink():
@@ -157,9 +205,16 @@ def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
 
 
 def write_lock(folder: Path, certificate: Certificate) -> None:
-    """Put the certificate into `folder`, whole or not at all; raises OSError where it cannot be.
+    """Write a certificate into a folder, completely or not at all; leave the file alone if it is up to date.
 
-    What is there already is replaced and never followed: a link in a stranger's module may lead anywhere.
+    An existing file is replaced and never followed: a link in a module of unknown origin may lead anywhere.
+
+    Args:
+        folder: the module's folder.
+        certificate: the certificate.
+
+    Raises:
+        OSError: the file cannot be written.
     """
     lock = folder / LOCK
     if check_lock(folder, certificate) is None:
@@ -168,7 +223,7 @@ def write_lock(folder: Path, certificate: Certificate) -> None:
         raise IsADirectoryError(errno.EISDIR, "it is a folder")
     new = folder / f".{LOCK}.{os.getpid()}"
     try:
-        with new.open("x", encoding="utf-8") as file:  # never through a link that waits there
+        with new.open("x", encoding="utf-8") as file:  # "x" never follows a link that is already there
             file.write(certificate.text())
         new.replace(lock)
     finally:
@@ -176,13 +231,13 @@ def write_lock(folder: Path, certificate: Certificate) -> None:
 
 
 def _body(certificate: Certificate) -> dict[str, Any]:
-    """The fields as they are written."""
+    """Return the fields as they are written."""
     body = {field.name: getattr(certificate, field.name) for field in fields(certificate)}
     return {**body, "obligations": {str(claim_id): one for claim_id, one in certificate.obligations.items()}}
 
 
 def _dump_json(value: Mapping[str, Any], margin: str) -> str:
-    """As `json.dumps` with `indent=1` and `sort_keys`, many times as fast, of texts and mappings of texts."""
+    """Encode texts and mappings of texts as `json.dumps(indent=1, sort_keys=True)`, many times as fast."""
     lines = [
         f"{margin} {encode_basestring_ascii(key)}: "
         + (encode_basestring_ascii(inner) if isinstance(inner, str) else _dump_json(inner, margin + " "))

@@ -1,4 +1,4 @@
-"""What a report tells of claims: a claim and its proof may be large, this is not."""
+"""Summaries of claims for reports, small where a claim and its proof may be large."""
 
 from __future__ import annotations
 
@@ -17,12 +17,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ClaimSummary:
-    """A claim by its identity, and what became of it.
+    """A claim by its identity, and its result.
 
-    guard: the invariant that the gate decides each time, where that is what became of it.
-    boundary: what has to hold for the gate then to allow an action.
-    witness: the values that settled it, a line for each; None where there are none.
-    diagnostic: what there is to say of it by itself.
+    Attributes:
+        id: identity of the claim.
+        verdict: verdict on it.
+        runtime_checked_rule: the invariant that the gate decides each time, if the claim is left to the gate.
+        boundary: condition under which the gate then allows an action.
+        witness: the values that settled the claim, a line for each; None where there are none.
+        diagnostic: report of this claim, if there is one.
     """
 
     id: ClaimId
@@ -34,20 +37,37 @@ class ClaimSummary:
 
 
 def summarize_static_claim(settled: StaticClaim) -> ClaimSummary:
-    """A claim that was settled when it was made."""
+    """Summarize a claim that was settled when it was made.
+
+    Args:
+        settled: the claim.
+
+    Returns:
+        Its summary.
+    """
     return ClaimSummary(settled.id, settled.verdict, diagnostic=settled.diagnostic)
 
 
 def diagnostics_of(claims: Iterable[ClaimSummary]) -> tuple[Diagnostic, ...]:
-    """What there is to say of `claims`."""
+    """Collect the diagnostics of claims.
+
+    Args:
+        claims: the claims.
+
+    Returns:
+        The diagnostics, in order.
+    """
     return tuple(one.diagnostic for one in claims if one.diagnostic is not None)
 
 
 @dataclass(frozen=True, slots=True)
 class ClaimCounts:
-    """What a line of text says of claims.
+    """Counts of claims for a line of text.
 
-    guarded: each rule that the gate decides with the way it then reads, and of how many claims, in order.
+    Attributes:
+        claims: number of claims.
+        runtime_checked: each rule that the gate decides, its boundary, and the number of claims with both, in
+            order.
     """
 
     claims: int
@@ -55,17 +75,21 @@ class ClaimCounts:
 
 
 class OwnClaims(Protocol):
-    """The claims about a module by itself, tallied before they are read."""
+    """The claims about a module by itself, counted before they are read."""
 
     @property
     def tally(self) -> ClaimCounts: ...  # noqa: D102
 
     def read(self) -> tuple[tuple[ClaimSummary, ...], tuple[ClaimSummary, ...]]:
-        """Return those that come before and those that come after the claims about other modules."""
+        """Read the claims.
+
+        Returns:
+            Those listed before and those listed after the claims about other modules.
+        """
 
 
 class ListedClaims:
-    """The claims about a module by itself; see `OwnClaims`."""
+    """The claims about a module by itself, held in memory; implements `OwnClaims`."""
 
     def __init__(self, before: tuple[ClaimSummary, ...] = (), after: tuple[ClaimSummary, ...] = ()) -> None:
         self._before = before
@@ -77,12 +101,19 @@ class ListedClaims:
         return Claims.from_claims((*self._before, *self._after)).tally
 
     def read(self) -> tuple[tuple[ClaimSummary, ...], tuple[ClaimSummary, ...]]:
-        """Return them; see `OwnClaims`."""
+        """Implements `OwnClaims.read`."""
         return self._before, self._after
 
 
 class Claims(Sequence[ClaimSummary]):
-    """Claims in order, tallied before they are read: of what was kept, most runs need no more."""
+    """Claims in order, counted before they are read.
+
+    Most runs need only the counts of cached claims, which are then never read.
+
+    Args:
+        tally: counts of the claims.
+        read: reads the claims, at the first use.
+    """
 
     def __init__(self, tally: ClaimCounts, read: Callable[[], Iterable[ClaimSummary]]) -> None:
         self.tally = tally
@@ -90,7 +121,14 @@ class Claims(Sequence[ClaimSummary]):
 
     @classmethod
     def from_claims(cls, claims: Iterable[ClaimSummary]) -> Claims:
-        """These claims."""
+        """Make the sequence of claims that are in memory.
+
+        Args:
+            claims: the claims.
+
+        Returns:
+            The same claims with their counts.
+        """
         listed = tuple(claims)
         guarded = Counter(
             (one.runtime_checked_rule, one.boundary) for one in listed if one.runtime_checked_rule is not None

@@ -1,4 +1,4 @@
-"""Conditions as text: the numbers that stand in them, and how to put others in their place."""
+"""Conditions as text: reading the numbers in them and replacing these by others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,14 @@ _NUMERAL = re.compile(r"-?\s*[0-9.]+(?:[eE][-+]?[0-9]+)?")
 
 
 def comparisons_in(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
-    """Each comparison of two values among the conjuncts of `node`."""
+    """Yield each comparison of two values among the conjuncts of a condition.
+
+    Args:
+        node: syntax tree of the condition.
+
+    Yields:
+        Left operand, right operand and comparison operator.
+    """
     if isinstance(node, s.Junction) and node.op == "and":
         for operand in node.operands:
             yield from comparisons_in(operand)
@@ -24,24 +31,48 @@ def comparisons_in(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
 
 
 def read_number(node: s.Node) -> tuple[Fraction, Unit] | None:
-    """The value in the unit it is written in, and that unit, if `node` is a number."""
+    """Read a number, with or without a minus sign.
+
+    Args:
+        node: syntax tree of an operand.
+
+    Returns:
+        The value in the unit it is written in, and that unit; None if the node is not a number.
+    """
     if isinstance(node, s.Unary) and node.op == "-" and isinstance(node.operand, s.NumberLiteral):
         return -node.operand.value / node.operand.unit.factor, node.operand.unit
     return (node.value / node.unit.factor, node.unit) if isinstance(node, s.NumberLiteral) else None
 
 
 def count_decimals(numeral: str) -> int:
-    """How many digits are written after the point."""
-    found = re.search(r"\.([0-9]+)", numeral)
-    return len(found[1]) if found else 0
+    """Count the digits after the decimal point.
+
+    Args:
+        numeral: a number as it is written.
+
+    Returns:
+        The number of digits.
+    """
+    match = re.search(r"\.([0-9]+)", numeral)
+    return len(match[1]) if match else 0
 
 
 def replace_number(
     text: str, literal: s.TextRange, between: tuple[int, int], op: str
 ) -> Callable[[str, bool], str]:
-    """`text` with another number at `literal`, and a strict comparison `between` if that is asked for."""
+    """Prepare a text for the replacement of one of its numbers.
 
-    def put(value: str, excluded: bool) -> str:
+    Args:
+        text: text of the condition.
+        literal: range of the number in the text.
+        between: offsets of the start and end of the text between the operands, which holds the operator.
+        op: the comparison operator.
+
+    Returns:
+        A function from a numeral, and whether the bound itself is excluded, to the edited text.
+    """
+
+    def edit(value: str, excluded: bool) -> str:
         written = _NUMERAL.sub(value, text[literal.start : literal.end], count=1)
         edits = [(literal.start, literal.end, written)]
         if excluded:
@@ -51,22 +82,40 @@ def replace_number(
             edited = edited[:start] + new + edited[end:]
         return edited
 
-    return put
+    return edit
 
 
 def add_bound(text: str, name: str, upper: bool, unit: Unit) -> Callable[[str, bool], str]:
-    """`text` and a bound on `name`, from above or below, itself excluded if that is asked for."""
+    """Prepare a text for an additional bound.
 
-    def put(value: str, excluded: bool) -> str:
+    Args:
+        text: text of the condition.
+        name: variable to be bounded.
+        upper: True for a bound from above.
+        unit: unit in which the bound is written.
+
+    Returns:
+        A function from a numeral, and whether the bound itself is excluded, to the edited text.
+    """
+
+    def edit(value: str, excluded: bool) -> str:
         op = ("<" if upper else ">") + ("" if excluded else "=")
         quantity = value if unit.dimension == NUMBER and unit.text == "1" else f"{value} {unit.text}"
         return conjoin_texts(text, f"{name} {op} {quantity}")
 
-    return put
+    return edit
 
 
 def conjoin_texts(text: str, condition: str) -> str:
-    """The text of the conjunction of two conditions."""
+    """Write the conjunction of two conditions.
+
+    Args:
+        text: text of a condition.
+        condition: text of another condition.
+
+    Returns:
+        The text, with parentheses where they are needed.
+    """
     return " and ".join(_parenthesize(part) for part in (text, condition) if part.strip() != "true")
 
 
@@ -77,12 +126,20 @@ def _parenthesize(text: str) -> str:
         or (isinstance(node, s.Junction) and node.op == "or")
         or (isinstance(node, s.Binary) and node.op == "implies")
     )
-    is_closed = node.extent.start > text.index(written)  # brackets are no part of what they enclose
+    is_closed = node.extent.start > text.index(written)  # a node does not include the parentheses around it
     return f"({written})" if loose and not is_closed else written
 
 
 def unit_used_for(variable: Declared, *texts: str) -> Unit:
-    """The unit in which the texts give values of this dimension, or else that of the declaration."""
+    """Find the unit in which texts give values of a variable's dimension.
+
+    Args:
+        variable: declaration of the variable.
+        texts: texts of conditions, searched in order.
+
+    Returns:
+        The unit of the first such number, or else that of the declaration.
+    """
     for text in texts:
         pending: list[s.Node] = [parse(text)]
         while pending:

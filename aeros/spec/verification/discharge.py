@@ -1,4 +1,7 @@
-"""Obligation + budget → verdict: where obligations meet the solver; what explanations ask is `questions`'."""
+"""Discharge of obligations: the solver decides each within its budget.
+
+The further queries of explanations are in `queries`.
+"""
 
 from __future__ import annotations
 
@@ -17,15 +20,19 @@ from aeros.spec.verification.witness import TermEvaluator, Witness, witness_from
 
 @dataclass(frozen=True)
 class ObligationResult:
-    """What became of an obligation.
+    """Verdict on an obligation, with what explains it.
 
-    witness: for a REFUTED claim about always, a counterexample; for a PROVED claim about sometimes,
-        an example; replayed through `semantics.py`.
-    reason: why the verdict is UNKNOWN.
-    labels: what is at fault, the primary one first; where empty, the obligation's own are to be shown.
-    repair: the line to write in place of a refuted envelope, or nothing.
-    boundary: of a guarded claim: what has to hold for the gate to allow an action.
-    The last three are for `answers` to fill in.
+    `explain` fills in labels, repair and boundary.
+
+    Attributes:
+        obligation: the obligation.
+        verdict: the verdict.
+        witness: for a REFUTED claim that something always holds, a counterexample; for a PROVED claim that
+            something can hold, an example; replayed through `aeros.spec.expr.semantics`.
+        reason: reason for the verdict UNKNOWN.
+        labels: places at fault, the primary one first; where empty, the obligation's own labels are shown.
+        repair: the line to write in place of a refuted envelope, or empty.
+        boundary: for a runtime-checked claim, the condition under which the gate allows an action.
     """
 
     obligation: Obligation
@@ -45,24 +52,31 @@ class ObligationResult:
 def discharge_obligations(
     obligations: Iterable[Obligation], oracle: Oracle | None = None
 ) -> list[ObligationResult]:
-    """The verdict on each obligation, in order.  UNKNOWN is never a pass.
+    """Decide each obligation with the solver.  UNKNOWN is never a pass.
 
     A verdict and its witness depend on the obligation and the oracle's budget alone.
+
+    Args:
+        obligations: the obligations.
+        oracle: solver with its budget and store of answers; None for a new one with the default budget.
+
+    Returns:
+        The results, in order.
     """
-    asked = Oracle() if oracle is None else oracle
+    solver = Oracle() if oracle is None else oracle
     replay = TermEvaluator()
-    return [_discharge(one, asked, replay) for one in obligations]
+    return [_discharge(one, solver, replay) for one in obligations]
 
 
 def _discharge(obligation: Obligation, oracle: Oracle, replay: TermEvaluator) -> ObligationResult:
     always = obligation.mode is ClaimMode.ALWAYS
     sought = t.Not(obligation.conclusion) if always else obligation.conclusion
-    wanted = (*obligation.space.assumptions, sought)
-    declared, terms = relevant_facts(wanted, obligation.space.by_name)
+    required = (*obligation.space.assumptions, sought)
+    declared, terms = relevant_facts(required, obligation.space.by_name)
     shown = always and obligation.runtime_checked_rule is None
-    asked_for = f"{obligation.id} ({obligation.primary.span.source.path})"
+    description = f"{obligation.id} ({obligation.primary.span.source.path})"
     variables = [one.variable for one in declared]
-    answer = oracle.check_sat(variables, ranges_of(declared), terms, asked_for, shown=shown)
+    answer = oracle.check_sat(variables, ranges_of(declared), terms, description, shown=shown)
     if answer.result is SatResult.UNKNOWN:
         return ObligationResult(
             obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})"

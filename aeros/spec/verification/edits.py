@@ -1,8 +1,8 @@
-"""The smallest edit of a condition's text that makes it imply another condition.
+"""Search for the smallest edit of a condition's text that makes it imply another condition.
 
-Either one number of it is moved, as little as does, or a condition is added.  A bound is a decimal
-in the unit the author used: one that stands in the other condition if that is the least change, else
-one with three more digits than the author wrote.
+Either one of its numbers is moved, by as little as possible, or a condition is added.  A bound is a decimal
+in the unit the author used.  It is a constant of the other condition if that is the least change, else
+it has three more digits than the author wrote.
 """
 
 from __future__ import annotations
@@ -31,19 +31,22 @@ from aeros.spec.verification.condition_text import (
 )
 from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 
-EXTRA_DIGITS = 3  # of a bound that is searched for, beyond those the author wrote
-MAX_QUERIES = 300  # about one line; a search for a bound asks some thirty
-_FINER = 3  # further digits by which a bound that is taken over is shown to be the least change
+EXTRA_DIGITS = 3  # digits of a searched bound, beyond those the author wrote
+MAX_QUERIES = 300  # for one line; the search for one bound takes some thirty
+_FINER = 3  # further digits, to show that a constant of the goal is the least change
 
 
 @dataclass(frozen=True)
 class _Bound:
-    """A number of the text, or one to add, that bounds something: `put` gives the text with another.
+    """A number of the text, or one to add, that bounds a value.
 
-    value: as it stands, in `unit`; too lax.
-    upper: whether it bounds from above.
-    far: a value so strict that nothing is left.
-    put: the text with the bound at a value, excluded or not.
+    Attributes:
+        value: the number as it stands, in `unit`; too lax.
+        unit: its unit.
+        upper: True if it bounds from above.
+        distance: a value in `unit` so strict that nothing is left.
+        decimals: digits after the point that the author wrote.
+        replace_in_text: gives the text with the bound at another value, excluded or not.
     """
 
     value: Fraction
@@ -55,33 +58,65 @@ class _Bound:
 
 
 class ConditionEditor:
-    """Edits conditions over declared variables; every text it gives is shown to do what is asked."""
+    """Editor of conditions over declared variables; every text it returns is proved to do what is asked.
+
+    One editor asks the solver at most `MAX_QUERIES` times.
+
+    Args:
+        scope: meaning of the names in the conditions.
+        declared: the variables with their ranges.
+        oracle: solver with its budget.
+    """
 
     def __init__(self, scope: Scope, declared: tuple[Declared, ...], oracle: Oracle) -> None:
         self._scope = scope
         self._declared = declared
         self._oracle = oracle
-        self._left_to_ask = MAX_QUERIES
+        self._queries_left = MAX_QUERIES
 
     def term(self, text: str) -> t.Term | None:
-        """The condition that `text` is, or None if it is none."""
+        """Parse and type-check a condition.
+
+        Args:
+            text: text of the condition.
+
+        Returns:
+            The condition, or None if the text is not one.
+        """
         try:
             return check(parse(text), self._scope, BOOL)
         except (ExpressionSyntaxError, ExpressionTypeError):
             return None
 
     def implies(self, text: str, goal: t.Term) -> bool:
-        """Whether the condition that `text` is implies `goal`."""
-        self._left_to_ask -= 1
-        term = self.term(text) if self._left_to_ask >= 0 else None
+        """Tell whether a condition is proved to imply another.
+
+        Args:
+            text: text of the condition.
+            goal: the other condition.
+
+        Returns:
+            True if it is proved; False also if the queries are used up.
+        """
+        self._queries_left -= 1
+        term = self.term(text) if self._queries_left >= 0 else None
         return term is not None and is_implied(goal, (term,), self._declared, self._oracle)
 
     def strengthen(self, text: str, goal: t.Term, goal_text: str) -> str | None:
-        """`text` with the least edit that makes it imply `goal`, and that leaves something; or None."""
-        found = self._smallest_change(self._literal_bounds(text), goal)
-        if found is None and not _reads_state(goal) and self.term(goal_text) == goal:
-            found = self._if_satisfiable(conjoin_texts(text, goal_text))
-        return found or self._smallest_change(self._new_bounds(text, goal, goal_text), goal)
+        """Find the least edit of a condition that makes it imply a goal and leaves it satisfiable.
+
+        Args:
+            text: text of the condition.
+            goal: the goal.
+            goal_text: text of the goal, which may be added as it stands.
+
+        Returns:
+            The edited text, or None if no edit is found.
+        """
+        edited = self._smallest_change(self._literal_bounds(text), goal)
+        if edited is None and not _reads_state(goal) and self.term(goal_text) == goal:
+            edited = self._if_satisfiable(conjoin_texts(text, goal_text))
+        return edited or self._smallest_change(self._new_bounds(text, goal, goal_text), goal)
 
     def _if_satisfiable(self, text: str) -> str | None:
         term = self.term(text)
@@ -89,17 +124,17 @@ class ConditionEditor:
         return None if empty else text
 
     def _smallest_change(self, bounds: Iterator[_Bound], goal: t.Term) -> str | None:
-        """The text that moves one of the bounds the least, as a part of its value."""
-        found: list[tuple[Fraction, str]] = []
+        """Return the text that moves one of the bounds by the smallest fraction of its value."""
+        changes: list[tuple[Fraction, str]] = []
         for bound in bounds:
             moved = self._move_bound(bound, goal)
             if moved is not None and self._if_satisfiable(moved[1]) is not None:
                 change = abs(moved[0] - bound.value)
-                found.append((change / abs(bound.value) if bound.value else change, moved[1]))
-        return min(found, key=lambda one: one[0])[1] if found else None
+                changes.append((change / abs(bound.value) if bound.value else change, moved[1]))
+        return min(changes, key=lambda one: one[0])[1] if changes else None
 
     def _move_bound(self, bound: _Bound, goal: t.Term) -> tuple[Fraction, str] | None:
-        """The laxest value of the bound with which the text implies `goal`, and that text."""
+        """Return the laxest value of the bound with which the text implies `goal`, and that text."""
         sign = 1 if bound.upper else -1
 
         def text_at(value: Fraction, *, excluded: bool = False) -> str | None:
@@ -130,37 +165,37 @@ class ConditionEditor:
         return None if text is None else (value, text)
 
     def _literal_bounds(self, text: str) -> Iterator[_Bound]:
-        """The numbers that the conjuncts of `text` compare something of action or inputs with."""
+        """Yield the numbers with which the conjuncts of `text` compare parameters or inputs."""
         for left, right, op in comparisons_in(parse(text)):
             for literal, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
-                found = read_number(literal)
-                if found is None or op not in ("<", "<=", ">", ">="):
+                number = read_number(literal)
+                if number is None or op not in ("<", "<=", ">", ">="):
                     continue
-                value, unit = found
+                value, unit = number
                 width = self._value_span(other, unit)
                 if width is not None:
-                    far = 2 * abs(value) + width
+                    distance = 2 * abs(value) + width
                     between = (left.extent.end, right.extent.start)
-                    put = replace_number(text, literal.extent, between, op)
+                    replace = replace_number(text, literal.extent, between, op)
                     numeral = text[literal.extent.start : literal.extent.end]
-                    at = value - far if upper else value + far
-                    yield _Bound(value, unit, upper, at, count_decimals(numeral), put)
+                    limit = value - distance if upper else value + distance
+                    yield _Bound(value, unit, upper, limit, count_decimals(numeral), replace)
 
     def _value_span(self, node: s.Node, unit: Unit) -> Fraction | None:
-        """How far apart the values of what `node` speaks of can be; None if it is not to be bounded."""
+        """Return the width of the range of an expression, in `unit`; None if it is not to be bounded."""
         try:
             variables = t.variables_of(infer(node, self._scope)[0])
         except ExpressionTypeError:
             return None
-        found = [
+        widths = [
             (one.range[1] - one.range[0]) / unit.factor
             for one in self._declared
             if one.name in variables and one.range is not None and _can_be_bounded(one)
         ]
-        return max(found, default=None)
+        return max(widths, default=None)
 
     def _new_bounds(self, text: str, goal: t.Term, goal_text: str) -> Iterator[_Bound]:
-        """Bounds to add on each number that `goal` speaks of, as lax as its declared range."""
+        """Yield bounds to add, on each number that `goal` mentions, as lax as its declared range."""
         mentioned = t.variables_of(goal)
         for one in self._declared:
             if one.range is None or one.name not in mentioned or not _can_be_bounded(one):
@@ -169,8 +204,8 @@ class ConditionEditor:
             low, high = (bound / unit.factor for bound in one.range)
             name = one.name
             for upper in (True, False):
-                lax, far = (high, low) if upper else (low, high)
-                yield _Bound(lax, unit, upper, far, 0, add_bound(text, name, upper, unit))
+                lax, limit = (high, low) if upper else (low, high)
+                yield _Bound(lax, unit, upper, limit, 0, add_bound(text, name, upper, unit))
 
 
 def _can_be_bounded(variable: Declared) -> bool:
@@ -182,12 +217,12 @@ def _reads_state(term: t.Term) -> bool:
 
 
 def _matching_constants(bound: _Bound, goal: t.Term) -> list[Fraction]:
-    """The constants of `goal` that could be the bound, the nearest first."""
-    found, pending = {bound.value}, [goal]
+    """Return the constants of `goal` that could be the bound, the nearest first."""
+    constants, pending = {bound.value}, [goal]
     while pending:
         term = pending.pop()
         pending.extend(t.children(term))
         if isinstance(term, t.Literal) and isinstance(term.value, Fraction):
-            found |= {term.value / bound.unit.factor, -term.value / bound.unit.factor}
+            constants |= {term.value / bound.unit.factor, -term.value / bound.unit.factor}
     sign = 1 if bound.upper else -1
-    return sorted((one for one in found if one * sign <= bound.value * sign), key=lambda one: -one * sign)
+    return sorted((one for one in constants if one * sign <= bound.value * sign), key=lambda one: -one * sign)

@@ -46,26 +46,44 @@ from aeros.spec.verification.reports import (
 def examine_site(
     source: Source, oracle: Oracle, blocks: Sequence[OperatorOverride] = ()
 ) -> tuple[Site | None, SubjectReport]:
-    """Return the site that `source` declares and the report on it; no site where it declares none."""
-    sink, path = Diagnostics(), Path(source.path)
-    site = elaborate_source(source, sink)
+    """Prove the claims about a site.
+
+    Args:
+        source: text of the site file and its path.
+        oracle: solver with its budget.
+        blocks: operator overrides, in addition to those of the site.
+
+    Returns:
+        The site, None if the source does not declare one, and the report on it.
+    """
+    diagnostics, path = Diagnostics(), Path(source.path)
+    site = elaborate_source(source, diagnostics)
     if site is None:
-        return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(sink))
+        return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(diagnostics))
     site = site.with_overrides(blocks)
     settled, findings = _discharge_and_explain(
         (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle
     )
-    problems = (*sink, *_diagnostics(settled, findings))
+    problems = (*diagnostics, *_diagnostics(settled, findings))
     claims = Claims.from_claims((*map(summarize_static_claim, settled), *map(_summarize_finding, findings)))
     return site, SubjectReport(site.id, path, conclusion_of(problems), problems, claims, settled, findings)
 
 
 def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
-    """Prove what can be proved of the module in `folder` by itself."""
-    sink = Diagnostics()
-    loaded = load_ecm(folder, site, sink)
+    """Prove the claims about a module by itself.
+
+    Args:
+        folder: the module's folder.
+        site: site under which it is proved.
+        oracle: solver with its budget.
+
+    Returns:
+        The findings; a module that cannot be read has its faults only.
+    """
+    diagnostics = Diagnostics()
+    loaded = load_ecm(folder, site, diagnostics)
     if loaded is None:
-        return ModuleFindings(None, tuple(sink))
+        return ModuleFindings(None, tuple(diagnostics))
     ecm = loaded.ecm
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
@@ -80,41 +98,57 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
         *closed_loop_obligations(ecm, site),
     )
     settled, findings = _discharge_and_explain(claims, site, oracle)
-    told_before, told_settled = (
+    before_summaries, settled_summaries = (
         tuple(map(summarize_static_claim, before)),
         tuple(map(summarize_static_claim, settled)),
     )
     return ModuleFindings(
         presence,
-        (*sink, *diagnostics_of(told_before)),
-        ListedClaims(told_before, (*told_settled, *map(_summarize_finding, findings))),
+        (*diagnostics, *diagnostics_of(before_summaries)),
+        ListedClaims(before_summaries, (*settled_summaries, *map(_summarize_finding, findings))),
         (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
         findings=(ecm, before, settled, findings),
     )
 
 
 def summarize_folder(folder: Path, site: Site) -> ModuleSummary | None:
-    """What others have to know of the module in `folder`; None where it cannot be read."""
-    found = load_ecm(folder, site, Diagnostics())
-    return None if found is None else summarize_module(found.ecm)
+    """Read the module in a folder and summarize it for others.
+
+    Args:
+        folder: the module's folder.
+        site: site under which it is elaborated.
+
+    Returns:
+        The summary; None if the module cannot be read.
+    """
+    loaded = load_ecm(folder, site, Diagnostics())
+    return None if loaded is None else summarize_module(loaded.ecm)
 
 
 _WORKER_STATE: dict[str, tuple[Site, Oracle]] = {}
-"""The site and the oracle of a process that was started to prove modules."""
+"""Site and oracle of a worker process."""
 
 
 def examine_modules_in_processes(
     folders: Sequence[Path], site: Source, blocks: Sequence[OperatorOverride], rlimit: int, jobs: int
 ) -> Iterator[ModuleFindings]:
-    """What there is to say of each module by itself, without what is in full, found by several processes.
+    """Prove modules by themselves in several processes, which end when the caller stops iterating.
 
-    blocks: operator overrides beside those of the site.  The processes end when the caller stops listening.
+    Args:
+        folders: the modules' folders.
+        site: text of the site file and its path.
+        blocks: operator overrides, in addition to those of the site.
+        rlimit: the solver's budget for one query, in Z3 resource units.
+        jobs: number of processes.
+
+    Yields:
+        The findings on each module in order, without the model and the claims in full.
     """
-    # These modules take 20 ms to import, which few modules need not pay.
+    # These take 20 ms to import, which runs with few modules need not pay.
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    # Spawned and not forked, as a caller may have threads, whose locks a fork would take along.
+    # Spawned and not forked: a fork would copy locks held by threads of the caller.
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, (site, blocks, rlimit))
     try:
         yield from pool.map(_verify_in_worker, folders, chunksize=4)
@@ -123,12 +157,12 @@ def examine_modules_in_processes(
 
 
 def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that is asked to stop tells the others
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process gets the signal and stops the others
     site = elaborate_source(source, Diagnostics())
     if site is not None:
         _WORKER_STATE["site"] = (site.with_overrides(blocks), Oracle(rlimit))
-    # Next to nothing of what proves is in circles, and this process ends with the run: looking for
-    # circles takes some hundredths of its time and frees next to nothing.
+    # Proofs make almost no reference cycles, and this process ends with the run: garbage collection would
+    # take some hundredths of its time and free almost nothing.
     gc.disable()
 
 
@@ -166,8 +200,7 @@ def _diagnostics(
         if f.verdict is Verdict.VACUOUS and f.obligation.code in ("AE503", "AE603")
     }
     for finding in findings:
-        # Of an empty envelope nothing is allowed, and whatever denies nothing is implied by anything:
-        # to say so once is enough.
+        # An empty envelope is also dead, and a rule that denies nothing is also redundant: report it once.
         if finding.obligation.code in ("AE502", "AE604") and _claim_subject(finding) in vacuous:
             continue
         diagnostic = diagnostic_of(finding)
@@ -176,13 +209,20 @@ def _diagnostics(
 
 
 def _claim_subject(finding: ObligationResult) -> tuple[str, ...]:
-    """The envelope or the rule that an obligation is about."""
+    """Return the group and the names of a claim: the envelope or the rule that it is about."""
     claim_id = finding.obligation.id
     return (claim_id.group, *claim_id.names)
 
 
 def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
-    """What to say of a finding that is not a proof; nothing of what is proved or left to the gate."""
+    """Make the diagnostic of a finding.
+
+    Args:
+        finding: the result of an obligation.
+
+    Returns:
+        The diagnostic; None if the claim is proved or left to the gate.
+    """
     one = finding.obligation
     if finding.verdict is Verdict.PROVED or finding.is_runtime_checked:
         return None
@@ -212,7 +252,7 @@ def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
 
 
 def _fix(finding: ObligationResult) -> Fix | None:
-    """The repair as an edit of the file, where the envelope stands on one line."""
+    """Return the repair as an edit of the file, if the envelope stands on one line."""
     clause = finding.obligation.clause
     if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
         return None
@@ -220,7 +260,10 @@ def _fix(finding: ObligationResult) -> Fix | None:
 
 
 def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> Iterator[Diagnostic]:
-    """Warn of invariants under `runtime_checked` that are proved of every action: the manifest could promise more."""
+    """Warn of invariants under `gated` that are proved of every action.
+
+    The manifest need not leave them to the gate.
+    """
     verdicts: dict[tuple[str, str], set[Verdict]] = {}
     for finding in findings:
         claim_id = finding.obligation.id
@@ -234,6 +277,6 @@ def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> 
                     "AE505",
                     f"`{rule}` is proved of all that `{skill.id}` may ask for",
                     SpanLabel(span),
-                    help=("remove it from `runtime_checked`",),
+                    help=("remove it from `gated`",),
                     severity=Severity.WARNING,
                 )

@@ -1,4 +1,4 @@
-"""Findings → findings with what a person needs to act on them: the cause, a repair, the boundary."""
+"""Explanation of findings: the cause of each failure, a repair, and the boundary of each runtime check."""
 
 from __future__ import annotations
 
@@ -18,9 +18,17 @@ from aeros.spec.verification.unsat_core import find_unsat_core, label_core, labe
 def explain_findings(
     findings: Iterable[ObligationResult], site: Site, oracle: Oracle
 ) -> tuple[ObligationResult, ...]:
-    """The findings, with labels on what is at fault, repairs of envelopes, and boundaries of guards.
+    """Explain findings: label the conditions at fault, repair envelopes and describe gate boundaries.
 
-    Verdicts and witnesses stay as they are; what is proved costs nothing.
+    Verdicts and witnesses stay as they are; proved claims need no work.
+
+    Args:
+        findings: results of obligations.
+        site: the site.
+        oracle: solver with its budget.
+
+    Returns:
+        The same results with labels, repairs and boundaries.
     """
     listed = list(findings)
     repairs = find_repairs(listed, site, oracle)
@@ -34,12 +42,14 @@ def explain_findings(
 
 
 class _BoundaryCache:
-    """Each boundary once: most rules that are left to the gate read nothing that an envelope speaks of."""
+    """Cache of gate boundaries: most runtime-checked rules share no variable with an envelope."""
 
     def __init__(self, site: Site, oracle: Oracle) -> None:
         self._site = site
         self._oracle = oracle
-        self._known: dict[tuple[int, int], str] = {}  # by identity: terms are large, and live in the site
+        self._known: dict[
+            tuple[int, int], str
+        ] = {}  # by identity: terms are large, and the site keeps them alive
 
     def boundary_for(self, obligation: Obligation) -> str:
         key = (id(obligation.conclusion), id(obligation.clause) if relevant_envelope(obligation) else 0)

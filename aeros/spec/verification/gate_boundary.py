@@ -1,8 +1,8 @@
-"""When the gate will allow what an envelope promises too much of: the rule, as it reads under the envelope.
+"""Gate boundaries: the condition under which the gate allows an action that an envelope does not prove safe.
 
-What the envelope decides already is left out, premises become alternatives, and named constants become
-their values.  The text is shown only if it is proved to mean the same under the envelope as the rule
-does; else the rule's own text is shown, which always is right.
+The text is the rule, simplified under the envelope.  The parts that the envelope decides are left out,
+premises become alternatives, and named constants become their values.  The text is shown only if it is proved
+equivalent to the rule under the envelope; else the rule's own text is shown, which is always right.
 """
 
 from __future__ import annotations
@@ -26,39 +26,55 @@ from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 
 
 def gate_boundary_for(obligation: Obligation, site: Site, oracle: Oracle) -> str:
-    """What has to hold for the gate to allow an action of the envelope, as far as this rule goes."""
-    own = next(
+    """Describe the condition under which the gate allows an action of the envelope, as far as one rule goes.
+
+    Args:
+        obligation: the claim that an envelope obeys the rule.
+        site: the site that declares the rule.
+        oracle: solver with its budget.
+
+    Returns:
+        Text of the condition in the expression language.
+    """
+    rule_text = next(
         (" ".join(rule.text.split()) for rule in site.rules if rule.id == obligation.runtime_checked_rule), ""
     )
     declared, rule = obligation.space.variables, obligation.conclusion
     envelope = relevant_envelope(obligation)
-    rest = _simplify_under(_negation_normal_form(rule, is_true=True), envelope, declared, oracle)
-    text = _format_term(rest, {one.name: one for one in declared})
+    simplified = _simplify_under(_negation_normal_form(rule, is_true=True), envelope, declared, oracle)
+    text = _format_term(simplified, {one.name: one for one in declared})
     if text is None:
-        return own
+        return rule_text
     try:
-        meant = check(parse(text), scope_over(site, declared), BOOL)
+        parsed = check(parse(text), scope_over(site, declared), BOOL)
     except (ExpressionSyntaxError, ExpressionTypeError):
-        return own
-    if meant == rule:
+        return rule_text
+    if parsed == rule:
         return text
-    differ = t.Or((t.And((meant, t.Not(rule))), t.And((rule, t.Not(meant)))))
-    return text if is_unsatisfiable((*envelope, differ), declared, oracle) else own
+    differ = t.Or((t.And((parsed, t.Not(rule))), t.And((rule, t.Not(parsed)))))
+    return text if is_unsatisfiable((*envelope, differ), declared, oracle) else rule_text
 
 
 def relevant_envelope(obligation: Obligation) -> tuple[t.Term, ...]:
-    """What the envelope assumes, if it speaks of anything that the rule speaks of."""
+    """Select an obligation's assumptions if they share a variable with its conclusion.
+
+    Args:
+        obligation: the claim that an envelope obeys a rule.
+
+    Returns:
+        The assumptions, or none.
+    """
     return _if_relevant(t.variables_of(obligation.conclusion), obligation.space.assumptions)
 
 
 def _if_relevant(names: Mapping[str, t.Variable], assumptions: tuple[t.Term, ...]) -> tuple[t.Term, ...]:
-    """The assumptions if they speak of any of `names`: of nothing else they cannot help."""
-    spoken = any(names.keys() & t.variables_of(one).keys() for one in assumptions)
-    return assumptions if spoken else ()
+    """Return the assumptions if they mention any of `names`; otherwise they cannot help."""
+    is_relevant = any(names.keys() & t.variables_of(one).keys() for one in assumptions)
+    return assumptions if is_relevant else ()
 
 
 def _negation_normal_form(term: t.Term, *, is_true: bool) -> t.Term:
-    """`term`, or its negation, as conjunctions and disjunctions of comparisons and the like."""
+    """Rewrite `term`, or its negation, as conjunctions and disjunctions of comparisons and other atoms."""
     match term:
         case t.Not(operand=operand):
             return _negation_normal_form(operand, is_true=not is_true)
@@ -82,7 +98,7 @@ def _negation_normal_form(term: t.Term, *, is_true: bool) -> t.Term:
 def _simplify_under(
     term: t.Term, envelope: tuple[t.Term, ...], declared: tuple[Declared, ...], oracle: Oracle
 ) -> t.Term:
-    """`term` without what the envelope decides."""
+    """Remove the parts of `term` that the envelope decides."""
     if not isinstance(term, t.And | t.Or):
         about = _if_relevant(t.variables_of(term), envelope)
         if about and is_implied(term, about, declared, oracle):
@@ -100,7 +116,7 @@ def _simplify_under(
 
 
 def _format_term(term: t.Term, declared: Mapping[str, Declared]) -> str | None:
-    """`term` in the expression language, or None if it is of a kind that the rule itself says better."""
+    """Write `term` in the expression language; None for kinds of terms that the rule itself says better."""
     match term:
         case t.Variable(name=name, type=type_) if type_ == BOOL:
             return name
@@ -126,7 +142,7 @@ _MIRRORED_OPS = {"<": ">", "<=": ">=", "==": "==", "!=": "!="}
 
 
 def _format_comparison(op: str, left: t.Term, right: t.Term, declared: Mapping[str, Declared]) -> str | None:
-    """A quantity beside a constant, the quantity first, in the unit of its declaration."""
+    """Write a comparison of a quantity with a constant, the quantity first, in its declared unit."""
     if isinstance(left, t.Literal):
         op, left, right = _MIRRORED_OPS[op], right, left
     match left:
@@ -144,17 +160,17 @@ def _format_comparison(op: str, left: t.Term, right: t.Term, declared: Mapping[s
     return None if constant is None else f"{shown} {op} {constant}"
 
 
-def _constant(term: t.Term, beside: Declared) -> str | None:
+def _constant(term: t.Term, quantity: Declared) -> str | None:
     if not isinstance(term, t.Literal) or isinstance(term.value, bool):
         return None
     if isinstance(term.value, str):
         return term.value
-    number = exact_decimal(term.value / beside.unit.factor)
-    return number if number is None or beside.unit.text == "1" else f"{number} {beside.unit.text}"
+    number = exact_decimal(term.value / quantity.unit.factor)
+    return number if number is None or quantity.unit.text == "1" else f"{number} {quantity.unit.text}"
 
 
 def _solve_for_variable(term: t.Compare, declared: Mapping[str, Declared]) -> str | None:
-    """A comparison that is linear in the one number it speaks of, solved for it."""
+    """Write a comparison that is linear in its only variable, solved for that variable."""
     variables = list(t.variables_of(term).values())
     if len(variables) != 1 or not isinstance(variables[0].type, RealType) or term.op == "==":
         return None

@@ -1,4 +1,4 @@
-"""Which proofs of a module rest on a skill's having no outcome but those that it declares."""
+"""Selection of the proofs that assume a skill to have no outcome but the declared ones."""
 
 from __future__ import annotations
 
@@ -26,10 +26,18 @@ _PATH_CLAIM_GROUPS: Final = frozenset(
 
 
 def obligations_assuming_outcomes(ecm: Ecm, skill: str, certificate: Certificate) -> list[ClaimId]:
-    """The obligations of `certificate`, that of `ecm`, that rest on the declared outcomes of `skill`.
+    """List the obligations that rest on the declared outcomes of a skill.
 
-    Those of tasks that run it, and those about paths through compositions that do.  What an action may be
-    does not rest on outcomes: safety and permission hold, and the gate decides, whatever comes of a skill.
+    They are those of tasks that run it, and those about paths through compositions that run it.  Claims about
+    actions do not rest on outcomes: safety and permission hold, and the gate decides, whatever the outcome.
+
+    Args:
+        ecm: the module.
+        skill: name of the skill.
+        certificate: certificate of the module.
+
+    Returns:
+        Identities of the obligations, sorted by their text.
     """
     tasks = {one.id for one in ecm.tasks.values() if skill in {each.id for each in skills_of(ecm, one)}}
     compositions = {

@@ -1,13 +1,13 @@
-"""Proofs of modules kept between runs: an unchanged module is not even read as YAML.
+"""Cache of the proofs of modules between runs: an unchanged module is not even read as YAML.
 
-Kept is what was proved of one module by itself, without anything left to say; and of a site.  Its key is
-the digest of all that this depends on: manifest, code, site, overrides, budget, and the programs that decide,
-down to the interpreter.  Nothing that is kept names a place, so a copy is found wherever it lies.  Models are
-hashed again, and what depends on other modules is not kept but asked anew.  As of answers, what cannot be
-read is not there (docs/decisions/0008-answers-are-kept.md).
+The cache keeps proofs of one module by itself, if nothing is left to report, and of a site.  The key is
+the digest of all that a proof depends on: manifest, code, site, overrides, budget, and the programs that
+decide, down to the interpreter.  No cached value names a path, so a copy of a module is found wherever it is.
+Models are hashed again, and claims that depend on other modules are not cached but decided again.  As for
+answers, a value that cannot be read counts as absent (docs/decisions/0008-answers-are-kept.md).
 
-What most runs read is in the head of what is kept; the claims are beside it, with their digest in the head,
-and are read where a report lists them or a certificate has to be written.
+A value has a head, which holds all that most runs read.  The claims are stored next to it, with their digest
+in the head.  They are read where a report lists them or a certificate has to be written.
 """
 
 from __future__ import annotations
@@ -60,14 +60,14 @@ _VERDICT_DISTRIBUTIONS: Final = (
 
 
 class _KeptClaims:
-    """The claims about a module that is proved by itself, as they were packed; see `identity.OwnClaims`."""
+    """The packed claims about a module by itself, from the cache; implements `OwnClaims`."""
 
     def __init__(self, tally: ClaimCounts, packed_claims: bytes) -> None:
         self.tally = tally
         self._packed = packed_claims
 
     def read(self) -> tuple[tuple[ClaimSummary, ...], tuple[ClaimSummary, ...]]:
-        """Return the claims that come before and after those about other modules."""
+        """Implements `OwnClaims.read`."""
         before, after = json.loads(zlib.decompress(self._packed))
         return _claims_from_rows(before), _claims_from_rows(after)
 
@@ -75,7 +75,11 @@ class _KeptClaims:
 class ProofCache:
     """Proofs in a store, of one site and of modules under it, under one budget.
 
-    blocks: operator overrides, in addition to those of the site.
+    Args:
+        store: store of answers and proofs.
+        site: text of the site file and its path.
+        rlimit: the solver's budget for one query, in Z3 resource units.
+        blocks: operator overrides, in addition to those of the site.
     """
 
     def __init__(
@@ -87,27 +91,45 @@ class ProofCache:
         self._new: dict[str, tuple[str, bytes]] = {}
 
     def find(self, folders: Iterable[Path]) -> Known:
-        """Return what was proved of the site and of the modules in `folders`, as far as anything was."""
-        found = ((folder, self.find_module(folder)) for folder in folders)
-        return Known(self.find_site(), {folder: one for folder, one in found if one is not None})
+        """Look up the proofs of the site and of modules.
+
+        Args:
+            folders: folders of the modules.
+
+        Returns:
+            The proofs that are cached.
+        """
+        findings = ((folder, self.find_module(folder)) for folder in folders)
+        return Known(self.find_site(), {folder: one for folder, one in findings if one is not None})
 
     def find_module(self, folder: Path) -> ModuleFindings | None:
-        """Return what was proved of exactly the module that is in `folder`, if anything."""
+        """Look up the proof of exactly the module that is in a folder now.
+
+        Args:
+            folder: the module's folder.
+
+        Returns:
+            The findings, or None if they are not cached or cannot be read.
+        """
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
             head, claims = self._proof(self._key(*digests))
-            presence = module_summary_from_json(head["presence"], manifest)
-            found = ModuleFindings(
-                presence, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
+            summary = module_summary_from_json(head["presence"], manifest)
+            findings = ModuleFindings(
+                summary, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
             )
         except (UserError, MisuseError, OSError, ValueError, LookupError, TypeError):
             return None
-        same = (presence.manifest_digest, presence.code_digest) == digests
-        return found if same and _models_unchanged(folder, presence.model_digests) else None
+        same = (summary.manifest_digest, summary.code_digest) == digests
+        return findings if same and _models_unchanged(folder, summary.model_digests) else None
 
     def find_site(self) -> tuple[SiteSummary, SubjectReport] | None:
-        """Return the site and the report on it, if all of it was proved and there is nothing to say."""
+        """Look up the proof of the site.
+
+        Returns:
+            The site and the report on it; None unless all of it was proved with nothing to report.
+        """
         try:
             head, packed_claims = self._proof(self._digest("site"))
             site = site_summary_from_json(head, self._site)
@@ -117,9 +139,11 @@ class ProofCache:
         return site, SubjectReport(site.id, Path(self._site.path), Conclusion.PROVED, (), claims)
 
     def keep(self, report: Report, new: Known) -> None:
-        """Put into the store what of `new` is proved and leaves nothing to say.
+        """Put the new proofs that leave nothing to report into the store.
 
-        report: on all of it.
+        Args:
+            report: report on the whole run.
+            new: findings of this run that were not cached.
         """
         if new.site is not None and _is_proved(report.site):
             self.put_site(new.site[0], report.site.claims)
@@ -129,27 +153,37 @@ class ProofCache:
         self.close()
 
     def put_site(self, site: SiteSummary, claims: Sequence[ClaimSummary]) -> None:
-        """Keep what was proved of the site until `close` writes it."""
+        """Hold the proof of the site until `close` writes it.
+
+        Args:
+            site: summary of the site.
+            claims: the proved claims about it.
+        """
         self._put(self._digest("site"), summary_to_json(site), [_claim_to_row(one) for one in claims])
 
     def put_module(self, one: ModuleFindings, lock_digest: str) -> None:
-        """Keep what was proved of a module until `close` writes it.
+        """Hold the proof of a module until `close` writes it.
 
-        lock_digest: the SHA-256 of the text of its certificate.
+        Args:
+            one: findings on the module.
+            lock_digest: SHA-256 of the text of its certificate.
+
+        Raises:
+            MisuseError: the module could not be read, or a claim has a diagnostic.
         """
-        presence = one.summary
-        if presence is None:
+        summary = one.summary
+        if summary is None:
             raise MisuseError("a module that cannot be read is not proved")
-        key, tally = self._key(presence.manifest_digest, presence.code_digest), one.claims.tally
+        key, tally = self._key(summary.manifest_digest, summary.code_digest), one.claims.tally
         head = {
-            "presence": summary_to_json(presence),
+            "presence": summary_to_json(summary),
             "tally": [tally.claims, tally.runtime_checked],
             "lock": lock_digest,
         }
         self._put(key, head, [[_claim_to_row(claim) for claim in claims] for claims in one.claims.read()])
 
     def close(self) -> None:
-        """Write what is to be kept."""
+        """Write the proofs that are held."""
         self._store.put_proofs(self._new)
         self._new = {}
 
@@ -158,7 +192,7 @@ class ProofCache:
         self._new[key] = (_dump_json({**head, "claims": file_digest(rows)}), rows)
 
     def _proof(self, key: str) -> tuple[Any, bytes]:
-        """What was put; raises LookupError, ValueError or TypeError if it is not there as it was put."""
+        """Return a stored proof; raise LookupError, ValueError or TypeError if it is absent or damaged."""
         proof = self._store.proof(key)
         if proof is None:
             raise LookupError(key)
@@ -233,7 +267,7 @@ def _claims_from_rows(rows: Any) -> tuple[ClaimSummary, ...]:
 
 @cache
 def _program_digest() -> str:
-    """Digest of everything that decides: AEROS itself, the packages it decides with, and the interpreter."""
+    """Compute the digest of the programs that decide: AEROS, the packages it uses, and the interpreter."""
     digest = hashlib.sha256(sys.version.encode())
     for names in _VERDICT_DISTRIBUTIONS:
         digest.update(f"\n{names[0]} {package_version(*names)}".encode())

@@ -1,4 +1,4 @@
-"""What explanations ask the solver, besides the obligations: whether conditions can hold together."""
+"""Queries of explanations to the solver, in addition to the obligations."""
 
 from __future__ import annotations
 
@@ -11,9 +11,15 @@ from aeros.spec.model.model import Declared, ranges_of, relevant_facts
 
 
 def is_unsatisfiable(terms: Sequence[t.Term], declared: Iterable[Declared], oracle: Oracle) -> bool:
-    """Whether it is proved that no values in range make all `terms` hold; not where the budget runs out.
+    """Tell whether it is proved that no values in range make all terms hold.
 
-    declared: every variable of the terms, and others; one without a range may have any value.
+    Args:
+        terms: conditions.
+        declared: every variable of the terms, and others; one without a range may have any value.
+        oracle: solver with its budget.
+
+    Returns:
+        True if it is proved; False also where the budget runs out.
     """
     mentioned, whole = relevant_facts(terms, {one.name: one for one in declared})
     answer = oracle.check_sat([one.variable for one in mentioned], ranges_of(mentioned), whole)
@@ -23,5 +29,15 @@ def is_unsatisfiable(terms: Sequence[t.Term], declared: Iterable[Declared], orac
 def is_implied(
     conclusion: t.Term, assumptions: Sequence[t.Term], declared: Iterable[Declared], oracle: Oracle
 ) -> bool:
-    """Whether it is proved that `conclusion` holds wherever all of `assumptions` hold."""
+    """Tell whether it is proved that a conclusion holds wherever all assumptions hold.
+
+    Args:
+        conclusion: the conclusion.
+        assumptions: the assumptions.
+        declared: every variable of the terms, and others; one without a range may have any value.
+        oracle: solver with its budget.
+
+    Returns:
+        True if it is proved; False also where the budget runs out.
+    """
     return is_unsatisfiable((*assumptions, t.Not(conclusion)), declared, oracle)

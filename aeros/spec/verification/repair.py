@@ -1,7 +1,7 @@
-"""The line to write instead of an envelope that allows too much: the least edit, proved before offered.
+"""Repair of envelopes that allow too much: the line with the least edit, proved before it is offered.
 
-One line for each envelope mends everything that can be mended of it, so that two repairs of the same
-line never contradict each other.
+One line for each envelope repairs everything in it that can be repaired, so that two repairs of the same line
+never contradict each other.
 """
 
 from __future__ import annotations
@@ -21,11 +21,20 @@ from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.edits import ConditionEditor
 
-_AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # in a plain YAML scalar
+_AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # characters that are special in a plain YAML scalar
 
 
 def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
-    """By the id of each refuted obligation that can be mended: the line of the envelope to write."""
+    """Find the repaired line for each refuted obligation of an envelope.
+
+    Args:
+        findings: results of obligations.
+        site: the site.
+        oracle: solver with its budget.
+
+    Returns:
+        The line of the envelope to write, by the id of each refuted obligation that it repairs.
+    """
     known = {finding.obligation.id: finding for finding in findings}
     failing: dict[tuple[str, str], list[Obligation]] = {}
     for finding in known.values():
@@ -36,51 +45,51 @@ def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracl
             failing.setdefault(envelope, []).append(one)
     lines: dict[ClaimId, str] = {}
     for (skill, kind), obligations in failing.items():
-        alive = known.get(ClaimForm.ENVELOPE_NOT_DEAD(skill, kind))
+        not_dead = known.get(ClaimForm.ENVELOPE_NOT_DEAD(skill, kind))
         clause = obligations[0].clause
-        if clause is None or alive is None or alive.verdict is not Verdict.PROVED:
+        if clause is None or not_dead is None or not_dead.verdict is not Verdict.PROVED:
             continue
-        mended = _repair_clause(clause, obligations, alive.obligation, site, oracle)
-        if mended is not None:
-            text, done = mended
+        repaired = _repair_clause(clause, obligations, not_dead.obligation, site, oracle)
+        if repaired is not None:
+            text, done = repaired
             lines |= {one.id: f"{kind}: {_quoted(text, clause)}" for one in done}
     return lines
 
 
 def _repair_clause(
-    clause: ActionCondition, obligations: list[Obligation], alive: Obligation, site: Site, oracle: Oracle
+    clause: ActionCondition, obligations: list[Obligation], not_dead: Obligation, site: Site, oracle: Oracle
 ) -> tuple[str, list[Obligation]] | None:
-    """The text with the edits that mend obligations, and which it mends; all of it proved."""
+    """Return the text with the edits that repair obligations, and these obligations; all of it proved."""
     declared = obligations[0].space.variables
     editor = ConditionEditor(scope_over(site, declared), declared, oracle.with_reduced_budget(50))
     text = clause.text
-    done: list[Obligation] = []
+    repaired: list[Obligation] = []
     for one in obligations:
-        found = _strengthen_clause(editor, text, one)
-        if found is not None:
-            text, done = found, [*done, one]
+        edited = _strengthen_clause(editor, text, one)
+        if edited is not None:
+            text, repaired = edited, [*repaired, one]
     text = " ".join(text.split())
     term = editor.term(text)
-    if not done or term is None:
+    if not repaired or term is None:
         return None
-    again = discharge_obligations((_with_envelope(one, term) for one in (*done, alive)), oracle)
-    return (text, done) if all(one.verdict is Verdict.PROVED for one in again) else None
+    results = discharge_obligations((_with_envelope(one, term) for one in (*repaired, not_dead)), oracle)
+    return (text, repaired) if all(one.verdict is Verdict.PROVED for one in results) else None
 
 
 def _with_envelope(obligation: Obligation, envelope: t.Term) -> Obligation:
-    """The obligation, of another envelope."""
+    """Return the same obligation for another envelope."""
     return replace(obligation, space=replace(obligation.space, assumptions=(envelope,)))
 
 
 def _strengthen_clause(editor: ConditionEditor, text: str, obligation: Obligation) -> str | None:
-    """`text` with an edit for each conjunct of the conclusion that it does not imply."""
+    """Edit `text` for each conjunct of the conclusion that it does not imply."""
     edited: str | None = text
     for goal in obligation.labelled_conjuncts:
         if edited is None or editor.implies(edited, goal.term):
             continue
         try:
             edited = editor.strengthen(edited, goal.term, _unquoted(goal.label.span.text))
-        except ExpressionSyntaxError:  # as of a conjunct written over several lines of a block
+        except ExpressionSyntaxError:  # the text of a conjunct over several lines of a block may not parse
             return None
     return edited if obligation.labelled_conjuncts else None
 
@@ -91,7 +100,7 @@ def _unquoted(written: str) -> str:
 
 
 def _quoted(text: str, clause: ActionCondition) -> str:
-    """As it is to be written: in quotes where the author has them or YAML needs them."""
+    """Quote the text as it is to be written: where the author has quotes or YAML needs them."""
     quote = clause.span.text[:1]
     if quote in ("'", '"'):
         return f"{quote}{text}{quote}"

@@ -1,4 +1,4 @@
-"""What is reported of a site, of modules and of all of them together; known without what proves it."""
+"""Reports on a site, on modules and on all of them together; imports nothing that proves."""
 
 from __future__ import annotations
 
@@ -34,17 +34,23 @@ if TYPE_CHECKING:
 
 
 Progress = Callable[[str], None]
-"""Told in words what is done next."""
+"""Called with a line of text that says what is done next."""
 
 
 @dataclass(frozen=True)
 class SubjectReport:
-    """What was found of one site or module.
+    """Report on one site or module.
 
-    name: its id, or its path where it could not be read.
-    claims: everything that was examined.
-    lock: of a module that is PROVED.
-    settled, findings, ecm: the claims in full and the model; left out where only the report was asked for.
+    Attributes:
+        name: its id, or its path where it could not be read.
+        path: its file or folder.
+        conclusion: the conclusion.
+        diagnostics: all diagnostics, in order.
+        claims: summaries of all claims that were examined.
+        static_claims: claims settled when made, in full; empty where only the report was asked for.
+        findings: results of the other claims, in full; empty where only the report was asked for.
+        lock: the expected `ecm.lock` of a module that is PROVED.
+        ecm: the model of a module; None where only the report was asked for.
     """
 
     name: str
@@ -64,27 +70,30 @@ class SubjectReport:
 
     @property
     def claim_count(self) -> int:
-        """How many claims were examined."""
+        """The number of claims that were examined."""
         return len(self.claims)
 
     @property
     def boundaries(self) -> tuple[tuple[str, str], ...]:
-        """Each rule that the gate decides, with what has to hold for it to allow; each pair once."""
+        """Each rule that the gate decides, with the condition under which it allows; each pair once."""
         return tuple((rule, boundary) for rule, boundary, _ in self.claims.tally.runtime_checked)
 
     @property
     def runtime_checked_count(self) -> int:
-        """How many claims the gate decides, each time."""
+        """The number of claims that the gate decides each time."""
         return sum(count for *_, count in self.claims.tally.runtime_checked)
 
 
 @dataclass(frozen=True)
 class Report:
-    """A site and the modules that were verified under it.
+    """Report on a site and the modules that were verified under it.
 
-    site_model: None where it could not be read, or where only the report was asked for.
-    configuration: of all modules together; None unless there are several that can be read.
-    agreement: of a second solver, where one was asked.
+    Attributes:
+        site: report on the site.
+        modules: reports on the modules.
+        site_model: the site; None where it could not be read, or where only the report was asked for.
+        configuration: report on all modules together; None unless several can be read.
+        agreement: result of a second solver, where one was asked.
 
     Example:
         >>> report = aeros.verify("no/such/folder")
@@ -118,14 +127,17 @@ class Report:
 
 @dataclass(frozen=True)
 class ModuleFindings:
-    """What was found of one module by itself.
+    """Findings on one module by itself.
 
-    presence: what others have to know of it; None where it could not be read.
-    claims: its claims but for those about other modules.
-    first_problems, last_problems: what there is to say before and after what claims about other modules say.
-    lock_digest: the SHA-256 of the text of its certificate, where what it needs of other modules is met; None
-        where that was not made yet.
-    full: the model, and what it has before, after, and open; None where only the report is asked for.
+    Attributes:
+        summary: the module as other modules see it; None where it could not be read.
+        first_problems: diagnostics that come before those about other modules.
+        claims: its claims except those about other modules.
+        last_problems: diagnostics that come after those about other modules.
+        lock_digest: SHA-256 of the text of its certificate if its dependencies are met; None where the
+            certificate was not made yet.
+        findings: the model, the static claims before and after those about other modules, and the results of
+            the other claims; None where only the report is asked for.
     """
 
     summary: ModuleSummary | None
@@ -139,10 +151,11 @@ class ModuleFindings:
 
 
 class Known:
-    """What is known of a site and of modules under it before anything of them is proved.
+    """Earlier findings on a site and on modules under it.
 
-    site: the site as others see it and what there is to say of it; None where it is to be proved.
-    modules: by folder; those that are left out are to be proved.
+    Args:
+        site: summary of the site and the report on it; None where it is still to be proved.
+        modules: findings by folder; modules that are left out are still to be proved.
     """
 
     def __init__(
@@ -155,19 +168,48 @@ class Known:
 
 
 def unreadable_site_report(path: Path, error: UserError) -> SubjectReport:
-    """What there is to say of a site whose file cannot be read."""
+    """Report on a site whose file cannot be read.
+
+    Args:
+        path: path of the site file.
+        error: the reason.
+
+    Returns:
+        A report that rejects the site.
+    """
     return SubjectReport(str(path), path, Conclusion.REJECTED, error.diagnostics)
 
 
-def missing_module_report(sink: Diagnostics) -> tuple[SubjectReport, ...]:
-    """What there is to say of paths that hold no module."""
-    return (SubjectReport("", Path(), Conclusion.REJECTED, tuple(sink)),) if sink.has_errors else ()
+def missing_module_report(diagnostics: Diagnostics) -> tuple[SubjectReport, ...]:
+    """Report on paths that hold no module.
+
+    Args:
+        diagnostics: faults of the search for modules.
+
+    Returns:
+        One report with all of them if there is an error, else none.
+    """
+    return (
+        (SubjectReport("", Path(), Conclusion.REJECTED, tuple(diagnostics)),)
+        if diagnostics.has_errors
+        else ()
+    )
 
 
 def module_report(
     folder: Path, one: ModuleFindings, site: SiteSummary, co_installed: Mapping[str, ModuleSummary]
 ) -> SubjectReport:
-    """Report on a module, with what depends on others; its claims are read when they are asked for."""
+    """Report on a module, including claims about other modules; cached claims are read when needed.
+
+    Args:
+        folder: the module's folder.
+        one: findings on the module by itself.
+        site: summary of the site.
+        co_installed: the modules that its dependencies may refer to, by name.
+
+    Returns:
+        The report.
+    """
     presence = one.summary
     if presence is None:
         return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.first_problems)
@@ -193,7 +235,7 @@ def module_report(
 def _lock(
     conclusion: Conclusion, presence: ModuleSummary, site: SiteSummary, claims: Claims, digest: str | None
 ) -> LockFile | None:
-    """The certificate of a module that is PROVED; `digest` is that of its text, where it is known."""
+    """Return the expected `ecm.lock` of a module that is PROVED; `digest` is that of its text, if known."""
 
     def certify() -> Certificate:
         return certificate_for(presence, site, certificate_verdicts(claims))
@@ -202,21 +244,35 @@ def _lock(
 
 
 def certificate_verdicts(claims: Iterable[ClaimSummary]) -> dict[ClaimId, str]:
-    """Return the verdict of each claim of a module that is PROVED, as a certificate has it.
+    """Collect the verdicts on the claims about a module that is PROVED, as its certificate holds them.
+
+    Args:
+        claims: summaries of all its claims.
+
+    Returns:
+        PROVED or GUARDED for each claim.
 
     Raises:
         InternalError: two claims have one identity, so one verdict would hide the other.
     """
     verdicts: dict[ClaimId, str] = {}
-    for told in claims:
-        if told.id in verdicts:
-            raise InternalError(f"two claims have one identity: {told.id}")
-        verdicts[told.id] = told.verdict.value if told.runtime_checked_rule is None else GUARDED
+    for claim in claims:
+        if claim.id in verdicts:
+            raise InternalError(f"two claims have one identity: {claim.id}")
+        verdicts[claim.id] = claim.verdict.value if claim.runtime_checked_rule is None else GUARDED
     return verdicts
 
 
 def configuration_report(modules: Sequence[ModuleSummary], site: SiteSummary) -> SubjectReport | None:
-    """What is to be said of several modules together."""
+    """Report on several modules together.
+
+    Args:
+        modules: summaries of the modules.
+        site: summary of the site.
+
+    Returns:
+        The report; None for fewer than two modules.
+    """
     if len(modules) < 2:
         return None
     settled = tuple(configuration_obligations(modules, site))
@@ -228,23 +284,35 @@ def configuration_report(modules: Sequence[ModuleSummary], site: SiteSummary) ->
 def dependency_candidates(
     given: Mapping[Path, ModuleSummary], read: Callable[[Path], ModuleSummary | None]
 ) -> dict[str, ModuleSummary]:
-    """The modules that dependencies may refer to: those given, and those beside one that has any.
+    """Find the modules that dependencies may refer to: those given, and those next to one that has any.
 
-    read: a module that is not given, by its folder; None where it cannot be read.
+    Args:
+        given: summaries of the given modules, by folder.
+        read: reads a module that is not given, by its folder; returns None where it cannot be read.
+
+    Returns:
+        The summaries by module name; given modules win.
     """
     parents = {folder.resolve().parent for folder, one in given.items() if one.requires}
     known = {folder.resolve() for folder in given} if parents else set()
     around: dict[str, ModuleSummary] = {}
     for parent in parents:
-        for beside in sorted(parent.iterdir()):
-            if beside not in known and (beside / MANIFEST).is_file():
-                found = read(beside)
-                around |= {} if found is None else {found.id: found}
+        for neighbour in sorted(parent.iterdir()):
+            if neighbour not in known and (neighbour / MANIFEST).is_file():
+                summary = read(neighbour)
+                around |= {} if summary is None else {summary.id: summary}
     return around | {one.id: one for one in given.values()}
 
 
 def conclusion_of(problems: Iterable[Diagnostic]) -> Conclusion:
-    """What problems come to."""
+    """Draw the conclusion from diagnostics.
+
+    Args:
+        problems: all diagnostics of a report.
+
+    Returns:
+        PROVED without errors, UNDECIDED if all errors are undecided claims, else REJECTED.
+    """
     errors = {problem.code for problem in problems if problem.severity is Severity.ERROR}
     if not errors:
         return Conclusion.PROVED

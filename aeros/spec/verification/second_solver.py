@@ -1,7 +1,7 @@
-"""Every question of a run, put again to a second solver as text: verdicts do not rest on one solver alone.
+"""Cross-check of every query of a run by a second solver, so that verdicts do not rest on one solver alone.
 
-The text is Z3's own encoding of the question, so what is examined twice is the decision.  That terms
-are encoded as they are meant, the conformance suite and the replay of witnesses show.
+The second solver gets the query as text, in Z3's own encoding, so the check covers the decision.  The
+conformance suite and the replay of witnesses check that terms are encoded correctly.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from aeros.spec.diagnostics.errors import DisagreementError
 
 
 class SecondSolver(Protocol):
-    """Answers an SMT-LIB script that asks once; `name` is for people, with the version."""
+    """A solver that answers SMT-LIB scripts with one query; `name` is for people and includes the version."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -26,10 +26,12 @@ class SecondSolver(Protocol):
 
 @dataclass(frozen=True)
 class SecondSolverReport:
-    """What a second solver said of the questions that were decided; wherever it decided, the same.
+    """Result of a cross-check; wherever the second solver decided a query, it agreed.
 
-    questions: how many different ones there were.
-    undecided: what each question that was beyond the second solver is about, and why it was.
+    Attributes:
+        solver: name and version of the second solver.
+        query_count: number of different queries that Z3 decided.
+        undecided_queries: description of each query that the second solver did not decide, and the reason.
     """
 
     solver: str
@@ -38,20 +40,31 @@ class SecondSolverReport:
 
     @property
     def agreed_count(self) -> int:
-        """Of how many questions both solvers said the same."""
+        """The number of queries that both solvers decided, in the same way."""
         return self.query_count - len(self.undecided_queries)
 
 
 def cross_check_queries(
-    questions: Iterable[SolverQuery], second: SecondSolver, progress: Callable[[str], None]
+    queries: Iterable[SolverQuery], second: SecondSolver, progress: Callable[[str], None]
 ) -> SecondSolverReport:
-    """What `second` says of `questions`; raises DisagreementError where it says otherwise than Z3 did.
+    """Put each decided query to a second solver.
 
-    Questions that Z3 did not decide are left out: no verdict rests on them.
+    Queries that Z3 did not decide are left out: no verdict rests on them.
+
+    Args:
+        queries: queries of a run with their answers.
+        second: the second solver.
+        progress: called with a line of text before each query.
+
+    Returns:
+        The result.
+
+    Raises:
+        DisagreementError: the second solver decides a query otherwise.
     """
     from aeros.spec.backends.z3_solver import IncrementalSolver, solver_version
 
-    decided = [one for one in questions if one.answer.result is not SatResult.UNKNOWN]
+    decided = [one for one in queries if one.answer.result is not SatResult.UNKNOWN]
     seen: set[str] = set()
     undecided: list[tuple[str, str]] = []
     for number, one in enumerate(decided, 1):
@@ -60,14 +73,14 @@ def cross_check_queries(
         if script in seen:
             continue
         seen.add(script)
-        said = second.solve_script(script)
-        if said.result is SatResult.UNKNOWN:
-            undecided.append((one.description, said.reason))
-        elif said.result is not one.answer.result:
+        second_answer = second.solve_script(script)
+        if second_answer.result is SatResult.UNKNOWN:
+            undecided.append((one.description, second_answer.reason))
+        elif second_answer.result is not one.answer.result:
             first = "AEROS, by bounds alone," if one.by_intervals else solver_version()
             answers = (
                 f"{who} says {answer.result.value}"
-                for who, answer in ((first, one.answer), (second.name, said))
+                for who, answer in ((first, one.answer), (second.name, second_answer))
             )
             raise DisagreementError(one.description, script, *answers)
     return SecondSolverReport(second.name, len(seen), tuple(undecided))

@@ -1,4 +1,4 @@
-"""Which of the conditions that an obligation puts together are at fault, each with its own place.
+"""Search for the conditions of an obligation that are at fault, each with its place in a file.
 
 A claim that something can hold fails by a core: conditions that cannot hold together although all
 but any one of them can.  A claim that something always holds fails by the conditions that its
@@ -28,7 +28,11 @@ _T = TypeVar("_T")
 class UnsatCore:
     """Conditions and declared ranges that cannot hold together; without any one of them, the rest can.
 
-    Where the budget ran out for a member, it is kept, so a core may be larger than it must.
+    Where the budget ran out for a member, it is kept, so a core may be larger than necessary.
+
+    Attributes:
+        members: the conditions.
+        ranges: the variables whose ranges belong to the core.
     """
 
     members: tuple[LabelledConjunct, ...]
@@ -36,10 +40,17 @@ class UnsatCore:
 
 
 def find_unsat_core(obligation: Obligation, oracle: Oracle) -> UnsatCore | None:
-    """A core of a claim that something can hold and fails; None if none is found within the budget.
+    """Find the core of a failed claim that something can hold.
 
-    Ranges go first, then the members from the last, so that what stays is rather what the author of
-    the first members wrote.
+    Ranges are dropped first, then members from the last, so that the core rather keeps what the author of the
+    first members wrote.
+
+    Args:
+        obligation: the failed claim.
+        oracle: solver with its budget.
+
+    Returns:
+        The core; None if none is found within the budget.
     """
     if not obligation.labelled_conjuncts:
         return None
@@ -65,7 +76,7 @@ def find_unsat_core(obligation: Obligation, oracle: Oracle) -> UnsatCore | None:
 
 
 def _minimize_core(items: list[_T], clash: Callable[[Sequence[_T]], bool]) -> list[_T]:
-    """Some of `items` that still clash, none of which can be left out; the first are kept rather."""
+    """Reduce `items` to some that still clash, none of which can be left out; prefer to keep the first."""
     pending = [list(range(len(items)))]
     kept = set(range(len(items)))
     while pending:
@@ -79,7 +90,15 @@ def _minimize_core(items: list[_T], clash: Callable[[Sequence[_T]], bool]) -> li
 
 
 def label_core(obligation: Obligation, core: UnsatCore) -> tuple[SpanLabel, tuple[SpanLabel, ...]]:
-    """The obligation's labels, with the members of the core in place of all that it speaks of."""
+    """Label the members of a core in place of all that an obligation mentions.
+
+    Args:
+        obligation: the failed claim.
+        core: its core.
+
+    Returns:
+        The primary label and the further labels.
+    """
     labels = [member.label for member in core.members]
     ranges = [SpanLabel(one.range_span or one.span, f"range of `{one.name}`") for one in core.ranges]
     primary = obligation.primary
@@ -100,7 +119,15 @@ def label_core(obligation: Obligation, core: UnsatCore) -> tuple[SpanLabel, tupl
 def label_violated_conjuncts(
     obligation: Obligation, witness: Witness
 ) -> tuple[SpanLabel, tuple[SpanLabel, ...]]:
-    """The obligation's labels, with the conjuncts that `witness` breaks in place of the conclusion."""
+    """Label the conjuncts that a witness breaks in place of the conclusion.
+
+    Args:
+        obligation: the failed claim.
+        witness: its counterexample.
+
+    Returns:
+        The primary label and the further labels.
+    """
     broken = [one.label for one in obligation.labelled_conjuncts if not is_true(one.term, witness.values)]
     if not broken:
         return obligation.primary, obligation.secondary

@@ -1,8 +1,8 @@
-"""Paths → a report: find what is known, prove the rest, report.  What `aeros verify` does, without printing.
+"""Verification of modules: find cached proofs, prove the rest, report.  `aeros verify` prints the result.
 
-What is known comes from the proof cache (`keeping`), which stands in front: it is asked before anything is
-proved, and given what was proved afterwards.  What proves (`examine`) takes 0.2 s to import, so a run that
-finds everything never imports it.
+Cached proofs come from the proof cache (`proof_cache`), which is asked before anything is proved and is given
+the new proofs afterwards.  The code that proves (`examine`) takes 0.2 s to import, so a run that finds
+everything never imports it.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ if TYPE_CHECKING:
     from aeros.spec.verification.second_solver import SecondSolver, SecondSolverReport
 
 MIN_MODULES_FOR_POOL: Final = 16
-"""From this many modules on, more than one process proves them."""
+"""Smallest number of modules that are proved by more than one process."""
 
 
 class Detail(Enum):
-    """How much a report holds."""
+    """The amount of detail in a report."""
 
-    FULL = "full"  # everything is proved here and now; models, claims and findings are in the report
-    BRIEF = "brief"  # what an earlier run proved is found; no models, and claims without formulas
+    FULL = "full"  # everything is proved again; models, claims and findings are in the report
+    BRIEF = "brief"  # cached proofs are used; no models, and claims without formulas
 
 
 def verify(
@@ -69,27 +69,27 @@ def verify(
     Args:
         paths: module folders, or folders of these.
         site_path: the site file.
-        rlimit: the solver's budget for one question, in Z3 resource units.
-        progress: is called with the name of the subject that is proved next.
+        rlimit: the solver's budget for one query, in Z3 resource units.
+        progress: called with the name of the subject that is proved next.
         store: answers of the solver and, for a brief report, proofs of earlier runs; None to use none.
         blocks: operator overrides, in addition to those of the site file.
-        second: a solver that is asked everything again, whether or not the answers were kept.
-        detail: how much the report holds.
-        jobs: how many processes prove modules for a brief report, where there are many modules.
+        second: a solver that is asked everything again, even if answers were kept.
+        detail: amount of detail in the report.
+        jobs: number of processes that prove modules for a brief report, where there are many modules.
 
     Returns:
         The report.  Modules that cannot be read or proved are in it, as is a site that cannot.
 
     Raises:
-        DisagreementError: `second` decides a question otherwise than Z3 does.
+        DisagreementError: `second` decides a query otherwise than Z3 does.
         MisuseError: `second` is given for a brief report, for which not everything is asked.
     """
     if second is not None and detail is not Detail.FULL:
         raise MisuseError("a second solver is asked everything, so the report has to be in full")
     progress(f"site {site_path}")
-    sink = Diagnostics()
-    folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, sink)))
-    refused = missing_module_report(sink)
+    diagnostics = Diagnostics()
+    folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, diagnostics)))
+    refused = missing_module_report(diagnostics)
     try:
         source = read_source(site_path)
     except UserError as error:
@@ -111,21 +111,28 @@ def _report(
     known: Known,
     progress: Progress,
 ) -> tuple[Report, Known]:
-    """Prove the site, each module by itself, and what depends on several modules; all but what is known.
+    """Prove the site, each module by itself, and the claims on several modules, except what is known.
 
-    refused: reports on paths that hold no module.
-    Returns the report, and what was not known.
+    Args:
+        folders: folders of the modules.
+        refused: reports on paths that hold no module.
+        prover: proves what is not known.
+        known: findings of earlier runs.
+        progress: called with the name of the subject that is proved next.
+
+    Returns:
+        The report, and the findings that were not known.
     """
     site, site_report = prover.site() if known.site is None else known.site
     if site is None:
         return Report(site_report, refused, None), Known()
     proved = prover.modules([folder for folder in folders if folder not in known.modules], progress)
-    found = {
+    findings = {
         folder: known.modules[folder] if folder in known.modules else proved[folder] for folder in folders
     }
-    given = {folder: one.summary for folder, one in found.items() if one.summary is not None}
+    given = {folder: one.summary for folder, one in findings.items() if one.summary is not None}
     around = dependency_candidates(given, prover.summarize_module)
-    modules = [module_report(folder, one, site, around) for folder, one in found.items()]
+    modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
     agreement = prover.agreement(progress)
     prover.close()
     configuration = configuration_report(list(given.values()), site)
@@ -134,7 +141,7 @@ def _report(
 
 
 class _LazyProver:
-    """Proves what is not known.  Importing what that takes costs 0.2 s, which other runs need not pay."""
+    """Prover of what is not known.  Importing the code costs 0.2 s, which other runs need not pay."""
 
     def __init__(
         self,
@@ -177,7 +184,7 @@ class _LazyProver:
         return self._site if self._in_full else None
 
     def site(self) -> tuple[SiteSummary | None, SubjectReport]:
-        """Prove the site; return it as others see it, None where it cannot be read, and the report on it."""
+        """Prove the site; return its summary, None where it cannot be read, and the report on it."""
         from aeros.spec.verification.examine import examine_site
 
         site, report = examine_site(self._source, self._oracle, self._blocks)
@@ -191,10 +198,10 @@ class _LazyProver:
     def modules(self, folders: Sequence[Path], progress: Progress) -> dict[Path, ModuleFindings]:
         """Prove each module by itself."""
         examined: dict[Path, ModuleFindings] = {}
-        found = self._examined(folders) if folders else iter(())
+        results = self._examined(folders) if folders else iter(())
         for done, folder in enumerate(folders, 1):
             progress(f"{done} of {len(folders)}: {folder}")
-            examined[folder] = next(found)
+            examined[folder] = next(results)
         return examined
 
     def _examined(self, folders: Sequence[Path]) -> Iterator[ModuleFindings]:
@@ -202,17 +209,17 @@ class _LazyProver:
 
         if not self._in_full and self._jobs > 1 and len(folders) >= MIN_MODULES_FOR_POOL:
             return examine_modules_in_processes(folders, self._source, self._blocks, self._rlimit, self._jobs)
-        found = (examine_module(folder, self._site, self._oracle) for folder in folders)
-        return found if self._in_full else (replace(one, findings=None) for one in found)
+        results = (examine_module(folder, self._site, self._oracle) for folder in folders)
+        return results if self._in_full else (replace(one, findings=None) for one in results)
 
     def summarize_module(self, folder: Path) -> ModuleSummary | None:
-        """Return what others have to know of the module in `folder`; None where it cannot be read."""
+        """Summarize the module in `folder` for others; return None where it cannot be read."""
         from aeros.spec.verification.examine import summarize_folder
 
         return summarize_folder(folder, self._site)
 
     def agreement(self, progress: Progress) -> SecondSolverReport | None:
-        """Put every question to the second solver, where there is one."""
+        """Put every query to the second solver, where there is one."""
         if self._second is None:
             return None
         from aeros.spec.verification.second_solver import cross_check_queries
@@ -220,6 +227,6 @@ class _LazyProver:
         return cross_check_queries(self._oracle.asked.values(), self._second, progress)
 
     def close(self) -> None:
-        """Put what the solver answered into the store."""
+        """Put the solver's answers into the store."""
         if "_oracle" in self.__dict__:
             self._oracle.save_answers()

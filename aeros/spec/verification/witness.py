@@ -1,4 +1,4 @@
-"""Solver model → witness: values a person can read, replayed through the exact semantics before use."""
+"""Witnesses from solver models: readable values, replayed through the exact semantics before use."""
 
 from __future__ import annotations
 
@@ -18,18 +18,35 @@ from aeros.spec.model.model import Declared
 
 @dataclass(frozen=True)
 class Witness:
-    """A state, inputs and an action that settle a claim; values in SI by variable name."""
+    """A state, inputs and an action that settle a claim.
+
+    Attributes:
+        variables: declarations of the variables.
+        values: values in SI units by variable name.
+    """
 
     variables: tuple[Declared, ...]
     values: Mapping[str, Value]
 
     def lines(self) -> list[str]:
-        """Each value in the unit of its declaration, as in `speed = 0.5 m/s`."""
+        """Format the values, each in the unit of its declaration.
+
+        Returns:
+            A line for each variable, as in `speed = 0.5 m/s`.
+        """
         return [f"{one.name} = {format_value(self.values[one.name], one)}" for one in self.variables]
 
 
 def format_value(value: Value, declared: Declared) -> str:
-    """One value in the unit of its declaration."""
+    """Format a value in the unit of its declaration.
+
+    Args:
+        value: the value, in SI units.
+        declared: declaration of the variable.
+
+    Returns:
+        The text, as in `0.5 m/s`.
+    """
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -45,14 +62,22 @@ def _format_part(part: Fraction | bool, unit: Unit) -> str:
 
 
 class TermEvaluator:
-    """Whether terms hold at values, each found once: most questions about a skill repeat its conditions."""
+    """Evaluator of conditions with a cache: most queries about a skill repeat its conditions."""
 
     def __init__(self) -> None:
-        # By identity, as terms are large and fractions slow; all are held, so that they stay themselves.
+        # Keyed by identity: terms are large and fractions slow to hash.  Both are kept, so no id is reused.
         self._known: dict[tuple[int, ...], tuple[t.Term, Mapping[str, Value], bool]] = {}
 
     def holds(self, term: t.Term, values: Mapping[str, Value]) -> bool:
-        """As `semantics.holds`."""
+        """Evaluate a condition as `semantics.is_true` does, at most once for the same values.
+
+        Args:
+            term: the condition.
+            values: values in SI units by variable name.
+
+        Returns:
+            True if it holds.
+        """
         read = [values[name] for name in t.variables_of(term)]
         parts = [part for value in read for part in (value if isinstance(value, tuple) else (value,))]
         key = (id(term), *map(id, parts))
@@ -64,28 +89,34 @@ class TermEvaluator:
 def witness_from_model(
     model: Mapping[str, ScalarValue],
     declared: tuple[Declared, ...],
-    wanted: tuple[t.Term, ...],
+    required: tuple[t.Term, ...],
     replay: TermEvaluator,
     *,
     shown: bool,
 ) -> Witness | None:
-    """The witness that `model` is; None if it does not replay.
+    """Make a witness of a solver's model and replay it.
 
-    model: values by scalar variable.
-    wanted: the terms that must all hold of a witness.  An irrational model value was approximated
-        by the solver, so even a faithful solver's model may fail here.
-    shown: whether a person will read it, so that rounded numbers are worth looking for.
+    Args:
+        model: values by scalar variable.
+        declared: declarations of the variables.
+        required: the terms that must all hold of a witness.  An irrational model value was approximated
+            by the solver, so even a faithful solver's model may fail here.
+        replay: evaluator of the terms.
+        shown: True if a person will read it, so that rounded numbers are worth looking for.
+
+    Returns:
+        The witness; None if it does not replay.
     """
     values = _values(model, declared)
-    if not shown and _is_witness(values, declared, wanted, replay):
+    if not shown and _is_witness(values, declared, required, replay):
         return Witness(declared, values)
     scalars = dict(model)
     for one in declared:
         for part in scalar_variables(one.variable):
             if isinstance(part.type, RealType):
-                scalars[part.name] = _simplify_value(part.name, scalars, one, declared, wanted, replay)
+                scalars[part.name] = _simplify_value(part.name, scalars, one, declared, required, replay)
     values = _values(scalars, declared)
-    return Witness(declared, values) if _is_witness(values, declared, wanted, replay) else None
+    return Witness(declared, values) if _is_witness(values, declared, required, replay) else None
 
 
 def _simplify_value(
@@ -93,15 +124,15 @@ def _simplify_value(
     scalars: Mapping[str, ScalarValue],
     variable: Declared,
     declared: tuple[Declared, ...],
-    wanted: tuple[t.Term, ...],
+    required: tuple[t.Term, ...],
     replay: TermEvaluator,
 ) -> Fraction:
-    """The value with the fewest decimals, in the unit of its declaration, that still is a witness."""
+    """Return the value with the fewest decimals, in the unit of its declaration, that still is a witness."""
     value = cast("Fraction", scalars[name])
     scaled = value / variable.unit.factor
     for digits in range(7):
         candidate = round(scaled, digits) * variable.unit.factor
-        if _is_witness(_values({**scalars, name: candidate}, declared), declared, wanted, replay):
+        if _is_witness(_values({**scalars, name: candidate}, declared), declared, required, replay):
             return candidate
     return value
 
@@ -118,11 +149,11 @@ def _values(scalars: Mapping[str, ScalarValue], declared: tuple[Declared, ...]) 
 def _is_witness(
     values: Mapping[str, Value],
     declared: tuple[Declared, ...],
-    wanted: tuple[t.Term, ...],
+    required: tuple[t.Term, ...],
     replay: TermEvaluator,
 ) -> bool:
     return all(_in_range(values[one.name], one) for one in declared) and all(
-        replay.holds(term, values) for term in wanted
+        replay.holds(term, values) for term in required
     )
 
 

@@ -40,7 +40,7 @@ def test_outcomes_without_a_probability_share_the_rest() -> None:
     assert shares(three(Fraction(1, 2), None, None)) == halves(2, 1, 1)
 
 
-def test_the_others_share_what_is_left_in_their_proportions() -> None:
+def test_other_outcomes_share_the_rest_in_their_proportions() -> None:
     declared = three(Fraction(9, 10), Fraction(3, 40), Fraction(1, 40))
     assert shares(with_probabilities(declared, {"a": Fraction(6, 10)})) == halves(6, 3, 1)
     assert shares(with_probabilities(declared, {"a": Fraction(0), "c": Fraction(1, 5)})) == halves(0, 4, 1)
@@ -59,7 +59,7 @@ def test_the_others_share_equally_where_none_of_them_could_happen() -> None:
         dict.fromkeys("abc", Fraction(0)),
     ],
 )
-def test_what_is_no_distribution_is_refused(given: dict[str, Fraction]) -> None:
+def test_probabilities_that_are_no_distribution_are_refused(given: dict[str, Fraction]) -> None:
     with pytest.raises(MisuseError, match=r"^(`boil` has no .*`d`|the prob.* are not a distribution)$"):
         with_probabilities(three(None, None, None), given)
 
@@ -106,7 +106,7 @@ def test_a_loop_that_has_ended_goes_nowhere() -> None:
     )
 
 
-def test_what_is_reached_at_the_start_takes_nothing() -> None:
+def test_a_goal_reached_at_the_start_needs_no_invocation() -> None:
     ecm = boiling(Fraction(1), 0)
     system = TransitionSystem(ecm, ecm.tasks["cook"], site())
     assert predict(system, (True,), 3) == Prediction(Fraction(1), NONE, NONE, NONE, NONE)

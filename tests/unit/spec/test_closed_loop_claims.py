@@ -84,7 +84,7 @@ SPOIL = skill(
 )
 
 
-def test_the_reference_task_is_proved_but_for_what_it_assumes() -> None:
+def test_the_reference_task_is_proved_under_its_assumptions() -> None:
     pursued = replace(MAKE_DUMPLINGS, initial=CLEAN)
     found = settled(replace(DUMPLING, tasks={pursued.id: pursued}))
     assert {name: one.verdict for name, one in found.items()} == dict.fromkeys(
@@ -145,7 +145,7 @@ def test_a_failure_that_leads_nowhere() -> None:
     assert claims((WRAP, BOIL), *rules)["progress"].verdict is Verdict.PROVED
 
 
-def test_a_recovery_leads_out_of_what_would_be_a_dead_end() -> None:
+def test_a_recovery_leads_out_of_a_dead_end() -> None:
     blocked = skill(
         "boil",
         outcome("cooked", {COOKED: True}),
@@ -239,7 +239,7 @@ def test_an_invariant_holds_at_every_start_whatever_initial_leaves_open() -> Non
     assert refutation(found["invariant/kept"], "AE804") == (f"start with {COOKED}", f"then {COOKED}")
 
 
-def test_what_is_not_over_predicates_is_not_analysed_and_no_invariant_of_it_passes() -> None:
+def test_a_task_not_over_predicates_is_undecided_with_its_invariants() -> None:
     filled = skill("fill", outcome("filled", {"fill_level": Fraction(1)}))
     rules = rule("fill_level > 0.5", "fill")
     plain = claims((filled,), rules, goal="fill_level > 0.5")["analysed"].diagnostic
@@ -251,7 +251,9 @@ def test_what_is_not_over_predicates_is_not_analysed_and_no_invariant_of_it_pass
 
 
 @pytest.mark.parametrize(("limit", "of"), [("MAX_STARTS", "states to start from"), ("MAX_NODES", "states")])
-def test_what_is_too_large_is_not_analysed(limit: str, of: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_state_space_that_is_too_large_is_not_analysed(
+    limit: str, of: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
     found = claims((WRAP, BOIL), *rules, initial={})
     assert "analysed" not in found

@@ -47,7 +47,7 @@ def _edited(text: str, edits: tuple[tuple[str, str], ...]) -> str:
     return text
 
 
-def test_nothing_is_said_of_what_is_in_order(tmp_path: Path) -> None:
+def test_a_module_without_faults_gives_no_diagnostics(tmp_path: Path) -> None:
     assert said_of_site(tmp_path) == []
     assert said_of_module(tmp_path) == []
 
@@ -124,12 +124,12 @@ def test_an_input_hides_no_variable_of_the_state(tmp_path: Path) -> None:
     assert said == []
 
 
-def test_a_rule_may_govern_nothing_only_by_saying_so_wrongly(tmp_path: Path) -> None:
+def test_a_rule_that_governs_no_action_kind_is_refused(tmp_path: Path) -> None:
     (said,) = said_of_site(tmp_path, ("on: [throw]", "on: []"))
     assert said == "error[AE112] wrong-length: the rule `soft-throw` governs no action kind"
 
 
-def test_a_hold_condition_over_more_than_can_be_gone_through_is_refused(
+def test_a_hold_condition_over_too_many_combinations_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("aeros.spec.elaborate.ecm.MAX_COMBINATIONS", 5)

@@ -156,7 +156,7 @@ def test_a_site_chooses_when_its_audit_record_is_durable(
     assert found.durability is durability
 
 
-def test_the_same_text_is_the_same_site_and_what_changed_is_another(tmp_path: Path, site: Site) -> None:
+def test_equal_texts_share_a_site_and_changed_texts_do_not(tmp_path: Path, site: Site) -> None:
     path = Path(shutil.copy(CORPUS / "site" / "table.yaml", tmp_path))
     first = load_site(path, Diagnostics())
     assert first is not None
@@ -168,7 +168,7 @@ def test_the_same_text_is_the_same_site_and_what_changed_is_another(tmp_path: Pa
     assert second.digest != first.digest
 
 
-def test_what_is_wrong_with_a_site_is_said_to_everyone_who_asks(tmp_path: Path) -> None:
+def test_faults_of_a_cached_site_are_reported_every_time(tmp_path: Path) -> None:
     path = tmp_path / "site.yaml"
     path.write_text("schema: aeros/site/1\nid: s\n" + "".join(f"k{n}: 1\n" for n in range(300)))
     said = []

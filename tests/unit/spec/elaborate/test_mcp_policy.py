@@ -28,7 +28,9 @@ def loaded(folder: Path, section: str) -> tuple[Site | None, list[str]]:
         ("  mcp: {execute: denied, skills: []}\n", McpPolicy(Execute.DENIED, 20, frozenset())),
     ],
 )
-def test_what_is_not_said_is_the_stricter(section: str, policy: McpPolicy, tmp_path: Path) -> None:
+def test_a_missing_mcp_setting_has_the_stricter_default(
+    section: str, policy: McpPolicy, tmp_path: Path
+) -> None:
     site, said = loaded(tmp_path, section)
     assert said == []
     assert site is not None
@@ -38,7 +40,7 @@ def test_what_is_not_said_is_the_stricter(section: str, policy: McpPolicy, tmp_p
 @pytest.mark.parametrize(
     "section", ["  mcp: {execute: maybe}\n", "  mcp: {most_steps: 0}\n", "  mcp: {approve: never}\n"]
 )
-def test_what_is_not_understood_is_no_site(section: str, tmp_path: Path) -> None:
+def test_an_unknown_mcp_setting_is_refused(section: str, tmp_path: Path) -> None:
     site, said = loaded(tmp_path, section)
     assert site is None
     assert len(said) == 1

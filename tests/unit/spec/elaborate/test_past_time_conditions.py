@@ -55,7 +55,7 @@ def _moments() -> list[dict[str, Any]]:
         "once a and previously once a and b implies once a",
     ],
 )
-def test_with_histories_a_condition_is_what_it_is_along_the_trace(text: str) -> None:
+def test_a_condition_with_histories_agrees_with_the_trace(text: str) -> None:
     term = check(parse(text), PAST, BOOL)
     histories = HistoryCollector()
     flat = histories.replace_past_terms(term, SPAN)
@@ -74,7 +74,7 @@ def test_with_histories_a_condition_is_what_it_is_along_the_trace(text: str) -> 
         assert evaluate(flat, now) == evaluate(term, values, measured)
 
 
-def test_a_history_is_kept_once_however_often_it_is_asked_for() -> None:
+def test_equal_past_time_conditions_share_one_history() -> None:
     histories = HistoryCollector()
     for text in ("once a and not once a", "previously once a", "count within 5 s (a) <= 1"):
         histories.replace_past_terms(check(parse(text), PAST, BOOL), SPAN)

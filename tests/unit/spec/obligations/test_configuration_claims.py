@@ -28,7 +28,7 @@ def _codes(report: Report) -> list[str]:
     return sorted(one.code for one in report.configuration.diagnostics)
 
 
-def test_one_module_has_no_configuration_to_speak_of() -> None:
+def test_one_module_has_no_configuration_report() -> None:
     report = verify([ECMS[0]], reference_site_path())
     assert report.configuration is None
     assert report.subjects == (report.site, *report.modules)
@@ -68,7 +68,7 @@ def test_a_module_that_takes_the_name_of_another_is_refused(tmp_path: Path) -> N
     assert "AE881" in _codes(report)
 
 
-def test_a_grant_that_waits_for_whoever_takes_the_name_is_told() -> None:
+def test_a_grant_for_an_absent_module_is_reported() -> None:
     named = CORPUS / "accepted" / "granted_the_wheels"
     others = [CORPUS / "accepted" / name for name in ("always_slow", "two_volumes")]
     waiting = verify(others, TABLE).configuration
@@ -83,7 +83,7 @@ def test_a_grant_that_waits_for_whoever_takes_the_name_is_told() -> None:
     assert not any("granted_the_wheels" in one.headline for one in taken.diagnostics)
 
 
-def test_an_override_that_blocks_nothing_in_the_set_is_told() -> None:
+def test_an_override_for_an_absent_module_is_reported() -> None:
     site = load_site(TABLE, Diagnostics())
     assert site is not None
     ecms = [
@@ -108,7 +108,7 @@ def test_an_override_that_blocks_nothing_in_the_set_is_told() -> None:
     }
 
 
-def test_a_dependency_beside_the_set_is_not_in_the_set(tmp_path: Path) -> None:
+def test_a_dependency_in_a_sibling_folder_is_not_part_of_the_set(tmp_path: Path) -> None:
     case = CORPUS / "accepted" / "modules_that_need_each_other_in_one_direction"
     for name in ("asker", "helper"):
         shutil.copytree(case / name, tmp_path / name)
@@ -120,7 +120,7 @@ def test_a_dependency_beside_the_set_is_not_in_the_set(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("count", [200])
-def test_many_modules_are_compared_in_no_time(tmp_path: Path, count: int) -> None:
+def test_many_modules_are_compared_quickly(tmp_path: Path, count: int) -> None:
     # Near-linear: no two modules are compared with each other for every pair there is.
     site = load_site(TABLE, Diagnostics())
     assert site is not None

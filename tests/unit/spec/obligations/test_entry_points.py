@@ -65,7 +65,7 @@ def test_a_generator_of_two_arguments_is_an_entry_point(ecm: Ecm, code: bytes) -
     ],
     ids=["bracket", "indent", "bytes", "NUL", "deep", "encoding", "mark"],
 )
-def test_what_is_no_python_is_said_to_be_none(ecm: Ecm, code: bytes, said: str) -> None:
+def test_a_file_that_is_not_python_is_reported(ecm: Ecm, code: bytes, said: str) -> None:
     assert (fault(ecm, code) or "").startswith(f"error[AE123] missing-entry-point: {said}")
 
 
@@ -109,7 +109,7 @@ def test_only_a_name_that_is_nearly_the_same_is_offered(
     ],
     ids=["returns", "lambda", "inner", "async", "text", "defined again"],
 )
-def test_what_does_not_yield_itself_is_no_generator(ecm: Ecm, code: bytes) -> None:
+def test_a_function_without_a_yield_of_its_own_is_no_generator(ecm: Ecm, code: bytes) -> None:
     said = "error[AE124] not-a-generator: `tidy` is not a generator, so it could ask for no action"
     assert fault(ecm, code) == said
 

@@ -49,7 +49,7 @@ def test_a_quota_implies_another_iff_the_gate_never_finds_the_other_used_up_firs
 @pytest.mark.parametrize(
     ("kinds", "implied"), [(("grip",), True), (("grip", "move"), False), (("move",), False)]
 )
-def test_a_quota_says_nothing_of_what_it_does_not_count(kinds: tuple[str, ...], implied: bool) -> None:
+def test_a_quota_implies_none_on_other_action_kinds(kinds: tuple[str, ...], implied: bool) -> None:
     assert quota_implies(quota("one", 1, 60), quota("other", 1, 60, *kinds)) is implied
 
 
@@ -95,7 +95,7 @@ def _ever_passes(site: Site) -> bool:
     return False
 
 
-def test_of_quotas_that_imply_each_other_one_is_told() -> None:
+def test_one_of_two_equivalent_quotas_is_reported() -> None:
     site = load_site(BENCH, Diagnostics())
     assert site is not None
     twice = (quota("one", 2, 60), quota("other", 2, 60))

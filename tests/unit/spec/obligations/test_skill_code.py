@@ -56,7 +56,7 @@ def _codes(loaded: tuple[Ecm, Site], code: str) -> set[str]:
         "def wipe(o, i):\n    yield act('grip', width=0.05, force=5.0)\n",
     ],
 )
-def test_code_that_asks_for_what_it_declares_is_in_order(loaded: tuple[Ecm, Site], code: str) -> None:
+def test_code_inside_its_envelope_is_accepted(loaded: tuple[Ecm, Site], code: str) -> None:
     assert _faults(loaded, code) == set()
 
 
@@ -75,7 +75,7 @@ def test_code_that_asks_for_what_it_declares_is_in_order(loaded: tuple[Ecm, Site
         "yield act('grip', goal=0.05)",
     ],
 )
-def test_every_plain_way_to_ask_for_more_is_noticed(loaded: tuple[Ecm, Site], body: str) -> None:
+def test_code_that_asks_for_undeclared_actions_is_refused(loaded: tuple[Ecm, Site], body: str) -> None:
     more = (
         ("DRIVE = act('move_base', x=0.0, y=0.0, speed=0.1)\n" if "DRIVE" in body else "")
         + (
@@ -101,7 +101,7 @@ def test_a_name_that_is_bound_twice_hides_nothing(loaded: tuple[Ecm, Site], code
     assert "AE133" in _codes(loaded, HEAD + code)
 
 
-def test_a_claim_about_code_goes_by_one_name_whether_it_holds_or_not(loaded: tuple[Ecm, Site]) -> None:
+def test_a_claim_about_code_has_one_id_proved_or_refuted(loaded: tuple[Ecm, Site]) -> None:
     def names(code: bytes) -> list[str]:
         return [str(one.id) for one in _claims(loaded, code)]
 
@@ -134,7 +134,7 @@ def test_a_claim_about_code_goes_by_one_name_whether_it_holds_or_not(loaded: tup
         "def f():\n    global wipe\n",
     ],
 )
-def test_every_door_that_can_be_read_is_shut(loaded: tuple[Ecm, Site], reach: str) -> None:
+def test_forbidden_access_in_code_is_refused(loaded: tuple[Ecm, Site], reach: str) -> None:
     code = f"{HEAD}{reach}\ndef wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n"
     assert "AE134" in _codes(loaded, code)
 
@@ -149,7 +149,7 @@ def test_every_door_that_can_be_read_is_shut(loaded: tuple[Ecm, Site], reach: st
         b"\xff",
     ],
 )
-def test_bytes_that_python_may_read_otherwise_are_refused(loaded: tuple[Ecm, Site], content: bytes) -> None:
+def test_code_in_another_encoding_is_refused(loaded: tuple[Ecm, Site], content: bytes) -> None:
     settled = _claims(loaded, content)
     said = [(one.diagnostic.code, one.diagnostic.help) for one in settled if one.diagnostic is not None]
     assert said == [("AE134", ("write it as plain UTF-8",))]
@@ -214,7 +214,7 @@ ONE_MEANING = "call `act(KIND, ...)` where the action is asked for, and give eve
         ),
     ],
 )
-def test_the_code_that_asks_unclearly_is_underlined_and_a_cure_is_named(
+def test_an_unreadable_request_is_underlined_with_a_remedy(
     loaded: tuple[Ecm, Site], code: str, headline: str, underlined: str, help_: str
 ) -> None:
     settled = _claims(loaded, ("from aeros.skill import act\n" + code).encode())
@@ -239,7 +239,7 @@ def test_the_code_that_asks_unclearly_is_underlined_and_a_cure_is_named(
         ("async def f():\n    pass\n", "keeps or awaits something between actions"),
     ],
 )
-def test_what_the_code_reaches_for_is_named(loaded: tuple[Ecm, Site], code: str, what: str) -> None:
+def test_a_refusal_names_the_forbidden_access(loaded: tuple[Ecm, Site], code: str, what: str) -> None:
     settled = _claims(loaded, (HEAD + code + GRIP).encode())
     said = [
         one.diagnostic for one in settled if one.diagnostic is not None and one.diagnostic.code == "AE134"
@@ -250,7 +250,7 @@ def test_what_the_code_reaches_for_is_named(loaded: tuple[Ecm, Site], code: str,
 @pytest.mark.parametrize(
     "code", ["import math as m\nx = m.sin(1.0)\n", "import math\nx = math.pi\n", "from enum import Enum\n"]
 )
-def test_what_only_computes_is_no_reach(loaded: tuple[Ecm, Site], code: str) -> None:
+def test_code_that_only_computes_is_accepted(loaded: tuple[Ecm, Site], code: str) -> None:
     assert _faults(loaded, HEAD + code + GRIP) == set()
 
 

@@ -167,9 +167,7 @@ def test_the_same_contents_in_another_layout_are_stale(module: Path, site: Path)
     [b"", b"{}", b"[]", b"null", b"{", b"\xff", b"[" * 100_000, b"1" * 5_000, b'{"digest": NaN}', b"\0"],
     ids=["empty", "{}", "[]", "null", "cut", "no UTF-8", "deep", "long", "NaN", "NUL"],
 )
-def test_whatever_the_lock_holds_is_reported_and_nothing_raised(
-    module: Path, site: Path, content: bytes
-) -> None:
+def test_a_damaged_lock_is_reported_without_an_exception(module: Path, site: Path, content: bytes) -> None:
     (module / LOCK).write_bytes(content)
     assert code_of(module, certificate_of(module, site)) == "AE903"
 
@@ -181,7 +179,9 @@ def test_a_folder_for_a_lock_is_no_certificate(module: Path, site: Path) -> None
 
 
 @pytest.mark.parametrize("kind", ["link", "link to itself", "pipe"])
-def test_what_is_no_file_is_neither_followed_nor_waited_for(module: Path, site: Path, kind: str) -> None:
+def test_a_lock_that_is_not_a_regular_file_is_refused_and_replaced(
+    module: Path, site: Path, kind: str
+) -> None:
     expected, lock, elsewhere = certificate_of(module, site), module / LOCK, module.parent / "elsewhere"
     elsewhere.write_text(lock.read_text())  # the right certificate, in the wrong place
     lock.unlink()

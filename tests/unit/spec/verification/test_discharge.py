@@ -65,7 +65,7 @@ def test_always_needs_no_case_and_sometimes_needs_one() -> None:
     impossible = t.And((B, t.Not(B)))
     assert verdict_of(obligation(t.FALSE, impossible)) is Verdict.PROVED
     assert verdict_of(obligation(t.TRUE, impossible, claim=ClaimMode.SOMETIMES)) is Verdict.REFUTED
-    vacuous = obligation(t.TRUE, impossible, claim=ClaimMode.SOMETIMES, failing=Verdict.VACUOUS)
+    vacuous = obligation(t.TRUE, impossible, claim=ClaimMode.SOMETIMES, failure_verdict=Verdict.VACUOUS)
     assert verdict_of(vacuous) is Verdict.VACUOUS
 
 
@@ -90,9 +90,10 @@ def test_a_counterexample_is_shown_in_round_numbers() -> None:
 
 
 def test_guarded_is_refuted_with_a_guard() -> None:
-    open_, gated = obligation(B), obligation(B, guard="r")
+    open_, gated = obligation(B), obligation(B, runtime_checked_rule="r")
     assert [
-        one.is_runtime_checked for one in discharge_obligations([open_, gated, obligation(t.TRUE, guard="r")])
+        one.is_runtime_checked
+        for one in discharge_obligations([open_, gated, obligation(t.TRUE, runtime_checked_rule="r")])
     ] == [
         False,
         True,
@@ -105,7 +106,7 @@ def test_verdicts_come_in_the_order_of_the_questions() -> None:
     assert [one.verdict for one in found] == [Verdict.PROVED, Verdict.REFUTED, Verdict.PROVED]
 
 
-def test_one_question_does_not_hear_of_another() -> None:
+def test_an_answer_does_not_depend_on_earlier_queries() -> None:
     first, second = obligation(B, B), obligation(B)
     assert [one.verdict for one in discharge_obligations([first, second])] == [
         Verdict.PROVED,
@@ -113,14 +114,15 @@ def test_one_question_does_not_hear_of_another() -> None:
     ]
 
 
-def test_what_is_asked_is_recorded_by_its_claim_and_its_file() -> None:
+def test_a_recorded_query_names_its_claim_and_its_file() -> None:
     oracle = Oracle(recording=True)
     discharge_obligations([obligation(t.Compare("<=", X, number(7)))], oracle)
     assert [one.description for one in oracle.asked.values()] == ["safety/s/k/r (site.yaml)"]
 
 
 @pytest.mark.parametrize(
-    ("more", "by_bounds"), [({}, False), ({"guard": "r"}, True), ({"claim": ClaimMode.SOMETIMES}, True)]
+    ("more", "by_bounds"),
+    [({}, False), ({"runtime_checked_rule": "r"}, True), ({"claim": ClaimMode.SOMETIMES}, True)],
 )
 def test_only_a_counterexample_that_is_read_is_worth_the_solver(more: Any, by_bounds: bool) -> None:
     oracle = Oracle(recording=True)
@@ -142,7 +144,7 @@ def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
 def test_an_unknown_is_not_left_to_the_gate() -> None:
     product = t.Multiply(X, t.Multiply(Y, Y))
     never = t.Not(t.Compare("==", product, number(998)))  # beyond what bounds decide
-    (found,) = discharge_obligations([obligation(never, guard="r")], Oracle(1))
+    (found,) = discharge_obligations([obligation(never, runtime_checked_rule="r")], Oracle(1))
     assert found.verdict is Verdict.UNKNOWN
     assert not found.is_runtime_checked
 
@@ -166,14 +168,14 @@ def test_a_solver_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> 
         answer = honest(self, *terms)
         return SolverAnswer(SatResult.SAT, {"x": Fraction(3)}) if answer.result is SatResult.UNSAT else answer
 
-    monkeypatch.setattr(z3_solver.IncrementalSolver, "ask", lying)
+    monkeypatch.setattr(z3_solver.IncrementalSolver, "check_sat", lying)
     monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
     assert verdict_of(obligation(t.Compare("<=", X, number(10)))) is Verdict.UNKNOWN
 
 
 def test_bounds_that_lie_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(IntervalSolver, "decide", lambda *_: SolverAnswer(SatResult.SAT, {"x": Fraction(11)}))
-    assert verdict_of(obligation(t.Compare("<=", X, number(10)), guard="r")) is Verdict.UNKNOWN
+    assert verdict_of(obligation(t.Compare("<=", X, number(10)), runtime_checked_rule="r")) is Verdict.UNKNOWN
 
 
 def test_a_verdict_has_no_truth_value() -> None:

@@ -84,7 +84,9 @@ def test_the_rule_reads_as_alternatives_in_the_units_of_the_site(
         ("load <= 2 kg and pace <= 500 mm/s", "pace <= 501 mm/s", "load <= 2 kg and pace <= 0.5 m/s"),
     ],
 )
-def test_what_the_envelope_decides_is_left_out(judge: Judge, require: str, envelope: str, shown: str) -> None:
+def test_a_boundary_omits_conditions_that_the_envelope_decides(
+    judge: Judge, require: str, envelope: str, shown: str
+) -> None:
     assert boundary(judge, require, envelope) == shown
 
 
@@ -105,7 +107,7 @@ def test_the_threshold_of_one_number_is_exact(judge: Judge, require: str, shown:
 @pytest.mark.parametrize(
     "require", ["load * pace <= 0.5 kg*m/s", "any(joint_ready[j] for j in joints)", "norm(hand) <= 1 m"]
 )
-def test_what_cannot_be_said_shorter_is_said_as_the_rule_does(judge: Judge, require: str) -> None:
+def test_a_rule_without_a_simpler_boundary_is_shown_as_written(judge: Judge, require: str) -> None:
     assert boundary(judge, require) == require
 
 
@@ -131,7 +133,7 @@ def test_a_wrong_boundary_would_be_noticed(judge: Judge) -> None:
     assert not means_the_rule(found, "not person_near", site)
 
 
-def test_each_rule_is_told_once_for_each_way_it_reads(judge: Judge) -> None:
+def test_each_boundary_of_a_rule_is_listed_once(judge: Judge) -> None:
     report = judge("approach", "pace <= 410 mm/s", gated="slow-near-person")
     assert report.boundaries == (
         ("stop-button", "not stop_pressed"),
@@ -140,7 +142,7 @@ def test_each_rule_is_told_once_for_each_way_it_reads(judge: Judge) -> None:
     assert all(bool(one.boundary) == one.is_runtime_checked for one in report.findings)
 
 
-def test_the_same_boundary_is_told_again_whatever_the_solver_did_before(judge: Judge) -> None:
+def test_a_boundary_does_not_depend_on_earlier_queries(judge: Judge) -> None:
     def said() -> object:
         return judge("approach", "pace <= 410 mm/s", gated="slow-near-person").boundaries
 

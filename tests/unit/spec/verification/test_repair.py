@@ -138,14 +138,14 @@ def test_a_lower_bound_is_raised(judge: Judge) -> None:
     )
 
 
-def test_one_line_mends_everything_that_is_wrong_with_an_envelope(judge: Judge) -> None:
+def test_one_line_repairs_all_faults_of_an_envelope(judge: Judge) -> None:
     report = judge("wait", "duration <= 31 s", permission="duration >= 2 s")
     mended = [str(one.obligation.id) for one in report.findings if one.repair]
     assert mended == ["permission/tidy/wait", "safety/tidy/wait/short-waits"]
     assert repairs(report) == {"wait: duration <= 30 s and duration >= 2 s"}
 
 
-def test_what_cannot_be_mended_does_not_keep_the_rest_from_being_mended(judge: Judge) -> None:
+def test_a_fault_beyond_repair_does_not_prevent_other_repairs(judge: Judge) -> None:
     report = judge("approach", "pace <= 200 mm/s", permission="table_tidy")
     mended = [str(one.obligation.id) for one in report.findings if one.repair]
     assert mended == ["safety/tidy/approach/slow-near-person"]
@@ -158,7 +158,7 @@ def test_no_line_is_offered_that_allows_nothing(judge: Judge) -> None:
     assert not repairs(judge("wait", "duration <= 40 s", permission="duration > 30 s"))
 
 
-def test_no_line_is_offered_of_what_the_gate_decides(judge: Judge) -> None:
+def test_no_repair_is_offered_for_a_runtime_checked_rule(judge: Judge) -> None:
     assert not repairs(judge("approach", "pace <= 200 mm/s", gated="slow-near-person"))
 
 
@@ -182,7 +182,7 @@ def test_nothing_is_offered_where_the_budget_runs_out(judge: Judge, monkeypatch:
     assert not repairs(judge("carry", "gait <= 101 mm/s"))
 
 
-def test_the_same_line_is_offered_again_whatever_the_solver_did_before(judge: Judge) -> None:
+def test_a_repair_does_not_depend_on_earlier_queries(judge: Judge) -> None:
     def said() -> list[object]:
         report = judge("carry", "gait <= 137 mm/s and gait > 1 mm/s", permission="gait < 120 mm/s")
         return [report.diagnostics, [one.repair for one in report.findings]]
@@ -211,7 +211,7 @@ def test_decimals_are_exact_or_none(value: str, shown: str | None) -> None:
     assert exact_decimal(Fraction(value)) == shown
 
 
-def test_a_hurried_oracle_gives_up_sooner_and_remembers_the_same() -> None:
+def test_a_reduced_budget_shares_the_answers_of_the_oracle() -> None:
     oracle = Oracle(rlimit=1000)
     assert oracle.with_reduced_budget(10).rlimit == 100
     assert oracle.with_reduced_budget(5000).rlimit == 1

@@ -38,7 +38,7 @@ def _question(bound: int, result: SatResult) -> SolverQuery:
     return SolverQuery(f"x > {bound}", [X], RANGES, [_above(bound)], SolverAnswer(result, {}))
 
 
-def test_a_question_is_asked_once_and_what_z3_did_not_decide_not_at_all() -> None:
+def test_a_query_is_checked_once_and_an_undecided_one_never() -> None:
     second = Scripted(SatResult.SAT, SatResult.UNKNOWN)
     questions = [
         _question(3, SatResult.SAT), _question(3, SatResult.SAT), _question(4, SatResult.UNKNOWN),
@@ -55,7 +55,9 @@ def test_a_question_is_asked_once_and_what_z3_did_not_decide_not_at_all() -> Non
 @pytest.mark.parametrize(
     ("bound", "first", "second"), [(3, SatResult.SAT, SatResult.UNSAT), (11, SatResult.UNSAT, SatResult.SAT)]
 )
-def test_a_disagreement_says_who_said_what_of_what(bound: int, first: SatResult, second: SatResult) -> None:
+def test_a_disagreement_names_the_query_and_both_answers(
+    bound: int, first: SatResult, second: SatResult
+) -> None:
     with pytest.raises(DisagreementError) as raised:
         cross_check_queries([_question(bound, first)], Scripted(second), lambda _: None)
     assert raised.value.about == f"x > {bound}"
@@ -65,7 +67,7 @@ def test_a_disagreement_says_who_said_what_of_what(bound: int, first: SatResult,
     assert other == f"another says {second.value}"
 
 
-def test_an_oracle_records_what_it_is_asked_in_a_hurry_too_and_only_on_request() -> None:
+def test_an_oracle_records_queries_on_request_with_a_reduced_budget_too() -> None:
     recording, silent = Oracle(recording=True), Oracle()
     for oracle in (recording, silent):
         oracle.check_sat([X], RANGES, [_above(3)], "a claim")
@@ -77,7 +79,7 @@ def test_an_oracle_records_what_it_is_asked_in_a_hurry_too_and_only_on_request()
     assert silent.asked == {}
 
 
-def test_a_record_tells_what_bounds_answered_from_what_z3_did() -> None:
+def test_a_record_distinguishes_answers_by_bounds_from_those_of_z3() -> None:
     oracle = Oracle(recording=True)
     oracle.check_sat([X], RANGES, [_above(3)])
     oracle.check_sat([X], RANGES, [_above(4)], shown=True)

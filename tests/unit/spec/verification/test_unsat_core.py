@@ -85,7 +85,7 @@ def is_core(found: UnsatCore) -> bool:
     )
 
 
-def test_only_what_clashes_is_in_the_core() -> None:
+def test_a_core_holds_only_conditions_that_clash() -> None:
     assert core(at_most(Y, 5), at_most(X, 3), at_most(Y, 6), at_least(X, 4)) == ("m2", "m4")
 
 
@@ -123,7 +123,7 @@ def test_a_core_that_omits_a_member_is_noticed(left_out: int) -> None:
     )
 
 
-def test_what_can_hold_has_no_core() -> None:
+def test_a_satisfiable_claim_has_no_core() -> None:
     assert find_unsat_core(claim_of(at_most(X, 3)), Oracle()) is None
     assert find_unsat_core(claim_of(), Oracle()) is None
 
@@ -215,7 +215,7 @@ def test_of_a_breach_the_conjunct_that_the_witness_breaks_is_underlined(judge: J
     assert set(found[1:]) <= {"duration < 30 s", "1 s <= duration"}
 
 
-def test_the_members_of_every_claim_say_what_the_claim_says(judge: Judge) -> None:
+def test_the_conjuncts_of_every_claim_are_equivalent_to_it(judge: Judge) -> None:
     """Parts are shown in place of the whole, so together they are the whole."""
     report = judge(
         "move",

@@ -65,7 +65,7 @@ def test_each_subject_is_announced_before_it_is_proved() -> None:
     assert told == [f"site {TABLE}", f"1 of 1: {path}"]
 
 
-def test_the_verdict_does_not_depend_on_what_stands_beside_a_module(tmp_path: Path) -> None:
+def test_the_verdict_does_not_depend_on_neighbouring_folders(tmp_path: Path) -> None:
     alone = verify([module(tmp_path, "accepted/left_to_the_gate")], TABLE).modules[0]
     module(tmp_path, "rejected/safety/fast_near_a_person")
     module(tmp_path, "rejected/form/key_written_twice")
@@ -134,7 +134,7 @@ def test_a_goal_cannot_take_the_place_of_a_guarded_rule(tmp_path: Path) -> None:
     assert found.certificate.runtime_checked_rules("task", "approach") == {"stop-button", "goal"}
 
 
-def test_a_dependency_beside_the_module_is_found_without_being_given(tmp_path: Path) -> None:
+def test_a_dependency_in_a_sibling_folder_is_found(tmp_path: Path) -> None:
     folder = CORPUS / "accepted" / "modules_that_need_each_other_in_one_direction"
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     assert verify([tmp_path / "asker"], TABLE).conclusion is Conclusion.PROVED

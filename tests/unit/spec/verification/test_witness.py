@@ -94,7 +94,7 @@ def test_vectors_and_families_are_put_together_in_order() -> None:
     assert found == Witness((READY,), {"ready": (True, False)})
 
 
-def test_what_nobody_reads_is_left_as_the_solver_gave_it() -> None:
+def test_a_witness_that_is_not_shown_is_not_rounded() -> None:
     found = witness_from_model({"gap": Fraction(1, 7)}, (GAP,), (t.TRUE,), TermEvaluator(), shown=False)
     assert found is not None
     assert found.values == {"gap": Fraction(1, 7)}
