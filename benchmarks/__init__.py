@@ -1,1 +1,1 @@
-"""How long AEROS takes, measured: run a module here, and `docs/benchmarks.md` has what it said."""
+"""Measurements of how long AEROS takes: run a module here; `docs/benchmarks.md` has the results."""

@@ -1,12 +1,12 @@
-"""How long claims about a long closed loop take: `python -m benchmarks.closed_loop`.
+"""Measure the time of claims about a long closed loop: `python -m benchmarks.closed_loop`.
 
 One task of N rules in a row: rule i runs a skill that may fail, is tried twice, and whose precondition is
 that the skill before it has succeeded.  So there are N + 1 states, and in each a plan of all that is left.
-Asked are safety (each step's precondition holds when it is called) and progress (from every state that can
-be reached, the goal can be reached).  Both read what is explored once, so three times are told.
+The claims are safety (each step's precondition holds when it is called) and progress (from every state that
+can be reached, the goal can be reached).  Both read what is explored once, so three times are printed.
 
 The agent itself accepts no plan of more than `MAX_PLAN_STEPS` steps, and `aeros verify` proves the loop with
-that limit; here the limit is lifted, as what is measured is the exploration.
+that limit; here the limit is lifted, as the exploration is measured.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _TEMPLATE = Path(__file__).parents[1] / "ecms" / "clean_table"
 
 
 def build_loop(steps: int) -> tuple[Ecm, Task, Site]:
-    """A module whose one task has `steps` rules in a row."""
+    """Build a module whose one task has `steps` rules in a row."""
     site = load_site(reference_site_path(), Diagnostics())
     loaded = None if site is None else load_ecm(_TEMPLATE, site, Diagnostics())
     if site is None or loaded is None:
@@ -57,7 +57,7 @@ def build_loop(steps: int) -> tuple[Ecm, Task, Site]:
 
 
 def measure(steps: int) -> dict[str, Any]:
-    """Seconds for exploring, safety and progress, and how much was explored."""
+    """Measure the seconds for exploring, safety and progress, and count what was explored."""
     ecm, task, site = build_loop(steps)
     before = transition_system.MAX_PLAN_STEPS
     transition_system.MAX_PLAN_STEPS = steps  # type: ignore[misc]

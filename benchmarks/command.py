@@ -1,4 +1,4 @@
-"""What the command lines of all benchmarks share: a quick run, and figures as tables or as JSON."""
+"""Options that the command lines of all benchmarks share: a quick run, and figures as tables or as JSON."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def build_parser(description: str | None, quick: str) -> argparse.ArgumentParser:
-    """A parser that knows `--format` and `--quick`, of which `quick` says what it does."""
+    """Build a parser with `--format` and `--quick`; `quick` is the help text of the latter."""
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -18,5 +18,5 @@ def build_parser(description: str | None, quick: str) -> argparse.ArgumentParser
 
 
 def print_json(found: Any) -> None:
-    """The figures for a program."""
+    """Print the figures as JSON."""
     print(json.dumps(found, indent=1))

@@ -1,7 +1,7 @@
-"""How long one decision takes, in AEROS and in other engines on the same policy: `python -m benchmarks.gate`.
+"""Measure the time of one decision, in AEROS and in other engines: `python -m benchmarks.gate`.
 
 All engines decide the same requests in one process, in turns, and must agree on every one of them.
-Then an allowed request is corrupted in twelve ways, and what each engine still allows is counted.
+Then an allowed request is corrupted in twelve ways, and the benchmark counts what each engine still allows.
 Engines that are not installed are left out: `pip install 'aeros[benchmark]'`.
 """
 
@@ -55,7 +55,7 @@ CORRUPTED: tuple[tuple[str, Any], ...] = (
 
 
 def _aeros(gate: CompiledGate) -> Callable[[BenchmarkRequest], Call]:
-    """What a runtime does for each action, with the request as a runtime has it: made before it is timed."""
+    """Return the call that a runtime makes for each action; the request is prepared before it is timed."""
 
     def prepared(asked: BenchmarkRequest) -> Call:
         values = dict(asked.attributes)
@@ -77,7 +77,7 @@ def _engine_call(decide: Callable[[Mapping[str, Any]], bool]) -> Callable[[Bench
 
 
 def engines(folder: Path) -> tuple[dict[str, Callable[[BenchmarkRequest], Call]], list[str]]:
-    """Every engine that is installed, by name, and the names of those that are not."""
+    """List every installed engine by name, and the names of those that are not installed."""
     proved = configuration(folder)
     found = {
         "by hand, naive": _engine_call(naive_policy),
@@ -95,7 +95,7 @@ def engines(folder: Path) -> tuple[dict[str, Callable[[BenchmarkRequest], Call]]
 
 
 def measure(calls: Mapping[str, Sequence[Call]], rounds: int) -> dict[str, list[float]]:
-    """For each engine, the best time of each call in µs, over rounds that the engines take in turns."""
+    """Measure the best time of each call of each engine, µs, over rounds that the engines take in turns."""
     clock = time.perf_counter
     empty = min(_time_call(clock, lambda: True) for _ in range(1000))
     best = {name: [float("inf")] * len(made) for name, made in calls.items()}
@@ -115,7 +115,7 @@ def _time_call(clock: Callable[[], float], call: Call) -> float:
 
 
 def count_fail_open(prepare: Callable[[BenchmarkRequest], Call], allowed: BenchmarkRequest) -> list[str]:
-    """The corrupted fields with which the request is still allowed."""
+    """List the corrupted fields with which the request is still allowed."""
     found = []
     for field, value in CORRUPTED:
         corrupted = replace(allowed, attributes={**allowed.attributes, field: value})
@@ -136,7 +136,7 @@ def _allows(prepare: Callable[[BenchmarkRequest], Call], asked: BenchmarkRequest
 
 
 def run(count: int, rounds: int) -> dict[str, Any]:
-    """The whole measurement."""
+    """Run the whole measurement."""
     with tempfile.TemporaryDirectory() as folder:
         found, absent = engines(Path(folder))
     asked = requests(count)

@@ -1,8 +1,8 @@
 """One robot policy, and requests under it: for AEROS as files, for the other engines as attributes.
 
-Operator block, allowed skills, risk, actuators, slow beside a person, a box for the target, a limit on
-force.  For AEROS the first four are declarations of a proved module; the others are given what they say.
-Bounds are exact as doubles, so every engine can be right about every request.
+The policy: operator block, allowed skills, risk, actuators, a slower speed near a person, a box for the
+target, a limit on force.  For AEROS the first four are declarations of a proved module; the other engines
+receive them as attributes.  Bounds are exact as doubles, so every engine can be right about every request.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ dependencies: {{aeros: ">=0.1"}}
 
 
 def configuration(folder: Path) -> Configuration:
-    """The policy and the module, written into `folder` and proved."""
+    """Write the policy and the module into `folder`, and prove them."""
     site, module = folder / "site.yaml", folder / "surfaces"
     module.mkdir()
     site.write_text(_site(), encoding="utf-8")
@@ -116,14 +116,14 @@ def configuration(folder: Path) -> Configuration:
 
 @dataclass(frozen=True)
 class BenchmarkRequest:
-    """One request; `attributes` is all of it, for engines without declarations."""
+    """A request; `attributes` is all of it, for engines without declarations."""
 
     kind: str
     attributes: Mapping[str, Any]
 
 
 def requests(count: int) -> list[BenchmarkRequest]:
-    """About four in ten are allowed; each rule alone is what denies some of the others."""
+    """Draw requests: about four in ten are allowed; for each rule some are denied by it alone."""
     chance = random.Random(1)  # noqa: S311 - repeats, and guards nothing
     return [_request(chance) for _ in range(count)]
 
@@ -155,7 +155,7 @@ def _request(chance: random.Random) -> BenchmarkRequest:
 
 
 def naive_policy(asked: Mapping[str, Any]) -> bool:
-    """The policy as one expression that takes every value for what it should be."""
+    """Decide by the policy as one expression, which trusts that every value has the right type."""
     return (
         asked["skill"] not in BLOCKED_SKILLS
         and asked["skill"] in ALLOWED_SKILLS
@@ -174,7 +174,7 @@ _NAMES = frozenset({*_NUMBERS, "skill", "risk", "actuators", "human"})
 
 
 def checked_policy(asked: Any) -> bool:
-    """The policy with every value checked first: exact types, finite, in range, none missing or unknown."""
+    """Decide after checking every value: exact types, finite, in range, none missing or unknown."""
     if type(asked) is not dict or asked.keys() != _NAMES:
         return False
     for name, (least, most) in _NUMBERS.items():

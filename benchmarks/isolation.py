@@ -1,4 +1,4 @@
-"""What isolation costs: `python -m benchmarks.isolation` prints medians."""
+"""Measure the cost of isolation: `python -m benchmarks.isolation` prints medians."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OBSERVED = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding":
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure, and print medians."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--invocations", type=int, default=30, help="how many are timed (default: 30)")
     invocations = parser.parse_args().invocations

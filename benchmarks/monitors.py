@@ -1,12 +1,12 @@
-"""How long a past-time condition takes a sample: `python -m benchmarks.monitors`.
+"""Measure the time of a past-time condition for each sample: `python -m benchmarks.monitors`.
 
-Beside reelay and rtamt.
+Compares AEROS with reelay and rtamt.
 
 One stream of a real x, a sample each second; `historically` and `once` over windows of 10 to 5,000 s of
-`x < 1`.  AEROS takes what its executor takes, readings with times, and checks their form and age; reelay a
-dictionary.  What each takes is made before it is timed, as a plant makes it, and that is timed by itself.
-Monitors agree on every sample.  Then NaN, or nothing, comes in place of a sample, and what each says
-is shown.  Monitors that are not installed are left out: `pip install 'aeros[benchmark]'`.
+`x < 1`.  AEROS gets what its executor gives it, readings with times, and checks their form and age; reelay
+gets a dictionary.  The input of each is made before it is timed, as a plant makes it, and that is timed by
+itself.  Monitors agree on every sample.  Then NaN, or nothing, comes in place of a sample, and the output of
+each is shown.  Monitors that are not installed are left out: `pip install 'aeros[benchmark]'`.
 """
 
 from __future__ import annotations
@@ -56,8 +56,9 @@ Sample = float | None
 class Monitor:
     """One engine's monitor of one condition.
 
-    taken: what it takes for the sample of that number, from 1 on.
-    update: takes the next, says `true`, `false` or `unknown`, or how it failed.
+    Attributes:
+        prepare_sample: makes the engine's input from the number of a sample, from 1 on, and its value.
+        update: reads the next input; returns `true`, `false` or `unknown`, or how it failed.
     """
 
     prepare_sample: Callable[[int, Sample], Any]
@@ -65,7 +66,7 @@ class Monitor:
 
 
 def aeros(operator: str, window: int) -> Monitor:
-    """The histories of a site with this rule."""
+    """Build the histories of a site with this rule."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "site.yaml"
         path.write_text(_SITE.format(operator=operator, window=window), encoding="utf-8")
@@ -78,7 +79,7 @@ def aeros(operator: str, window: int) -> Monitor:
     # Every rule is kept as what happened once: `historically c` is `not once not c`.
     is_negated = operator == "historically"
 
-    def taken(number: int, sample: Sample) -> tuple[Readings, float]:
+    def prepare_sample(number: int, sample: Sample) -> tuple[Readings, float]:
         now = float(number)
         return {} if sample is None else {"x": Reading(sample, now)}, now
 
@@ -88,46 +89,46 @@ def aeros(operator: str, window: int) -> Monitor:
             return "unknown"
         return "true" if known[name] is not is_negated else "false"
 
-    return Monitor(taken, update)
+    return Monitor(prepare_sample, update)
 
 
 def reelay(operator: str, window: int) -> Monitor:
-    """Its monitor in discrete time, without leaving out repeated results."""
+    """Build reelay's monitor in discrete time, with repeated results kept."""
     monitor = import_module("reelay").discrete_timed_monitor(
         pattern=f"{operator}[0:{window}]{{x < 1.0}}", condense=False
     )
 
-    def taken(_: int, sample: Sample) -> dict[str, float]:
+    def prepare_sample(_: int, sample: Sample) -> dict[str, float]:
         return {} if sample is None else {"x": sample}
 
     def update(given: dict[str, float]) -> str:
         result = monitor.update(given)
         return "true" if result["value"] else "false"
 
-    return Monitor(taken, update)
+    return Monitor(prepare_sample, update)
 
 
 def rtamt(operator: str, window: int) -> Monitor:
-    """Its online monitor in discrete time; robustness above zero is true."""
+    """Build rtamt's online monitor in discrete time; robustness above zero is true."""
     monitor = import_module("rtamt").StlDiscreteTimeSpecification()
     monitor.declare_var("x", "float")
     monitor.spec = f"{operator}[0,{window}](x < 1.0)"
     monitor.parse()
 
-    def taken(number: int, sample: Sample) -> tuple[int, list[tuple[str, float]]]:
+    def prepare_sample(number: int, sample: Sample) -> tuple[int, list[tuple[str, float]]]:
         return number - 1, [] if sample is None else [("x", sample)]
 
     def update(given: tuple[int, list[tuple[str, float]]]) -> str:
         return "true" if monitor.update(*given) > 0 else "false"
 
-    return Monitor(taken, update)
+    return Monitor(prepare_sample, update)
 
 
 MONITORS: Mapping[str, Callable[[str, int], Monitor]] = {"AEROS": aeros, "reelay": reelay, "rtamt": rtamt}
 
 
 def sample_stream(count: int, window: int) -> list[float]:
-    """Alternately a stretch without and one with what changes the result, each about a window long."""
+    """Generate samples: long stretches of one value, with up to three samples of the other between them."""
     chance = random.Random(1)  # noqa: S311 - repeats, and guards nothing
     found: list[float] = []
     while len(found) < count:
@@ -138,9 +139,12 @@ def sample_stream(count: int, window: int) -> list[float]:
 
 
 class MonitorTiming(NamedTuple):
-    """What a monitor said at each sample, and the mean time of one in µs.
+    """Output of a monitor at each sample, and the mean time of a sample, µs.
 
-    taking: the time to make what it takes of a sample, which is no part of `us`.
+    Attributes:
+        outputs: one for each sample.
+        us: time of an update.
+        preparation_us: time to make the engine's input of a sample, not part of `us`.
     """
 
     outputs: list[str]
@@ -149,22 +153,24 @@ class MonitorTiming(NamedTuple):
 
 
 def measure(monitor: Monitor, samples: Sequence[float]) -> MonitorTiming:
-    """One pass over the samples, in processor time, and without collecting garbage, as `timeit` does."""
-    clock, update, taken = time.process_time, monitor.update, monitor.prepare_sample
+    """Measure one pass over the samples: processor time, without garbage collection, as `timeit` does."""
+    clock, update, prepare_sample = time.process_time, monitor.update, monitor.prepare_sample
     gc.disable()
     try:
-        begun = clock()
-        inputs = [taken(number, sample) for number, sample in enumerate(samples, 1)]
+        preparation_start = clock()
+        inputs = [prepare_sample(number, sample) for number, sample in enumerate(samples, 1)]
         started = clock()
-        said = [update(one) for one in inputs]
+        outputs = [update(one) for one in inputs]
         ended = clock()
     finally:
         gc.enable()
-    return MonitorTiming(said, (ended - started) / len(samples) * 1e6, (started - begun) / len(samples) * 1e6)
+    return MonitorTiming(
+        outputs, (ended - started) / len(samples) * 1e6, (started - preparation_start) / len(samples) * 1e6
+    )
 
 
 def windows(sizes: Sequence[int], count: int, rounds: int, absent: Sequence[str]) -> list[dict[str, Any]]:
-    """For each operator and window the median over rounds; all monitors agree on every sample."""
+    """Measure the median over rounds for each operator and window; all monitors agree on every sample."""
     rows: list[dict[str, Any]] = []
     for operator in _OPERATORS:
         for window in sizes:
@@ -189,7 +195,7 @@ def windows(sizes: Sequence[int], count: int, rounds: int, absent: Sequence[str]
 
 
 def after_corruption(absent: Sequence[str]) -> dict[str, dict[str, str]]:
-    """What `historically` says of a good sample, then of NaN, or of nothing, in place of the next."""
+    """Return the output of `historically` for a good sample, then for NaN or nothing in place of the next."""
     found: dict[str, dict[str, str]] = {}
     for name, make in MONITORS.items():
         if name in absent:
@@ -227,8 +233,8 @@ def main() -> None:
         cells = " | ".join(f"{row['us'][name]:.2f} + {row['taking'][name]:.2f}" for name in names)
         print(f"| `{row['operator']}[0:{row['window']}]` | {cells} |")
     print("\n`historically` after a true sample:")
-    for name, said in corrupted.items():
-        print(f"- {name}: NaN: {said['nan']}; nothing: {said['missing']}")
+    for name, outputs in corrupted.items():
+        print(f"- {name}: NaN: {outputs['nan']}; nothing: {outputs['missing']}")
     for name in absent:
         print(f"\nskipped: {name} is not installed")
 

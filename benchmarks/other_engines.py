@@ -16,7 +16,7 @@ def _listed(names: tuple[str, ...]) -> str:
 
 
 def cel() -> Decide:
-    """Google's CEL in C++, type-checked and compiled once."""
+    """Build Google's CEL in C++, type-checked and compiled once."""
     engine = import_module("cel_expr_python.cel")
     kinds = {"skill": engine.Type.STRING, "risk": engine.Type.STRING, "human": engine.Type.BOOL}
     kinds["actuators"] = engine.Type.List(engine.Type.STRING)
@@ -34,7 +34,7 @@ def cel() -> Decide:
 
 
 def cedar() -> Decide:
-    """Cedar with the policy parsed once.  It has no doubles: numbers are given as whole nanounits."""
+    """Build Cedar with the policy parsed once.  It has no doubles: numbers are whole nanounits."""
     engine = import_module("cedarpy")
     scale = 10**9
     box = " && ".join(
@@ -62,7 +62,7 @@ def cedar() -> Decide:
 
 
 def casbin() -> Decide:
-    """Casbin with the policy as its matcher."""
+    """Build Casbin with the policy as its matcher."""
     engine = import_module("casbin")
     box = " && ".join(
         f"r.sub.{name} >= {low!r} && r.sub.{name} <= {high!r}"
@@ -93,7 +93,7 @@ def casbin() -> Decide:
 
 
 def rego() -> Decide:
-    """Rego in rego-cpp, the module added once."""
+    """Build Rego in rego-cpp, with the module added once."""
     engine = import_module("regopy").Interpreter()
     box = "\n".join(
         f"  input.{name} >= {low!r}\n  input.{name} <= {high!r}"

@@ -1,23 +1,23 @@
-"""What deciding costs beside physics, and where the time of a trial goes: `python -m benchmarks.plant`.
+"""Measure the cost of deciding and of physics, and the parts of a trial: `python -m benchmarks.plant`.
 
-Each task is run on the physics plant from its beginning to its measured goal: agent with its memory, gate,
+Each task runs on the physics plant from its beginning to its measured goal: agent with its memory, gate,
 monitor and audit record as in `aeros run`, without a film.  Modules are proved and the gate is compiled
-once; skills run in this process, as of modules that the site trusts (`benchmarks.isolation` tells what a
-worker costs).  Three times are told, in turn, of the very same motions:
+once; skills run in this process, as for modules that the site trusts (`benchmarks.isolation` measures the
+cost of a worker).  Three times are measured, in turn, of the very same motions:
 
 - raw: PyBullet alone steps a world of the same scene, its motors set as they were in the run;
-- plant: a plant is asked for the same actions by nobody in particular: planning, motors, sensors;
+- plant: a plant receives the same actions without an agent or gate: planning, motors, sensors;
 - run: the whole, so that what it takes beyond `plant` is gate, monitor of limits, audit, memory and agent;
 
-and what it takes beyond `plant` that the distance of a person is measured at every tick.  At the end all
-things must be in the same places, to the last bit.
+and the time beyond `plant` for measuring the distance of a person at every tick.  At the end all things must
+be in the same places, to the last bit.
 
-Then the same trials on one process, and on each of two at the same time, by the clock: this alone needs a
-machine that does nothing else.  As a peer, PyBullet alone does the same: it steps the motions of one such
-trial as often, again on one process and on each of two.  What it loses the machine takes; only what trials
-lose beyond it is AEROS's.
+Then the same trials run on one process, and on each of two at the same time, by the clock: this alone needs a
+machine that does nothing else.  For comparison PyBullet alone does the same: it steps the motions of one such
+trial as often, again on one process and on each of two.  The machine causes what PyBullet loses; AEROS causes
+only what trials lose beyond it.
 
-Processor time is counted, as other work on the machine does not add to it, or not much.
+Processor time is measured, as other work on the machine adds little or nothing to it.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ _PARTS: Final[tuple[Part, ...]] = (
 
 
 class SharedSetup(NamedTuple):
-    """What runs have in common."""
+    """Configuration and gate that all runs share."""
 
     configuration: Configuration
     gate: CompiledGate
@@ -106,7 +106,7 @@ class SharedSetup(NamedTuple):
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """A run: what was asked of its plant, which motors that set, and where everything was at its end."""
+    """A recorded run: calls to its plant, motor commands, and where everything was at its end."""
 
     calls: list[Call]
     tape: MotorTape
@@ -115,12 +115,22 @@ class RecordedRun:
 
 @dataclass(frozen=True)
 class TaskTimings:
-    """Of one task, processor seconds where nothing else is said.
+    """Timings of one task, processor seconds unless stated otherwise.
 
-    simulated: seconds on the plant's clock; ticks: steps of the world.
-    building: the world, which is then at rest.
-    same: whether all three ended with everything in the same places.
-    overhead, distances: shares of `raw_physics_s` that deciding, and measuring a person's distance, take.
+    Attributes:
+        task: name of the task.
+        reached: whether it reached its goal.
+        simulated: seconds on the plant's clock.
+        ticks: steps of the world.
+        build_s: building the world, which is then at rest.
+        raw_physics_s: PyBullet alone.
+        plant_s: the plant with the same actions.
+        run_s: the whole run.
+        with_person: the plant, measuring the distance of a person at every tick.
+        is_reproduced: whether all three ended with everything in the same places.
+        overhead: share of `raw_physics_s` that deciding takes.
+        distances: share of `raw_physics_s` that measuring a person's distance takes.
+        parts: seconds by part of the run.
     """
 
     task: str
@@ -139,7 +149,7 @@ class TaskTimings:
 
 
 def prepare() -> SharedSetup:
-    """All modules of this repository, proved, and their gate, compiled."""
+    """Prove all modules of this repository, and compile their gate."""
     configuration, _ = prove_configuration(
         [Path(__file__).parents[1] / "ecms"], reference_site_path(), certified=True
     )
@@ -147,7 +157,7 @@ def prepare() -> SharedSetup:
 
 
 def build(common: SharedSetup, task: str, seed: int, people: tuple[Person, ...] = ()) -> PhysicsPlant:
-    """A plant with the scene of the task."""
+    """Build a plant with the scene of the task."""
     scene = common.configuration.modules[task].tasks[task].scene
     if scene is None:
         sys.exit(f"the task `{task}` has no scene")
@@ -158,7 +168,7 @@ def build(common: SharedSetup, task: str, seed: int, people: tuple[Person, ...] 
 def open_built_plant(
     common: SharedSetup, task: str, seed: int, people: tuple[Person, ...] = ()
 ) -> Iterator[PhysicsPlant]:
-    """A plant with the scene of the task, closed again."""
+    """Build a plant with the scene of the task, and close it afterwards."""
     plant = build(common, task, seed, people)
     try:
         yield plant
@@ -167,7 +177,7 @@ def open_built_plant(
 
 
 def run(common: SharedSetup, plant: Plant, task: str, folder: Path) -> tuple[bool, float]:
-    """Whether the goal is measured in the end, and the processor seconds it took from the first look on."""
+    """Run the task; return whether its goal is measured at the end, and processor seconds."""
     configuration = common.configuration
     with ExitStack() as stack:
         audit = AuditLog(folder / "audit.jsonl", durability=configuration.site.durability)
@@ -181,7 +191,7 @@ def run(common: SharedSetup, plant: Plant, task: str, folder: Path) -> tuple[boo
 
 
 def record_run(common: SharedSetup, task: str, seed: int, folder: Path) -> RecordedRun:
-    """Run once, and note everything."""
+    """Run once, and record calls, motor commands and the end."""
     with open_built_plant(common, task, seed) as plant, record_motor_commands() as tape:
         noting = RecordingPlant(plant)
         run(common, noting, task, folder)
@@ -189,7 +199,7 @@ def record_run(common: SharedSetup, task: str, seed: int, folder: Path) -> Recor
 
 
 def measure(common: SharedSetup, task: str, seed: int, rounds: int, parent: Path) -> TaskTimings:
-    """The three ways in turn, some times, and the medians."""
+    """Measure the three ways in turn, several times, and return the medians."""
     times: dict[str, list[float]] = {name: [] for name in ("building", "raw", "plant", "run", "person")}
     same = True
     reached = False
@@ -256,7 +266,7 @@ def _prepare(start: Barrier) -> None:
 
 
 def _trials(common: SharedSetup, task: str, parent: Path) -> Callable[[int], object]:
-    """Makes the trial of a seed."""
+    """Return a function that runs the trial of a seed."""
 
     def trial(seed: int) -> object:
         with open_built_plant(common, task, seed) as plant, _folder(parent) as folder:
@@ -266,7 +276,7 @@ def _trials(common: SharedSetup, task: str, parent: Path) -> Callable[[int], obj
 
 
 def _steps(common: SharedSetup, task: str, parent: Path) -> Callable[[int], object]:
-    """Builds a world and steps it by PyBullet alone, always with the motor commands of one trial."""
+    """Return a function that steps a new world by PyBullet alone, with the motor commands of one trial."""
     with _folder(parent) as folder:
         tape = record_run(common, task, 1, folder).tape
 
@@ -278,9 +288,9 @@ def _steps(common: SharedSetup, task: str, parent: Path) -> Callable[[int], obje
 
 
 def _make(work: WorkFactory, task: str, trials: int, parent: Path) -> tuple[float, float]:
-    """Seconds by the clock, and of this processor, of so much work in a process that is prepared.
+    """Measure seconds by the clock, and of this processor, of some work in a process that is prepared.
 
-    It begins once all processes are as far, so that each makes it once and none waits for another.
+    It begins once all processes are prepared, so that each does it once and none waits for another.
     """
     if _common is None:
         sys.exit("the process is not prepared")
@@ -295,7 +305,7 @@ def _make(work: WorkFactory, task: str, trials: int, parent: Path) -> tuple[floa
 
 
 def parallel_times(work: WorkFactory, task: str, trials: int, workers: int, parent: Path) -> dict[str, float]:
-    """Seconds that so much work takes on each of so many processes at the same time, the same on each.
+    """Measure seconds of the same work on each of several processes at the same time.
 
     By the clock, of the slowest process; and of processors, of all.
     """
@@ -336,7 +346,7 @@ def _print_spread(what: str, measured: dict[str, Any]) -> None:
 
 
 def main(argv: list[str]) -> None:
-    """Measure, and print what came of it."""
+    """Measure, and print the results."""
     parser = build_parser(__doc__, "one short task, once")
     parser.add_argument("--tasks", nargs="+", choices=_TASKS, default=list(_TASKS))
     parser.add_argument("--seed", type=int, default=3)

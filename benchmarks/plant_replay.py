@@ -1,4 +1,4 @@
-"""Runs of a plant noted, and made again with less: its calls without who decides, its motors without it."""
+"""Recorder of runs of a plant, and replays: its calls without agent and gate, its motors without a plant."""
 
 from __future__ import annotations
 
@@ -28,63 +28,63 @@ _CHANGES: Final = (
 
 
 class RecordingPlant:
-    """A plant that notes what is asked of it, and leaves it to another."""
+    """Plant that records the calls to it, and passes them on to another."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
         self.calls: list[Call] = []
 
     def now(self) -> float:
-        """See `Plant`."""
+        """Implements `Plant.now`."""
         return self._plant.now()
 
     def observe(self) -> Readings:
-        """See `Plant`."""
+        """Implements `Plant.observe`."""
         self.calls.append(("observe", ()))
         return self._plant.observe()
 
     def plan(self, action: Action) -> PlannedMotion:
-        """See `Plant`."""
+        """Implements `Plant.plan`."""
         self.calls.append(("plan", (action,)))
         return self._plant.plan(action)
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """See `Plant`."""
+        """Implements `Plant.begin`."""
         self.calls.append(("begin", (action,)))
         return self._plant.begin(action, decided)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """See `Plant`."""
+        """Implements `Plant.advance`."""
         self.calls.append(("advance", (until,)))
         return self._plant.advance(monitor, until)
 
     def halt(self, motion: MotionHandle) -> None:
-        """See `Plant`."""
+        """Implements `Plant.halt`."""
         self.calls.append(("halt", (motion,)))
         self._plant.halt(motion)
 
     def stop(self) -> None:
-        """See `Plant`."""
+        """Implements `Plant.stop`."""
         self.calls.append(("stop", ()))
         self._plant.stop()
 
     def skill_began(self, skill: str) -> None:
-        """See `Plant`."""
+        """Implements `Plant.skill_began`."""
         self.calls.append(("skill_began", (skill,)))
         self._plant.skill_began(skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """See `Plant`."""
+        """Implements `Plant.skill_ended`."""
         self.calls.append(("skill_ended", (skill, finished)))
         self._plant.skill_ended(skill, finished=finished)
 
     def close(self) -> None:
-        """See `Plant`."""
+        """Implements `Plant.close`."""
         self._plant.close()
 
 
 def replay_calls(plant: Plant, calls: list[Call]) -> float:
-    """Ask the same of `plant`, with nobody who decides; the processor seconds it took."""
+    """Make the same calls to `plant`, without agent and gate; return the processor seconds it took."""
     planned: PlannedMotion | None = None
     planned_of: Action | None = None
     began = time.process_time()
@@ -105,12 +105,12 @@ def replay_calls(plant: Plant, calls: list[Call]) -> float:
 
 
 def _no_monitor(now: float, measured: Mapping[str, Any]) -> None:
-    """A monitor that minds nothing."""
+    """Monitor that never names a rule."""
 
 
 @contextmanager
 def record_motor_commands() -> Iterator[MotorTape]:
-    """Note what changes PyBullet's worlds while the block runs, which is to have but one."""
+    """Record what changes PyBullet's worlds while the block runs; there must be only one."""
     tape: MotorTape = [[]]
     kept = {name: getattr(bullet, name) for name in (*_CHANGES, "stepSimulation")}
 
@@ -136,7 +136,7 @@ def record_motor_commands() -> Iterator[MotorTape]:
 
 
 def replay_motor_commands(tape: MotorTape, plant: PhysicsPlant) -> float:
-    """Set the same motors in the world of `plant`, which nothing else uses; the processor seconds it took."""
+    """Set the same motors in the world of `plant`, which nothing else uses; return processor seconds."""
     client = physics_client(plant)
     ready = [
         [
@@ -159,7 +159,7 @@ def replay_motor_commands(tape: MotorTape, plant: PhysicsPlant) -> float:
 
 
 def body_states(plant: PhysicsPlant) -> list[Any]:
-    """Where everything is in the world of `plant`, to the last bit."""
+    """Return where everything is in the world of `plant`, to the last bit."""
     client = physics_client(plant)
     found: list[Any] = []
     for body in range(bullet.getNumBodies(physicsClientId=client)):
@@ -170,5 +170,5 @@ def body_states(plant: PhysicsPlant) -> list[Any]:
 
 
 def physics_client(plant: PhysicsPlant) -> int:
-    """PyBullet's number of the world of `plant`."""
+    """Return PyBullet's number of the world of `plant`."""
     return plant._world.client

@@ -1,4 +1,4 @@
-"""Processor time told apart: how much each part of a run takes, without the parts that it calls."""
+"""Profiler of processor time: how much each part of a run takes, without the parts that it calls."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Part = tuple[str, Any, tuple[str, ...]]
 
 
 class TimeShares:
-    """Processor seconds spent in each part, and in nothing that it calls of another.
+    """Processor seconds spent in each part, without the parts that it calls.
 
-    rest: the name of what is no part.
+    rest: name of the time that is in no part.
     """
 
     def __init__(self, rest: str) -> None:
@@ -34,7 +34,7 @@ class TimeShares:
             self._inside.append(part)
 
     def wrap(self, part: str, method: Callable[..., Any]) -> Callable[..., Any]:
-        """`method`, its time counted for `part`."""
+        """Wrap `method` so that its time counts for `part`."""
 
         def call(*arguments: Any, **named: Any) -> Any:
             self._switch_to(part)
@@ -48,7 +48,7 @@ class TimeShares:
 
 @contextmanager
 def measure_shares(parts: Sequence[Part], rest: str) -> Iterator[TimeShares]:
-    """Count the time of each part while the block runs; reading the clock so often takes some, too."""
+    """Count the time of each part while the block runs; reading the clock so often takes time, too."""
     shares = TimeShares(rest)
     kept = [(owner, name, owner.__dict__[name]) for _, owner, names in parts for name in names]
     for part, owner, names in parts:

@@ -1,9 +1,9 @@
-"""How often a task reaches its goal from random starts: `python -m benchmarks.starts "make dumplings"`.
+"""Count how often a task reaches its goal from random starts: `python -m benchmarks.starts "make dumplings"`.
 
-Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant says
-otherwise, without film; seeds are 0, 1, and so on from --first, and each lays out another start (which,
-docs/starts.md says).  With --faults or --person things go wrong or somebody walks about.  What the run
-itself measured, decided and recorded is counted; processor time is of the whole process, its start included.
+Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant names
+another, without film; seeds are 0, 1, and so on from --first, and each gives another start (docs/starts.md).
+With --faults or --person things go wrong or a person walks about.  The figures count what the run itself
+measured, decided and recorded; processor time is of the whole process, its start included.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NORMAL_95: Final = 1.959964
 
 
 def wilson(reached: int, runs: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of the chance that was met with `reached` times in `runs`."""
+    """Compute Wilson's 95 % interval of the probability of success."""
     share, z2 = reached / runs, _NORMAL_95**2
     middle = (share + z2 / (2 * runs)) / (1 + z2 / runs)
     half = _NORMAL_95 / (1 + z2 / runs) * sqrt(share * (1 - share) / runs + z2 / (4 * runs * runs))
@@ -38,19 +38,19 @@ def wilson(reached: int, runs: int) -> tuple[float, float]:
 
 
 def run_once(instruction: str, options: Sequence[str], seed: int) -> dict[str, Any]:
-    """What came of one run."""
+    """Run once, and return the figures of the run."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
         where = ("--out", str(out), "--state", str(Path(folder) / "state"))
         command = [sys.executable, "-m", "aeros", "run", instruction, "--seed", str(seed), *options, *where]
         began = time.perf_counter()
-        with (Path(folder) / "said").open("w+", encoding="utf-8") as said:
-            process = subprocess.Popen(command, cwd=_ROOT, stdout=said, stderr=said)
+        with (Path(folder) / "said").open("w+", encoding="utf-8") as output:
+            process = subprocess.Popen(command, cwd=_ROOT, stdout=output, stderr=output)
             _, status, used = os.wait4(process.pid, 0)
             process.returncode = os.waitstatus_to_exitcode(status)
             real = time.perf_counter() - began
-            said.seek(0)
-            words = said.read()
+            output.seek(0)
+            words = output.read()
         processor = {"seed": seed, "processor_s": used.ru_utime + used.ru_stime, "real_s": real}
         trace = _lines(out / "trace.jsonl")
         if not trace:
@@ -59,7 +59,7 @@ def run_once(instruction: str, options: Sequence[str], seed: int) -> dict[str, A
 
 
 def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], words: str) -> dict[str, Any]:
-    """The figures of one run from its trace and its audit log.
+    """Read the figures of one run from its trace and its audit log.
 
     stops: steps that the monitor ended.  faults: that began.  way: each step that ended, and how.
     words: what the run printed, whose end is the reason where it broke off.
@@ -86,14 +86,14 @@ def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], w
 
 
 def _lines(path: Path) -> list[dict[str, Any]]:
-    """The records of a log; none where it is missing."""
+    """Read the records of a log; none where it is missing."""
     return (
         [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()] if path.exists() else []
     )
 
 
 def format_run(run: dict[str, Any]) -> str:
-    """One run in a line, or in a few where it failed."""
+    """Format one run as a line, or as several where it failed."""
     counts = ", ".join(
         f"{run[name]} {name}" for name in ("steps", "replans", "denied", "stops", "faults") if run[name]
     )
@@ -105,7 +105,7 @@ def format_run(run: dict[str, Any]) -> str:
 
 
 def summarize(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What all runs come to."""
+    """Sum up all runs."""
     reached = sum(run["reached"] for run in runs)
     found: dict[str, Any] = {
         "runs": len(runs),
@@ -121,7 +121,7 @@ def summarize(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def format_summary(found: dict[str, Any]) -> str:
-    """What all runs come to, in words."""
+    """Format the sum of all runs in words."""
     low, high = (100 * end for end in found["wilson_95"])
     runs = found["runs"]
     return (
@@ -136,7 +136,7 @@ def format_summary(found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Run, print what comes of each as it ends, and what they come to."""
+    """Run, print each result as its run ends, and their sum."""
     parser = build_parser(__doc__, quick="one run")
     parser.add_argument("instruction", nargs="?", default="make dumplings")
     parser.add_argument("--runs", type=int, default=100)

@@ -1,7 +1,7 @@
-"""Kills agents, workers and watchdogs at random instants: `python -m benchmarks.survival --trials 200`.
+"""Kill agents, workers and watchdogs at random instants: `python -m benchmarks.survival --trials 200`.
 
-What a trial is, and what is checked, aeros/experiments/trials/kills.py says; `aeros experiment 12` tries each
-victim by itself.
+`aeros/experiments/trials/kills.py` describes a trial and its checks; `aeros experiment 12` tries each victim
+by itself.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _INPUT_PATHS: Final = InputPaths(str(Path(__file__).parents[1] / "ecms"))
 
 
 def main() -> None:
-    """Run the trials and say what came of them."""
+    """Run the trials and print their results."""
     parser = build_parser(__doc__, "two trials")
     parser.add_argument("--trials", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="the first seed")
@@ -34,10 +34,10 @@ def main() -> None:
     for seed in range(arguments.first, arguments.first + trials):
         each.append(trial_of(seed, arguments.plant, known, lasting, _INPUT_PATHS))
         if arguments.format == "text":
-            told = each[-1].violations or (
+            result = each[-1].violations or (
                 "goal reached" if each[-1].reached else f"goal not reached: {each[-1].failure_reason}"
             )
-            print(f"seed {seed}: {', '.join(each[-1].kills) or 'nobody'} killed; {told}", flush=True)
+            print(f"seed {seed}: {', '.join(each[-1].kills) or 'nobody'} killed; {result}", flush=True)
     kills = Counter(victim for one in each for victim in one.kills)
     found = {
         "plant": arguments.plant,

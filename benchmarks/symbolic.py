@@ -1,11 +1,11 @@
-"""How long task runs on the symbolic plant take: `python -m benchmarks.symbolic`.
+"""Measure the time of task runs on the symbolic plant: `python -m benchmarks.symbolic`.
 
 Each run is `make dumplings` from its beginning to its measured goal: agent with its memory, gate, monitor and
 audit record as in `aeros run`, in one process; modules are proved and the gate is compiled once.  Skills run
-in this process, as of modules that the site trusts.  Records are made durable many at a time
-(`durability: batched`), agent and log are kept where --folder says: in memory, unless it says otherwise.
+in this process, as for modules that the site trusts.  Records are made durable many at a time
+(`durability: batched`); agent and log are kept where --folder says, by default in memory.
 
-Processor time is counted, as other work on the machine does not add to it, and for each part without the
+Processor time is measured, as other work on the machine adds little to it, and for each part without the
 parts that it calls.  Then as many runs again on each of --workers processes, by the clock, once all are
 prepared: this alone needs a machine that does nothing else.
 """
@@ -56,7 +56,7 @@ _PARTS: Final[tuple[Part, ...]] = (
 
 
 class RunTimings(NamedTuple):
-    """Some runs: how many reached their goal, their steps and records, and seconds of processor and clock."""
+    """Timings of several runs: goals reached, steps, records, seconds of processor and clock."""
 
     reached: int
     steps: int
@@ -68,7 +68,7 @@ class RunTimings(NamedTuple):
 def run_tasks(
     configuration: Configuration, gate: CompiledGate, runs: int, folder: Path
 ) -> tuple[int, int, int]:
-    """Runs that reached their goal, steps, and records; seeds are 0, 1, and so on."""
+    """Run tasks with seeds 0, 1, and so on; return the runs that reached their goal, steps, and records."""
     initial = to_doubles(configuration.modules[_TASK].tasks[_TASK].initial)
     rested = SymbolicPlant(configuration.site, configuration.modules, 0, initial)
     open_run = CachedRunFactory()
@@ -87,7 +87,7 @@ def run_tasks(
 
 
 def measure(configuration: Configuration, gate: CompiledGate, runs: int, parent: Path) -> RunTimings:
-    """So many runs, and what they took."""
+    """Measure several runs."""
     with tempfile.TemporaryDirectory(dir=parent) as folder:
         began, began_cpu = time.perf_counter(), time.process_time()
         found = run_tasks(configuration, gate, runs, Path(folder))
@@ -95,7 +95,7 @@ def measure(configuration: Configuration, gate: CompiledGate, runs: int, parent:
 
 
 def prepare(runs: int, parent: Path) -> tuple[Configuration, CompiledGate]:
-    """Modules proved, a gate compiled, and all done once that is done at first use."""
+    """Prove the modules, compile a gate, and do once all that is done at first use."""
     configuration, _ = prove_configuration(
         [Path(__file__).parents[1] / "ecms"], reference_site_path(), certified=True
     )
@@ -115,7 +115,7 @@ def _wait_for(ready: Barrier) -> None:
 
 
 def _run_share(runs: int, parent: Path) -> float:
-    """Seconds by the clock that so many runs take in this process, from when all processes are ready."""
+    """Measure the seconds by the clock of several runs in this process, from when all processes are ready."""
     if _ready is None:
         sys.exit("the process is not prepared")
     configuration, gate = prepare(runs, parent)
@@ -124,14 +124,14 @@ def _run_share(runs: int, parent: Path) -> float:
 
 
 def parallel_times(runs: int, workers: int, parent: Path) -> float:
-    """Seconds by the clock, of the slowest process, that so many runs take on each of so many."""
+    """Measure seconds by the clock, of the slowest process, of as many runs on each worker."""
     context = get_context("spawn")
     with ProcessPoolExecutor(workers, context, _wait_for, (context.Barrier(workers),)) as pool:
         return max(pool.map(_run_share, [runs] * workers, [parent] * workers))
 
 
 def main(argv: list[str]) -> None:
-    """Measure, and print what came of it."""
+    """Measure, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)

@@ -1,10 +1,10 @@
-"""How long `aeros verify` takes, cold and warm: `python -m benchmarks.verify`.
+"""Measure the time of `aeros verify`, cold and warm: `python -m benchmarks.verify`.
 
 Every figure is of a whole process, from start to exit.  *Cold* is `--no-cache`; *warm* finds what an
 earlier run proved in a store of its own, in a temporary folder.  Byte code is compiled beforehand, as an
-installer does.  Runs of all kinds take turns, so that what else the machine does falls on all of them.
-Beside seconds stand those of processors, of all processes together, which depend less on what else the
-machine does, and the ratio to a bare `python -c pass` of the same run.
+installer does.  Runs of all kinds take turns, so that other load of the machine affects all of them alike.
+Next to seconds stand processor seconds, of all processes together, which depend less on other load, and the
+ratio to a bare `python -c pass` of the same run.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _environment(folder: Path) -> dict[str, str]:
 
 
 def _seconds(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, float]:
-    """Seconds on the clock and of processors."""
+    """Run a command; return seconds by the clock and of processors."""
     started, used = time.perf_counter(), _child_cpu_seconds()
     subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=True)
     return time.perf_counter() - started, _child_cpu_seconds() - used
@@ -52,7 +52,7 @@ def _child_cpu_seconds() -> float:
 
 
 def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
-    """Median seconds of the three reference modules, and of what to compare them with."""
+    """Measure median seconds of the three reference modules, and of the commands to compare them with."""
     environment = _environment(folder)
     ecms = str(_ROOT / "ecms")
     commands = {
@@ -63,20 +63,20 @@ def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
     }
     for command in commands.values():
         _seconds(command, environment)
-    taken: dict[str, list[tuple[float, float]]] = {name: [] for name in commands}
+    times: dict[str, list[tuple[float, float]]] = {name: [] for name in commands}
     for _ in range(runs):
         for name, command in commands.items():
-            taken[name].append(_seconds(command, environment))
+            times[name].append(_seconds(command, environment))
     return {
         name: dict(
             zip(("clock", "processor"), map(statistics.median, zip(*values, strict=True)), strict=True)
         )
-        for name, values in taken.items()
+        for name, values in times.items()
     }
 
 
 def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
-    """Seconds of `count` synthetic modules cold, warm, and with one changed; and the memory of the first."""
+    """Measure seconds of synthetic modules cold, warm, and with one changed; and the memory of the first."""
     environment = _environment(folder)
     modules = folder / f"site_{count}"
     write_modules(modules, count)
@@ -97,7 +97,7 @@ def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
 
 
 def _peak_memory(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, int]:
-    """Seconds, and the most bytes that the process and its children held together, sampled."""
+    """Measure seconds, and the most bytes that the process and its children held together, sampled."""
     started, most = time.perf_counter(), 0
     process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
     while process.poll() is None:
@@ -109,7 +109,7 @@ def _peak_memory(command: Sequence[str], environment: Mapping[str, str]) -> tupl
 
 
 def _process_tree(pid: int) -> Iterator[int]:
-    """A process and its children, where the system tells (Linux)."""
+    """Yield a process and its children, where the system lists them (Linux)."""
     yield pid
     try:
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
@@ -120,7 +120,7 @@ def _process_tree(pid: int) -> Iterator[int]:
 
 
 def _resident_bytes(pid: int) -> int:
-    """The bytes that a process holds; what several share counts for a part of each."""
+    """Return the bytes that a process holds; shared ones count in part."""
     try:
         lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
     except OSError:
@@ -129,7 +129,7 @@ def _resident_bytes(pid: int) -> int:
 
 
 def exponent(rows: Sequence[Mapping[str, Any]]) -> float | None:
-    """The k of the least-squares fit of seconds ~ modules^k; None of a single size."""
+    """Fit seconds ~ modules^k by least squares; return k, or None for a single size."""
     if len({row["modules"] for row in rows}) < 2:
         return None
     points = [(math.log(row["modules"]), math.log(row["processor"])) for row in rows]

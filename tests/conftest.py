@@ -1,4 +1,4 @@
-"""What all tests share: markers by folder, the Hypothesis profile, Ctrl-C as at a terminal, proofs.
+"""Fixtures and hooks of all tests: markers by folder, Hypothesis profile, Ctrl-C as at a terminal, proofs.
 
 Markers choose what a target of the Makefile runs: `make quick` runs what has none of them, `make test` all
 but `deep`, `make deep` everything.

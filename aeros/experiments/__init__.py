@@ -1,1 +1,1 @@
-"""Experiments: architectures in seeded trials, and what was measured beside what is exact."""
+"""Seeded trials of execution architectures, compared with exact predictions and the paper."""

@@ -1,19 +1,19 @@
-"""What an execution architecture is: a class that pursues a task once, with the means that all are given.
+"""Interface of execution architectures: a class that pursues one task, in a context that is the same for all.
 
-A benchmark others can enter: write a class with `pursue`, and name it as `package.module:Class`.  It is
-constructed for each trial anew, with the options of the condition as keyword arguments.
+Anybody can enter a class of their own: write a class with `pursue`, and name it as `package.module:Class`.
+It is constructed anew for each trial, with the options of the condition as keyword arguments.
 
     class Mine:
-        def pursue(self, means: Means) -> Told:
-            for step in means.plan():
-                if means.run(step).failed:
-                    return Told(reason=f"{step} failed")
-            return Told()
+        def pursue(self, context: TrialContext) -> ArchitectureReport:
+            for step in context.plan():
+                if context.run(step).failed:
+                    return ArchitectureReport(reason=f"{step} failed")
+            return ArchitectureReport()
 
-Steps, actions, and whether the goal is reached are measured by the harness and not told by it.  Its exact
-prediction needs nothing more, if all that it does follows from what it is given (`exact.py`): its own code
-is then run against the declared outcomes, all of them.  One that drives `TrialContext.runtime` itself says
-what is to be expected of it (`SelfPredicting`).
+The harness measures steps, actions and whether the goal is reached; the architecture does not report them.
+Its exact prediction needs nothing more if all that it does follows from its context: `exact_prediction.py`
+runs its own code against every declared outcome.  An architecture that drives `TrialContext.runtime` itself
+predicts its results itself (`SelfPredicting`).
 """
 
 from __future__ import annotations
@@ -35,10 +35,14 @@ from aeros.spec.model.model import Ecm, Site, Task
 
 @dataclass(frozen=True, slots=True)
 class ArchitectureReport:
-    """What an architecture says of its own work; `reason`: why it gave up, empty where it did not.
+    """An architecture's report of its own work.
 
-    retries: further tries of a step; recoveries: runs of a skill that helps between two tries.
-    replans: plans made after the first; late: plans that did not come in time.
+    Attributes:
+        retries: further tries of a step after its first.
+        recoveries: runs of a skill that helps between two tries.
+        replans: plans made after the first.
+        reason: why it gave up; empty where it did not.
+        planning_timeouts: plans that were not ready in time.
     """
 
     retries: int = 0
@@ -48,7 +52,11 @@ class ArchitectureReport:
     planning_timeouts: int = 0
 
     def findings(self) -> dict[str, int | str]:
-        """Return what is kept of it in a trial, by the names that trial files have."""
+        """Return the report under the names that findings of trials have.
+
+        Returns:
+            JSON values by name.
+        """
         return {
             "retries": self.retries,
             "recoveries": self.recoveries,
@@ -59,43 +67,65 @@ class ArchitectureReport:
 
 
 class TrialContext(Protocol):
-    """What a trial gives to each architecture alike: skills, plant, seed, and what planners know."""
+    """Context of one trial, the same for each architecture: skills, plant, seed and planning rules."""
 
     @property
     def task(self) -> RoutedTask:
-        """The task, with its goal and planning rules, and the module that provides it."""
+        """The task with its goal and planning rules, and the module that provides it."""
 
     @property
     def seed(self) -> int:
-        """Of the trial; for whatever an architecture chooses by chance."""
+        """The seed of the trial, for random choices of the architecture."""
 
     @property
     def runtime(self) -> Runtime:
         """The runtime's port, for architectures that run several skills at once, or an agent."""
 
     def world(self) -> WorldModel:
-        """What is measured now."""
+        """Return the state as it is measured now.
+
+        Returns:
+            The latest readings as a world model.
+        """
 
     def is_goal_reached(self) -> bool:
-        """Whether the goal is measured as true now."""
+        """Return true if the task's goal holds in the state that is measured now."""
 
     def plan(self) -> tuple[PlanStep, ...]:
-        """The plan that the task's planning rules make of what is measured now."""
+        """Plan from the state that is measured now, by the task's planning rules.
+
+        Returns:
+            The steps, in order.
+        """
 
     def run(self, step: PlanStep) -> StepAssessment:
-        """Run the step's skill once, if it may start now, every action decided by the gate."""
+        """Run the skill of a step once, if it may start now; the gate decides every action.
+
+        Args:
+            step: module, skill and inputs.
+
+        Returns:
+            The measured outcome, and whether the step failed.
+        """
 
 
 class Architecture(Protocol):
-    """Anything that can pursue a task."""
+    """Protocol of execution architectures: anything that can pursue a task."""
 
     def pursue(self, context: TrialContext) -> ArchitectureReport:
-        """Pursue the task of `context` once, to the end."""
+        """Pursue the task of a trial once, to its end.
+
+        Args:
+            context: the task, and the skills, plans and readings that the architecture may use.
+
+        Returns:
+            The architecture's report of its own work.
+        """
 
 
 @dataclass(frozen=True, slots=True)
 class TrialModel:
-    """What a trial's plant is declared to do: the manifest as it ran, and the task in it."""
+    """Declared behaviour of a trial's plant: the manifest as it ran, the task in it, and the site."""
 
     ecm: Ecm
     task: Task
@@ -103,22 +133,32 @@ class TrialModel:
 
 
 MAX_CALLS: Final = 10_000
-"""What an architecture may ask of its means in one trial; one that never gives up is ended by it."""
+"""Most calls to the context in one trial; they end an architecture that never gives up."""
 
 
 class CallLimitError(Exception):
-    """An architecture has asked more than that."""
+    """An architecture made more than `MAX_CALLS` calls to its context."""
 
     def __init__(self) -> None:
-        super().__init__(f"it does not end: it has asked {MAX_CALLS} times for something")
+        super().__init__(f"stopped after {MAX_CALLS} calls without finishing")
 
 
 @runtime_checkable
 class SelfPredicting(Protocol):
-    """An architecture that says itself what is exactly to be expected of it."""
+    """Protocol of architectures that predict their exact results themselves."""
 
     def predict(self, model: TrialModel) -> Prediction:
-        """What `pursue` comes to; raises `StateSpaceError`."""
+        """Predict the results of `pursue` exactly.
+
+        Args:
+            model: manifest, task and site of the trial.
+
+        Returns:
+            The probability of success and the expected counts.
+
+        Raises:
+            StateSpaceError: no exact prediction is possible; the message says why.
+        """
 
 
 BUILT_IN: Final[Mapping[str, str]] = {
@@ -127,11 +167,21 @@ BUILT_IN: Final[Mapping[str, str]] = {
     "flat": "aeros.experiments.architectures.flat:FlatPipeline",
     "progprompt": "aeros.experiments.architectures.progprompt:ProgPrompt",
 }
-"""Those that come with AEROS, by name."""
+"""Classes of the architectures that come with AEROS, by name."""
 
 
 def load_class(name: str) -> type[Architecture]:
-    """The class of a shipped name or of `package.module:Class`; raises `MisuseError` where there is none."""
+    """Import the class of an architecture.
+
+    Args:
+        name: a name of `BUILT_IN`, or `package.module:Class`.
+
+    Returns:
+        The class, which has a method `pursue`.
+
+    Raises:
+        MisuseError: there is no such class, or it has no method `pursue`.
+    """
     module, _, attribute = BUILT_IN.get(name, name).partition(":")
     try:
         found = getattr(importlib.import_module(module), attribute)
@@ -149,7 +199,18 @@ def load_class(name: str) -> type[Architecture]:
 
 
 def build_architecture(name: str, options: Mapping[str, Any]) -> Architecture:
-    """An architecture with these options; raises `MisuseError` where it does not take them."""
+    """Construct an architecture with its options.
+
+    Args:
+        name: a name of `BUILT_IN`, or `package.module:Class`.
+        options: keyword arguments of its constructor.
+
+    Returns:
+        The new architecture.
+
+    Raises:
+        MisuseError: there is no such class, or it does not accept the options.
+    """
     try:
         return load_class(name)(**options)
     except TypeError as error:

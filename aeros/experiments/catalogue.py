@@ -1,4 +1,4 @@
-"""The experiments there are: read from data, each a table of conditions and the metrics to look at."""
+"""Catalogue of experiments, read from data: each is a table of conditions and the metrics to show."""
 
 from __future__ import annotations
 
@@ -21,12 +21,26 @@ _DATA: Final = Path(__file__).parent / "data"
 
 PLANTS: Final = ("physics", "symbolic")
 
+_METRIC_FIELDS: Final = {"of": "denominator", "hits": "numerator", "most": "maximum"}
+"""Fields of a `Metric` by their names in `experiments.toml`, where the two differ."""
+
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """What is looked at: a share (`of` the trials, or `numerator` of what `of` counts), a mean, median or maximum.
+    """A metric of trials: a share, a mean, a median or a maximum of one of their findings.
 
-    exact: the name of what is computed of it, if anything is.
+    A share is that of the trials in which `denominator` is true, or of `numerator` in the sum of
+    `denominator`.
+
+    Attributes:
+        name: its name in the data.
+        title: its name for people.
+        denominator: finding that a share counts.
+        numerator: finding that is summed over that of `denominator`; empty for a share of the trials.
+        mean: finding whose mean is shown.
+        median: finding whose median is shown.
+        maximum: finding whose maximum is shown.
+        exact: name of the expected value; empty where there is none.
     """
 
     name: str
@@ -40,24 +54,24 @@ class Metric:
 
     @property
     def is_share(self) -> bool:
-        """Whether it is a share, with an interval."""
+        """True for a share, which has an interval."""
         return self.denominator != ""
-
-
-def _metric(name: str, data: Mapping[str, str]) -> Metric:
-    """Read a metric as the catalogue writes it."""
-    names = {"of": "denominator", "hits": "numerator", "most": "maximum"}
-    return Metric(name, **{names.get(key, key): value for key, value in data.items()})
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A condition by its place in an experiment.
+    """A condition in its place in an experiment.
 
-    id: as in `4/flat/clean_table`; labels: the same for people.
-    variant, task, rate: those of them that there are; architecture: the variant's.
-    at: what else the row differs in from others of its variant and task, a number, as in its id.
-    along: what that is a number of.
+    Attributes:
+        id: path of the row, as `4/flat/clean_table`.
+        labels: the same for people.
+        condition: what is tried.
+        variant: name of the variant.
+        task: name of the task; empty where there is none.
+        rate: rate of failure, as text; empty where there is none.
+        architecture: name of the variant's architecture.
+        sweep_value: number in which the row differs from others of its variant and task, as in its id.
+        sweep_axis: quantity and unit of that number.
     """
 
     id: str
@@ -75,10 +89,17 @@ class Row:
 class Experiment:
     """A table of rows.
 
-    compared: pairs of variants whose success is compared task by task.
-    overhead: whether what a trial takes is shown for each variant, where the plant takes next to nothing.
-    drawn: metrics that are drawn along what is varied.
-    note: what whoever reads its table has to know.
+    Attributes:
+        number: of the experiment.
+        title: its name for people.
+        metrics: columns of the table.
+        rows: conditions.
+        variants: titles of variants by name.
+        compared_pairs: pairs of variants whose success is compared task by task.
+        overhead: whether the time of a trial is shown for each variant, where the plant takes almost none.
+        figure: kind of the experiment's figure; empty for none.
+        plotted_metrics: metrics that are plotted along what is varied.
+        note: what a reader of the table has to know.
     """
 
     number: int
@@ -95,24 +116,43 @@ class Experiment:
 
 @dataclass(frozen=True, slots=True)
 class EnteredArchitecture:
-    """An architecture that somebody enters: `package.module:Class`, and its options."""
+    """An architecture that a user enters.
+
+    Attributes:
+        architecture: `package.module:Class`.
+        options: keyword arguments of its constructor.
+    """
 
     architecture: str
     options: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
-        """As rows have it."""
+        """Name of its rows: that of the class."""
         return self.architecture.rpartition(":")[2]
 
 
 def catalogue(plant: str, entries: Sequence[EnteredArchitecture] = ()) -> dict[int, Experiment]:
-    """Every experiment on `plant`, by number; those that take others' architectures with `entries`, too."""
+    """Read every experiment that runs on a plant.
+
+    Args:
+        plant: `physics` or `symbolic`.
+        entries: further architectures, for experiments that compare architectures.
+
+    Returns:
+        Experiments by number, in order.
+
+    Raises:
+        MisuseError: two architectures have one name.
+    """
     data = read_data("experiments.toml")
     for entry in entries:
         if entry.name in data["variant"] or [one.name for one in entries].count(entry.name) > 1:
             raise MisuseError(f"`{entry.architecture}`: another architecture is called `{entry.name}`, too")
-    metrics = {name: _metric(name, one) for name, one in data["metric"].items()}
+    metrics = {
+        name: Metric(name, **{_METRIC_FIELDS.get(key, key): value for key, value in one.items()})
+        for name, one in data["metric"].items()
+    }
     found = {}
     for one in data["experiment"]:
         if plant not in one.get("plants", PLANTS):
@@ -140,7 +180,18 @@ def catalogue(plant: str, entries: Sequence[EnteredArchitecture] = ()) -> dict[i
 
 
 def select_rows(experiments: Mapping[int, Experiment], names: Iterable[str]) -> list[Experiment]:
-    """Those named: `all`, a number, or the beginning of a row's id; raises `MisuseError` for any other."""
+    """Select experiments and rows by name.
+
+    Args:
+        experiments: experiments by number.
+        names: each is `all`, a number, or the beginning of a row's id.
+
+    Returns:
+        The experiments, each with its selected rows alone.
+
+    Raises:
+        MisuseError: a name selects nothing.
+    """
     wanted: dict[int, dict[str, Row]] = {}
     for name in names:
         rows = [
@@ -167,7 +218,7 @@ def select_rows(experiments: Mapping[int, Experiment], names: Iterable[str]) -> 
 
 
 def _plants_of(name: str) -> Sequence[str]:
-    """On which plants alone the experiment of that name is tried."""
+    """Return the plants that the experiment of that name is restricted to."""
     number = name.partition("/")[0]
     experiments = read_data("experiments.toml")["experiment"]
     return next(
@@ -177,7 +228,14 @@ def _plants_of(name: str) -> Sequence[str]:
 
 @cache
 def read_data(name: str) -> dict[str, Any]:
-    """A file of the folder `data`."""
+    """Read a TOML file of the folder `data`.
+
+    Args:
+        name: name of the file.
+
+    Returns:
+        Its content, cached; do not change it.
+    """
     return tomllib.loads((_DATA / name).read_text(encoding="utf-8"))
 
 
@@ -206,7 +264,7 @@ def _task_rows(
 def _variation(
     one: Mapping[str, Any], variant: Mapping[str, Any], failure: Mapping[str, Any]
 ) -> Iterator[tuple[str, str, str, Mapping[str, Any]]]:
-    """What rows of a variant and a task differ in: a number, its label, the rate, what is set otherwise."""
+    """Yield what rows of a variant and task differ in: a number, its label, the rate, changed settings."""
     rate = failure["rate"]
     if "rates" in one:
         yield from ((rate, "", rate, {}) for rate in one["rates"])
@@ -224,7 +282,7 @@ def _variation(
 def _task_settings(
     variant: Mapping[str, Any], task: str, failure: Mapping[str, Any], rate: str, plant: str
 ) -> dict[str, Any]:
-    """Everything that decides these trials besides modules, site and the code of AEROS."""
+    """Collect everything that decides these trials besides modules, site and the code of AEROS."""
     settings = {
         "task": task,
         "architecture": variant["architecture"],
@@ -243,7 +301,7 @@ def _task_settings(
 
 @cache
 def _source_digest(architecture: str) -> str:
-    """Of the file that an entered architecture is in: what else it imports is its author's to keep."""
+    """Digest the file that an entered architecture is in; its author answers for what else it imports."""
     import inspect
 
     file = Path(inspect.getfile(load_class(architecture)))
@@ -251,9 +309,9 @@ def _source_digest(architecture: str) -> str:
 
 
 def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) -> Iterator[Row]:
-    """Each row, where there is something `across` each of these in turn, and of a `sweep` each value."""
+    """Yield each row, once for each entry of `across` and each value of its `sweep`."""
     for row in one.get("row", ()):
-        # What is in a file of its own decides the trials as well: all of its first list is in the condition.
+        # A separate data file decides the trials as well, so its first list is in the condition.
         listed = {name: next(iter(read_data(file).values())) for name, file in row.get("data", {}).items()}
         texts = {name: _read_texts(folder) for name, folder in row.get("files", {}).items()}
         tasks = {
@@ -277,6 +335,6 @@ def _listed_rows(one: Mapping[str, Any], data: Mapping[str, Any], plant: str) ->
 
 @cache
 def _read_texts(folder: str) -> dict[str, str]:
-    """Each file of a folder of `data`, by name."""
+    """Read each file of a folder of `data`, by name."""
     files = sorted(path for path in (_DATA / folder).iterdir() if path.is_file())
     return {path.name: path.read_text(encoding="utf-8") for path in files}

@@ -1,4 +1,4 @@
-"""A cluster of dask as an executor.  Sole importer of distributed."""
+"""A dask cluster as an executor of trials.  Sole importer of distributed."""
 
 from __future__ import annotations
 
@@ -14,9 +14,17 @@ from aeros.spec.diagnostics.errors import UserError
 
 @contextmanager
 def dask_executor(address: str, timeout_s: str = "10s") -> Iterator[tuple[Executor, int]]:
-    """Workers of the scheduler at `address`, and how many there are; they need the same AEROS and modules.
+    """Connect to a dask cluster, whose workers need the same AEROS and modules.
 
-    Raises `UserError` where nobody answers in `timeout_s`, or there is no worker.
+    Args:
+        address: of the scheduler, as dask writes it (`tcp://HOST:PORT`).
+        timeout_s: longest wait for the scheduler, as dask writes it.
+
+    Yields:
+        The executor, and the number of its workers.
+
+    Raises:
+        UserError: no scheduler answers in time, or it has no worker.
     """
     try:
         client = Client(address, timeout=timeout_s)

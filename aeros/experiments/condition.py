@@ -1,4 +1,4 @@
-"""A condition is data: what decides its trials, all of it, so that equal ones share their trials."""
+"""Conditions of trials as data: all that decides the trials, so that equal conditions share them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class TrialCondition:
-    """What is tried.
+    """Condition of trials.
 
-    kind: of trial, a key of `kinds.KINDS`.
-    plant: `physics` or `symbolic`.
-    text: everything else, as canonical JSON.
+    Attributes:
+        kind: kind of trial, a key of `trial_kinds.KINDS`.
+        plant: `physics` or `symbolic`.
+        canonical_json: the settings, which are everything else, as canonical JSON.
     """
 
     kind: str
@@ -24,16 +25,32 @@ class TrialCondition:
 
     @classmethod
     def create(cls, kind: str, plant: str, settings: Mapping[str, Any]) -> TrialCondition:
-        """The condition with these settings, JSON values."""
+        """Create a condition.
+
+        Args:
+            kind: kind of trial, a key of `trial_kinds.KINDS`.
+            plant: `physics` or `symbolic`.
+            settings: everything else that decides the trials, JSON values by name.
+
+        Returns:
+            The condition.
+        """
         return cls(kind, plant, json.dumps(settings, sort_keys=True, separators=(",", ":")))
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What it was made of."""
-        found: dict[str, Any] = json.loads(self.canonical_json)
-        return found
+        """The settings, parsed from JSON; a new dictionary at each call."""
+        settings: dict[str, Any] = json.loads(self.canonical_json)
+        return settings
 
     def digest(self, premises: str) -> str:
-        """Names it among all conditions tried on these `premises`, which are named by a digest."""
-        told = "\n".join((self.kind, self.plant, self.canonical_json, premises))
-        return hashlib.sha256(told.encode()).hexdigest()[:32]
+        """Name the condition among all that are tried on the same premises.
+
+        Args:
+            premises: digest of what the trials stand on.
+
+        Returns:
+            32 hexadecimal digits of a SHA-256.
+        """
+        text = "\n".join((self.kind, self.plant, self.canonical_json, premises))
+        return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -1,4 +1,4 @@
-"""What experiments ran on: for whoever wants the same again."""
+"""Description of the machine and the releases that experiments ran on, needed to run them again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,11 @@ _PACKAGES: Final = ("aeros", "distributed", *_RESULT_RELEVANT_PACKAGES, "scipy")
 
 
 def environment() -> dict[str, Any]:
-    """Commit, machine and releases, as far as they can be found."""
+    """Describe commit, machine and releases, as far as they can be found.
+
+    Returns:
+        JSON values by name.
+    """
     return {
         "commit": _commit(),
         "python": platform.python_version(),
@@ -27,7 +31,11 @@ def environment() -> dict[str, Any]:
 
 
 def package_versions() -> str:
-    """Python's and those of packages, which decide what trials find besides code of AEROS."""
+    """List the releases of Python and of the packages that decide findings besides code of AEROS.
+
+    Returns:
+        One line of text.
+    """
     return f"python {platform.python_version()} " + " ".join(
         f"{one} {_release(one)}" for one in _RESULT_RELEVANT_PACKAGES
     )
@@ -41,11 +49,11 @@ def _release(name: str) -> str | None:
 
 
 def _commit() -> str | None:
-    """Of the checkout that AEROS runs from, `+` where it was changed since; None where it is none."""
-    told = [_git("rev-parse", "HEAD"), _git("status", "--porcelain", "--untracked-files=no")]
-    if told[0] is None:
+    """Return the commit of the checkout that AEROS runs from, with `+` if changed; None without one."""
+    outputs = [_git("rev-parse", "HEAD"), _git("status", "--porcelain", "--untracked-files=no")]
+    if outputs[0] is None:
         return None
-    return told[0] + ("+" if told[1] else "")
+    return outputs[0] + ("+" if outputs[1] else "")
 
 
 def _git(*arguments: str) -> str | None:

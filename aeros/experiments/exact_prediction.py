@@ -1,14 +1,14 @@
-"""What an architecture comes to, exactly: its own code, run against every declared outcome there is.
+"""Exact prediction of an architecture: its own code, run against every declared outcome.
 
 A trial is a Markov chain over the task's predicates whose moves are the architecture's.  Here it is
-unrolled: `pursue` is run again and again, each time with another sequence of outcomes, until every sequence
-has been had.  Each has the product of its outcomes' probabilities, and all together have 1, in fractions.  So
-what is predicted is what the code does, not what somebody says of it.
+unrolled: `pursue` runs again and again, each time with another sequence of outcomes, until every sequence
+has been run.  A sequence has the product of its outcomes' probabilities; together they sum to 1, in
+fractions.  So the prediction follows from what the code does, not from a description of it.
 
 Assumes what the shipped prediction does: outcomes are independent of each other and of the past, effects of
 an outcome happen and nothing else changes, everything is measured in time, and nothing is denied or halted.
-And that what an architecture does follows from what it is given; of one that differs from one time to the
-next nothing is predicted.
+Also assumes that what an architecture does follows from its context; an architecture that differs from one
+run to the next is not predicted.
 """
 
 from __future__ import annotations
@@ -37,62 +37,73 @@ from aeros.spec.closed_loop.transition_system import StateSpaceError, Transition
 from aeros.spec.expr.doubles import to_doubles
 
 MAX_SEQUENCES: Final = 20_000
-"""Sequences of outcomes that one prediction may take; a second or two."""
+"""Most sequences of outcomes of one prediction; they take a second or two."""
 
 
 def predict(make: Callable[[], Architecture], model: TrialModel) -> Prediction:
-    """The exact prediction of one trial; raises `StateSpaceError` with the reason why there is none."""
+    """Predict one trial exactly.
+
+    Args:
+        make: constructs the architecture; called once for each sequence of outcomes.
+        model: manifest, task and site of the trial.
+
+    Returns:
+        The probability of success and the expected counts.
+
+    Raises:
+        StateSpaceError: no exact prediction is possible; the message says why.
+    """
     architecture = make()
     if isinstance(architecture, SelfPredicting):
         return architecture.predict(model)
     total = _ExpectedCounts()
     pending: list[tuple[int, ...]] = [()]
-    told = _ModelTables(model)
+    tables = _ModelTables(model)
     for _ in range(MAX_SEQUENCES):
         if not pending:
             return total.prediction()
         prefix = pending.pop()
-        means = _ModelContext(told, prefix)
+        context = _ModelContext(tables, prefix)
         try:
-            said = make().pursue(means)
+            report = make().pursue(context)
         except StateSpaceError:
             raise
         except CallLimitError as endless:
             raise StateSpaceError(str(endless)) from endless
         except Exception as error:
             raise StateSpaceError(f"it raises {type(error).__name__}: {error}") from error
-        if len(means.widths) < len(prefix):
-            raise StateSpaceError("it does not do the same where the same is measured")
-        for place in range(len(prefix), len(means.widths)):
-            taken = tuple(means.chosen[:place])
-            pending += [(*taken, other) for other in range(1, means.widths[place])]
-        total.add(means, said)
+        if len(context.widths) < len(prefix):
+            raise StateSpaceError("the architecture is not deterministic")
+        for place in range(len(prefix), len(context.widths)):
+            before = tuple(context.chosen[:place])
+            pending += [(*before, other) for other in range(1, context.widths[place])]
+        total.add(context, report)
     raise StateSpaceError(f"it has more than {MAX_SEQUENCES} sequences of outcomes")
 
 
 class _ExpectedCounts:
-    """Expected counts, summed over sequences."""
+    """Expected counts, summed over sequences of outcomes."""
 
     def __init__(self) -> None:
         self._sums = {name: Fraction(0) for name in Prediction.__dataclass_fields__}
 
-    def add(self, means: _ModelContext, told: ArchitectureReport) -> None:
+    def add(self, context: _ModelContext, report: ArchitectureReport) -> None:
         counts = {
-            "success": int(means.is_goal_reached()),
-            "invocations": len(means.widths),
-            "retries": told.retries,
-            "recoveries": told.recoveries,
-            "replans": told.replans,
+            "success": int(context.is_goal_reached()),
+            "invocations": len(context.widths),
+            "retries": report.retries,
+            "recoveries": report.recoveries,
+            "replans": report.replans,
         }
         for name, count in counts.items():
-            self._sums[name] += means.probability * count
+            self._sums[name] += context.probability * count
 
     def prediction(self) -> Prediction:
         return Prediction(**self._sums)
 
 
 class _ModelTables:
-    """What all sequences of one model share."""
+    """Tables that all sequences of one model share."""
 
     def __init__(self, model: TrialModel) -> None:
         self.model = model
@@ -104,7 +115,7 @@ class _ModelTables:
         self._invocations: dict[tuple[str, str], list[Invocation]] = {}
 
     def invocations(self, step: PlanStep) -> list[Invocation]:
-        """The skill of `step` with its inputs, or each that provides the capability."""
+        """Return the skill of `step` with its inputs, or each skill that provides the capability."""
         key = step.skill, repr(sorted(step.inputs.items()))
         if key not in self._invocations:
             providers = [self.model.ecm.skills[name] for name in self.model.ecm.providers(step.skill)]
@@ -113,9 +124,9 @@ class _ModelTables:
 
 
 class _ModelContext:
-    """The means of a trial in which skills have the outcomes that `prefix` says, and the first ones after.
+    """Context of a trial in which skills have the outcomes that `prefix` names, and the first ones after it.
 
-    widths: how many outcomes there were at each run; chosen: which was had.
+    widths: number of possible outcomes at each run; chosen: the index of the one that happened.
     """
 
     def __init__(self, tables: _ModelTables, prefix: Sequence[int]) -> None:
@@ -130,7 +141,7 @@ class _ModelContext:
 
     @property
     def seed(self) -> NoReturn:
-        raise StateSpaceError("it chooses by its seed, and says not what is to be expected (`predict`)")
+        raise StateSpaceError("the architecture uses its seed and has no `predict` method")
 
     @property
     def task(self) -> RoutedTask:
@@ -138,7 +149,7 @@ class _ModelContext:
 
     @property
     def runtime(self) -> NoReturn:
-        raise StateSpaceError("it drives the runtime itself, and says not what is to be expected (`predict`)")
+        raise StateSpaceError("the architecture drives the runtime and has no `predict` method")
 
     def world(self) -> WorldModel:
         self._count()
@@ -162,7 +173,7 @@ class _ModelContext:
         place = len(self.widths)
         chosen = self._prefix[place] if place < len(self._prefix) else 0
         if chosen >= len(found):
-            raise StateSpaceError("it does not do the same where the same is measured")
+            raise StateSpaceError("the architecture is not deterministic")
         self.widths.append(len(found))
         self.chosen.append(chosen)
         self._state, outcome, probability = found[chosen]

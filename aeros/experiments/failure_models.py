@@ -1,9 +1,9 @@
-"""What fails in a trial and how often: each attempt independently at a rate, or in bursts.
+"""Failures of a trial's skill: each attempt independently at a rate, or in bursts.
 
-Whether a try fails in bursts depends on a state that nobody measures, a Gilbert–Elliott channel.  To predict
-that exactly the channel is made a predicate, and the skill that fails a capability with a provider for each
-state, each of whose outcomes leads to both.  The loop on that module is the product of policy and channel,
-and is predicted by the code that predicts any other.
+In bursts, a Gilbert–Elliott channel decides whether a try fails; its state is never measured.  For an exact
+prediction the channel's state becomes a predicate, and the skill that fails becomes a capability with one
+provider for each state; each outcome of a provider leads to both states.  The loop on that module is the
+product of policy and channel, and the code that predicts any other module predicts it.
 """
 
 from __future__ import annotations
@@ -24,32 +24,72 @@ from aeros.spec.expr.types import BOOL
 from aeros.spec.model.model import ActionCondition, Declared, Ecm, Outcome, Skill
 
 _CHANNEL_IS_BAD: Final = t.Variable("channel is bad", BOOL, t.VariableRole.STATE)
-"""No name of a vocabulary, so that no module reads it."""
+"""The name is not valid in a vocabulary, so no module reads it."""
+
+_BURST_FIELDS: Final = {
+    "mean_length": "mean_burst_length",
+    "within": "rate_in_bad",
+    "between": "rate_in_good",
+}
+"""Fields of a `GilbertElliottModel` by their names in the settings of a condition."""
 
 
 def gilbert_elliott_of(settings: Mapping[str, Any]) -> GilbertElliottModel:
-    """The channel of a condition with `bursts`; raises `MisuseError`."""
-    names = {"mean_length": "mean_burst_length", "within": "rate_in_bad", "between": "rate_in_good"}
-    declared = {names.get(name, name): Fraction(value) for name, value in settings["bursts"].items()}
+    """Build the channel of a condition with bursts.
+
+    Args:
+        settings: of the condition: `rate`, and in `bursts` `mean_length` (attempts) and perhaps the rates
+            `within` and `between` bursts, as texts of fractions.
+
+    Returns:
+        The channel, exact.
+
+    Raises:
+        MisuseError: there is no such channel.
+    """
+    declared = {_BURST_FIELDS[name]: Fraction(value) for name, value in settings["bursts"].items()}
     return GilbertElliottModel(Fraction(settings["rate"]), **declared)
 
 
 def fault_process(settings: Mapping[str, Any]) -> GilbertElliottProcess:
-    """What the faults of a condition on physics happen by."""
+    """Build the process by which the faults of a condition on physics happen.
+
+    Args:
+        settings: of the condition: `rate`, and perhaps `bursts`.
+
+    Returns:
+        The process, in floating point.
+    """
     if "bursts" in settings:
         return gilbert_elliott_of(settings).process()
     return independent_process(float(Fraction(settings["rate"])))
 
 
 def independent_process(rate: float) -> GilbertElliottProcess:
-    """Each attempt by itself."""
+    """Build a process in which each attempt fails independently of all others.
+
+    Args:
+        rate: probability of a failure.
+
+    Returns:
+        The process.
+    """
     return GilbertElliottProcess(
         bad_state_probability=0.0, good_to_bad=0.0, bad_to_good=1.0, rate_in_bad=rate, rate_in_good=rate
     )
 
 
 def module_with_failure_rate(ecm: Ecm, settings: Mapping[str, Any], rate: Fraction | None = None) -> Ecm:
-    """The module where one skill fails at `rate`, the condition's, and no other declared failure happens."""
+    """Set the rate of one declared failure, and the probability of all others to 0.
+
+    Args:
+        ecm: a module.
+        settings: of the condition: `skill` and `outcome` that fails, and `rate`.
+        rate: probability of the failure; None for the condition's.
+
+    Returns:
+        The module with these probabilities.
+    """
     chances: dict[str, dict[str, Fraction]] = {}
     for skill in ecm.skills.values():
         failures = {one.id: Fraction(0) for one in skill.outcomes.values() if one.failure}
@@ -60,7 +100,15 @@ def module_with_failure_rate(ecm: Ecm, settings: Mapping[str, Any], rate: Fracti
 
 
 def burst_outcomes(ecm: Ecm, settings: Mapping[str, Any]) -> dict[str, BurstOutcomes]:
-    """For a symbolic plant, where the condition has bursts."""
+    """Compute the outcomes that a symbolic plant draws in bursts.
+
+    Args:
+        ecm: the module of the task, as declared.
+        settings: of the condition.
+
+    Returns:
+        Outcomes of the skill that fails, by `MODULE.SKILL`; empty where the condition has no bursts.
+    """
     if "bursts" not in settings:
         return {}
     channel, name = gilbert_elliott_of(settings), settings["skill"]
@@ -72,10 +120,17 @@ def burst_outcomes(ecm: Ecm, settings: Mapping[str, Any]) -> dict[str, BurstOutc
 
 
 def draw_equivalence(ecm: Ecm, settings: Mapping[str, Any]) -> DrawEquivalence:
-    """What a symbolic plant draws of the condition, and rates, or mean lengths of bursts, that draw the same.
+    """Describe which rates, or mean lengths of bursts, draw the same outcomes for a seed.
 
-    The skill succeeds in one way and fails in one, in this order, or nothing is said of rates: a try
-    fails iff the rate is at least what is left of 1 beyond where the draw falls.
+    The skill must succeed in one way and fail in one, in this order, or no other rate is equivalent: a try
+    fails if and only if the rate is at least 1 minus the number drawn.
+
+    Args:
+        ecm: the module of the task, as declared.
+        settings: of the condition.
+
+    Returns:
+        The skill that fails, and a function from seed and number of runs to the equivalent interval.
     """
     name = f"{ecm.id}.{settings['skill']}"
     rate = float(Fraction(settings["rate"]))
@@ -111,9 +166,17 @@ def _equivalent_rates(rate: float, skill: str, seed: int, runs: int) -> tuple[fl
 def add_channel_state(
     model: TrialModel, settings: Mapping[str, Any]
 ) -> Iterator[tuple[Fraction, TrialModel]]:
-    """The model with the channel in it, as it begins in each of its states, and how likely that is.
+    """Add the state of the channel to a model, once for each state in which it may begin.
 
-    model: as declared, whatever the probabilities of the skill that fails.  Raises `StateSpaceError`.
+    Args:
+        model: as declared, whatever the probabilities of the skill that fails.
+        settings: of the condition, with `bursts`.
+
+    Yields:
+        The probability that the channel begins in a state, and the model that begins there.
+
+    Raises:
+        StateSpaceError: the skill that fails also helps where others fail.
     """
     channel, name = gilbert_elliott_of(settings), settings["skill"]
     if any(rule.on_failure == name for rule in model.task.rules):
@@ -136,7 +199,7 @@ def add_channel_state(
 
 
 def _skill_in_state(skill: Skill, channel: GilbertElliottModel, *, is_bad: bool) -> Skill:
-    """What `skill` is while the channel is in that state."""
+    """Build the provider of `skill` for one state of the channel."""
     leaves = channel.bad_to_good if is_bad else channel.good_to_bad
     outcomes: dict[str, Outcome] = {}
     for outcome, share in outcome_probabilities(skill.outcomes.values()):

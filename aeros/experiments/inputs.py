@@ -1,4 +1,4 @@
-"""What trials stand on: modules proved under a site, and the code that runs them; made once for a process."""
+"""Inputs of trials: modules proved under a site, and the code that runs them; loaded once a process."""
 
 from __future__ import annotations
 
@@ -23,27 +23,29 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.discovery import reference_site_path
 
 _EXCLUDED_FOLDERS: Final = ("api.py", "cli", "docs", "experiments")
-"""Parts of AEROS that decide nothing of what a trial finds, but for …"""
+"""Parts of AEROS that do not decide the findings of a trial, except for …"""
 
 _INCLUDED_FILES: Final = (
     "architecture.py",
     "architectures",
-    "failures.py",
-    "luck.py",
-    "means.py",
+    "failure_models.py",
     "open_gate.py",
-    "plants.py",
-    "sharing.py",
+    "plant_cache.py",
+    "random_stream.py",
     "slow_planner.py",
+    "trial_context.py",
+    "trial_plants.py",
 )
-"""… these of `experiments`; what data and the kind of trial decide is in the condition and its digest."""
+"""… these of `experiments`; data and the kind of trial are in the condition and its digest."""
 
 
 @dataclass(frozen=True, slots=True)
 class InputPaths:
-    """Where the premises are read from, as a worker elsewhere has them too.
+    """Paths that the inputs are read from; a worker on another machine has them too.
 
-    site: None for the reference site.
+    Attributes:
+        modules_folder: folder of the modules.
+        site: path of the site file; None for the reference site.
     """
 
     modules_folder: str
@@ -52,12 +54,15 @@ class InputPaths:
 
 @dataclass(frozen=True, slots=True)
 class TrialInputs:
-    """What is proved and compiled.
+    """Proved and compiled inputs of trials.
 
-    where: it was read from.
-    digest: over site, certificates (so manifests and skill code), the code that all trials run, and the
-        releases that it runs on.
-    runs: opens skills in this process.
+    Attributes:
+        paths: where they were read from.
+        configuration: the proved modules under their site.
+        gate: compiled from the configuration.
+        skill_runs: opens skills in this process.
+        digest: over site, certificates (so manifests and skill code), the code that all trials run, and the
+            releases that it runs on.
     """
 
     paths: InputPaths
@@ -67,7 +72,17 @@ class TrialInputs:
     digest: str
 
     def routed(self, task: str) -> RoutedTask:
-        """The task of that name; raises `UserError` where no module has it."""
+        """Find a task by its name.
+
+        Args:
+            task: name of the task.
+
+        Returns:
+            The task, and the module that provides it.
+
+        Raises:
+            UserError: no module has the task.
+        """
         tasks = {
             one.id: RoutedTask(name, one)
             for name, ecm in self.configuration.modules.items()
@@ -82,7 +97,17 @@ class TrialInputs:
 
 @cache
 def load_inputs(where: InputPaths) -> TrialInputs:
-    """Everything proved and compiled; raises `UserError` where anything of it is refused."""
+    """Prove the modules and compile the gate; cached.
+
+    Args:
+        where: folder of the modules, and the site.
+
+    Returns:
+        The inputs of all trials.
+
+    Raises:
+        UserError: a module or the site is refused.
+    """
     site = reference_site_path() if where.site is None else Path(where.site)
     configuration, _ = prove_configuration([Path(where.modules_folder)], site, certified=True)
     digest = hashlib.sha256(
@@ -93,7 +118,11 @@ def load_inputs(where: InputPaths) -> TrialInputs:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 over every file of AEROS that decides what trials of any kind find."""
+    """Digest every file of AEROS that decides the findings of trials of any kind.
+
+    Returns:
+        SHA-256, hexadecimal.
+    """
     root = Path(aeros.__file__).parent
     deciding = (one for one in root.iterdir() if one.name not in _EXCLUDED_FOLDERS)
     also = (root / "experiments" / name for name in _INCLUDED_FILES)
@@ -103,7 +132,14 @@ def code_digest() -> str:
 
 
 def digest_of_files(files: Mapping[str, Path]) -> str:
-    """SHA-256 over names and contents."""
+    """Digest names and contents of files.
+
+    Args:
+        files: paths by the names that are digested with them.
+
+    Returns:
+        SHA-256, hexadecimal.
+    """
     digest = hashlib.sha256()
     for name, path in sorted(files.items()):
         content = path.read_bytes()
@@ -112,7 +148,7 @@ def digest_of_files(files: Mapping[str, Path]) -> str:
 
 
 def _source_files(path: Path) -> Iterator[Path]:
-    """The files at `path` and below that are somebody's, and no cache."""
+    """List the files at `path` and below, without caches."""
     if path.is_file():
         yield path
         return

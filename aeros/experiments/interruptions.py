@@ -1,4 +1,4 @@
-"""Ctrl-C while a pool of processes is used: counted, and looked at where it is safe."""
+"""Counter of Ctrl-C while a pool of processes is used: it is acted on where that is safe."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Self
 
 
 class InterruptCounter:
-    """How often SIGINT came as long as this is entered, by the main thread; where it is ignored, it still is.
+    """Counter of SIGINT in the main thread while this context is entered; a SIGINT that is ignored stays so.
 
-    An exception in its place may come between any two instructions, as where a lock that is shared with the
-    pool's thread is taken and not yet noted as taken.  Nobody would ever free it, and who waits for that
-    thread waits for ever.
+    An exception instead could come between any two instructions, for instance just after this thread acquired
+    a lock that it shares with the pool's thread, and before it noted that.  Nobody would ever release that
+    lock, and a thread that waits for it would wait forever.
     """
 
     def __init__(self) -> None:

@@ -1,6 +1,6 @@
-"""A gate that lets everything pass, and a site without policy: what an architecture does on its own.
+"""A gate that allows every action, and a site without policy: what an architecture does without AEROS.
 
-For simulations alone: whatever decides there, nothing here does.
+For simulations only: nothing here decides whether an action is safe.
 """
 
 from __future__ import annotations
@@ -19,36 +19,43 @@ from aeros.skill import Action
 
 
 class OpenGate(Gate):
-    """A gate that allows every action as it is asked for, whatever is under way."""
+    """Gate that allows every action as it is asked for, whatever else is under way."""
 
     def __init__(self, configuration: Configuration) -> None:
-        # Nothing is compiled, as nothing is decided.
+        # No decision, so nothing to compile.
         self._site = configuration.site
 
     @cached_property
     def monitor_rules(self) -> MonitorRules:
-        """See `Gate`."""
+        """Rules of a site that the monitor is to watch."""
         return MonitorRules(self._site)
 
     def with_configuration(self, configuration: Configuration) -> OpenGate:
-        """See `Gate`."""
+        """Implements `Gate.with_configuration`."""
         return OpenGate(configuration)
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Decision:
-        """Allow the action as it is."""
+        """Implements `Gate.decide`: allows the action as it is."""
         return Decision(DecisionKind.ALLOW, action, ())
 
     def decide_jointly(
         self, decision: Decision, readings: Readings, now: float, others: Sequence[ActiveAction]
     ) -> Decision:
-        """Return `decision` as it is."""
+        """Implements `Gate.decide_jointly`: returns `decision` as it is."""
         return decision
 
 
 def without_policy(configuration: Configuration) -> Configuration:
-    """The same modules at a site that has no rule to decide, to monitor or to plan motions by."""
+    """Remove every rule from the site: nothing is decided, monitored or planned around.
+
+    Args:
+        configuration: modules under a site.
+
+    Returns:
+        The same modules, at a site without rules, blocks, quotas, histories and motion settings.
+    """
     site = replace(
         configuration.site, rules=(), joint_rules=(), blocks=(), quotas=(), histories=(), motion=None
     )

@@ -1,9 +1,9 @@
-"""Trials share what a plant has done, as long as they ask the same of it and chance would do the same.
+"""Cache of plant behaviour: trials share what a plant did while their requests and random draws are the same.
 
-What a plant does is kept, as a *take*, while trials go on whose plants might do the same (`luck.py`).  A
-trial follows takes, and nothing is simulated, until it asks what nobody has asked there, or its luck is
-another there; then a plant of its own is asked everything again, which has to come to the same, and what
-follows is the next take.
+What a plant did is kept as a trace while trials run whose plants might do the same (`random_stream.py`).  A
+trial follows traces, and nothing is simulated, until it makes a request that no trace has at that point, or
+its draws differ there.  Then it opens a plant of its own, which is given all earlier requests again and must
+give the same answers; what follows becomes the next trace.
 """
 
 from __future__ import annotations
@@ -35,10 +35,13 @@ from aeros.spec.verification.certificate import Certificate
 
 
 class PlantState(NamedTuple):
-    """What can be told of a plant without asking anything of it.
+    """State of a plant that is known without a request to it.
 
-    counts: see `plants.OpenPlant`.
-    chance: what chance has done to it, see `luck.RandomStream.observed_draws`.
+    Attributes:
+        now: plant time, s.
+        readings: what is measured.
+        counts: see `trial_plants.OpenPlant`.
+        draws: random draws so far, see `random_stream.RandomStream.observed_draws`.
     """
 
     now: float
@@ -48,7 +51,14 @@ class PlantState(NamedTuple):
 
 
 class RuntimeCall(NamedTuple):
-    """What was asked, what came of it, how the plant was left, and what it took, seconds of processor."""
+    """A call to the runtime.
+
+    Attributes:
+        request: name of the method, and its arguments.
+        answer: what it returned.
+        state_after: state of the plant after it.
+        took_s: processor time, s.
+    """
 
     request: tuple[str, tuple[Any, ...]]
     answer: Any
@@ -58,9 +68,12 @@ class RuntimeCall(NamedTuple):
 
 @dataclass
 class PlantTrace:
-    """What one plant has done.
+    """Record of what one plant did.
 
-    open_s: seconds of processor that opening the plant and closing it took.
+    Attributes:
+        initial_state: state before the first call.
+        calls: calls in order.
+        open_s: processor time for opening and closing the plant, s.
     """
 
     initial_state: PlantState
@@ -69,79 +82,89 @@ class PlantTrace:
 
 
 class PlantTraceCache:
-    """Of plants that may be compared, the takes: those of the plants that were asked for last."""
+    """Cache of traces, of the one group of plants that was used last."""
 
     def __init__(self) -> None:
         self._whose = ""
-        self._takes: list[PlantTrace] = []
+        self._traces: list[PlantTrace] = []
 
     def traces(self, plants: str) -> list[PlantTrace]:
-        """Those there are, to be followed and added to."""
+        """Return the traces of a group of plants, and forget those of any other.
+
+        Args:
+            plants: name of the group; plants of a group may be compared.
+
+        Returns:
+            A list that the caller follows and adds to.
+        """
         if plants != self._whose:
-            self._whose, self._takes = plants, []
-        return self._takes
+            self._whose, self._traces = plants, []
+        return self._traces
 
 
 class LivePlant(NamedTuple):
-    """A plant that is open, and a runtime on it."""
+    """An open plant, and a runtime on it."""
 
     runtime: Runtime
     opened: OpenPlant
 
 
 class _TraceRecorder:
-    """A plant that is open, and the take that is made of it."""
+    """Recorder of the trace of an open plant."""
 
-    def __init__(self, live: LivePlant, luck: RandomStream) -> None:
+    def __init__(self, live: LivePlant, stream: RandomStream) -> None:
         self._live = live
-        self._luck = luck
-        self.take = PlantTrace(self._state())
+        self._stream = stream
+        self.trace = PlantTrace(self._state())
 
-    def call(self, asked: tuple[str, tuple[Any, ...]]) -> RuntimeCall:
-        """Ask it, and add what comes of it to the take."""
-        name, arguments = asked
+    def call(self, request: tuple[str, tuple[Any, ...]]) -> RuntimeCall:
+        """Call the runtime, and add the call to the trace."""
+        name, arguments = request
         began = process_time()
         answer = getattr(self._live.runtime, name)(*arguments)
-        exchange = RuntimeCall(asked, answer, self._state(), process_time() - began)
-        self.take.calls.append(exchange)
-        return exchange
+        call = RuntimeCall(request, answer, self._state(), process_time() - began)
+        self.trace.calls.append(call)
+        return call
 
     def _state(self) -> PlantState:
         runtime, opened = self._live
         return PlantState(
-            runtime.now(), runtime.observe(), dict(opened.counts), self._luck.observed_draws(opened)
+            runtime.now(), runtime.observe(), dict(opened.counts), self._stream.observed_draws(opened)
         )
 
 
 class ReplayingRuntime:
-    """A runtime (`ports.Runtime`) that follows takes as far as it can, and then makes another.
+    """Runtime that follows traces as far as it can, and then records another.
 
-    takes: of plants that may be compared.
-    luck: the trial's.
-    opened: gives what opens the plant, as the trial's condition and seed have it, and a runtime on it; what
-        it does by itself, once for many trials, is no part of what a trial takes.
-    What an agent notes is kept nowhere, and there is no record to read back.
+    An agent's notes are not kept, and there is no record to read back.
+
+    Args:
+        configuration: the modules under their site.
+        traces: of plants that may be compared; a new one is added where a plant is opened.
+        stream: random draws of the trial.
+        opened: returns a context that opens a plant for the trial's condition and seed, and a runtime on it;
+            what `opened` does itself, once for many trials, does not count as time of a trial.
     """
 
     def __init__(
         self,
         configuration: Configuration,
-        takes: list[PlantTrace],
-        luck: RandomStream,
+        traces: list[PlantTrace],
+        stream: RandomStream,
         opened: Callable[[], AbstractContextManager[LivePlant]],
     ) -> None:
         self._configuration = configuration
-        self._takes = takes
-        self._luck = luck
+        self._traces = traces
+        self._stream = stream
         self._opened = opened
         self._done: list[RuntimeCall] = []
         self._spent_s = 0.0
         self._stack = ExitStack()
         self._live: _TraceRecorder | None = None
-        self._followed = [one for one in takes if luck.reproduces(one.initial_state.draws)]
+        self._followed = [one for one in traces if stream.reproduces(one.initial_state.draws)]
         if not self._followed:
             self._live = self._open_and_replay()
-        self._state = self._live.take.initial_state if self._live else self._followed[0].initial_state
+        self._state = self._live.trace.initial_state if self._live else self._followed[0].initial_state
 
     def __enter__(self) -> Self:
         return self
@@ -151,116 +174,114 @@ class ReplayingRuntime:
         self._stack.close()
         if self._live is not None:
             closing_s = process_time() - began
-            self._live.take.open_s += closing_s
+            self._live.trace.open_s += closing_s
             self._spent_s += closing_s
 
     @property
     def state(self) -> PlantState:
-        """How the plant is left."""
+        """State of the plant after the last call."""
         return self._state
 
     @property
     def cpu_time_s(self) -> float:
-        """Seconds of processor that a plant of its own has taken so far, with whatever was asked again."""
+        """Processor time of a plant of its own so far, repeated requests included, s."""
         return self._spent_s
 
     @property
     def unshared_cpu_time_s(self) -> float:
-        """Seconds of processor that it would have taken, if nothing had been shared or asked again."""
-        take = self._live.take if self._live else self._followed[0]
-        return take.open_s + sum(one.took_s for one in self._done)
+        """Processor time that would have been needed with nothing shared or repeated, s."""
+        trace = self._live.trace if self._live else self._followed[0]
+        return trace.open_s + sum(one.took_s for one in self._done)
 
     @property
     def is_live(self) -> bool:
-        """Whether a plant of its own has been opened."""
+        """True once a plant of its own has been opened."""
         return self._live is not None
 
     @property
     def site(self) -> Site:
-        """See `ports.Runtime`."""
+        """The site of the configuration."""
         return self._configuration.site
 
     @property
     def is_stopped(self) -> bool:
-        """See `ports.Runtime`; in a trial nobody does."""
+        """False: no operator stops a trial."""
         return False
 
     def active_modules(self) -> Mapping[str, Ecm]:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.active_modules`."""
         return self._configuration.modules
 
     def certificate(self, module: str) -> Certificate | None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.certificate`."""
         return self._configuration.certificates.get(module)
 
     def now(self) -> float:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.now`."""
         return self._state.now
 
     def observe(self) -> Readings:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.observe`."""
         return self._state.readings
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.start`."""
         started: StepHandle | StepResult = self._call("start", request)
         return started
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.wait`."""
         ended: EndedStep | None = self._call("wait", until)
         return ended
 
     def cancel(self, step: StepHandle, reason: str) -> None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.cancel`."""
         self._call("cancel", step, reason)
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
-        """Nobody reads it."""
+        """Implements `Runtime.note`: discards the note."""
 
     def log_head(self) -> LogHead:
-        """Where nothing is recorded yet."""
+        """Implements `Runtime.log_head`: the head of an empty log."""
         return EMPTY_LOG_HEAD
 
     def events_since(self, head: LogHead) -> tuple[AuditEvent, ...]:
-        """Nothing is recorded."""
+        """Implements `Runtime.events_since`: nothing is recorded."""
         return ()
 
-    # Inside.
-
     def _call(self, name: str, *arguments: Any) -> Any:
-        asked, place = (name, arguments), len(self._done)
+        request, place = (name, arguments), len(self._done)
         if self._live is None:
             self._followed = [
                 one
                 for one in self._followed
                 if len(one.calls) > place
-                and one.calls[place].request == asked
-                and self._luck.reproduces(one.calls[place].state_after.draws)
+                and one.calls[place].request == request
+                and self._stream.reproduces(one.calls[place].state_after.draws)
             ]
             if not self._followed:
                 self._live = self._open_and_replay()
         if self._live is None:
             found = self._followed[0].calls[place]
         else:
-            found = self._live.call(asked)
+            found = self._live.call(request)
             self._spent_s += found.took_s
         self._done.append(found)
         self._state = found.state_after
         return found.answer
 
     def _open_and_replay(self) -> _TraceRecorder:
-        """A plant of its own, asked everything that was asked so far."""
+        """Open a plant of its own, and repeat all earlier calls on it."""
         began = process_time()
         opening = self._opened()
         open_from = process_time()
-        recorder = _TraceRecorder(self._stack.enter_context(opening), self._luck)
-        recorder.take.open_s = process_time() - open_from
+        recorder = _TraceRecorder(self._stack.enter_context(opening), self._stream)
+        recorder.trace.open_s = process_time() - open_from
         for old in self._done:
             new = recorder.call(old.request)
             is_same = (new.answer, new.state_after.now) == (old.answer, old.state_after.now)
-            if not is_same or not self._luck.reproduces(new.state_after.draws):
-                raise InternalError(f"asked the same, a plant did something else: {old.answer}, {new.answer}")
-        self._takes.append(recorder.take)
+            if not is_same or not self._stream.reproduces(new.state_after.draws):
+                raise InternalError(f"plant is not deterministic: {old.answer} before, {new.answer} now")
+        self._traces.append(recorder.trace)
         self._spent_s += process_time() - began
         return recorder

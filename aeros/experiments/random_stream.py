@@ -1,8 +1,8 @@
-"""What chance does to the plant of a trial, and to which other trials it would have done the same.
+"""Random draws of a trial's plant, and for which other trials they would be the same.
 
-A plant does the same whenever the same is asked of it and chance does the same.  On the symbolic plant all
-that chance does is the outcome of each run of a skill, so trials of several seeds may share what a plant did;
-on physics a seed decides far more, and only trials of that seed may.
+Simulators are deterministic: the same requests and random draws give the same results.  On the symbolic plant
+only the outcome of each run of a skill is drawn, so trials of several seeds may share what a plant did; on
+physics a seed decides far more, and only trials of that seed may share.
 """
 
 from __future__ import annotations
@@ -14,29 +14,46 @@ from aeros.sim.symbolic.outcomes import DrawEquivalence, OutcomeSampler
 
 
 class RandomStream(Protocol):
-    """The chance of one trial.
-
-    shared: names whose plants may be compared with its own.
-    """
+    """Protocol of the random draws of one trial."""
 
     @property
     def plant_group(self) -> str:
-        """See `RandomStream`."""
+        """Name that is the same for all trials whose plants may be compared."""
 
     def observed_draws(self, opened: OpenPlant) -> Any:
-        """What chance has done so far to a plant of its own."""
+        """Return the draws that a plant of this trial has made so far.
+
+        Args:
+            opened: the open plant.
+
+        Returns:
+            The draws, in a form that `reproduces` and `equivalent_interval` of the same class read.
+        """
 
     def reproduces(self, draws: Any) -> bool:
-        """Whether it would have done what it was `seen` to do to a plant that may be compared."""
+        """Check whether this trial would draw the same.
 
-    def equivalent_interval(self, seen: Any) -> tuple[float, float]:
-        """Numbers of the condition, exclusive, with which its seed would do the same, once it has done so."""
+        Args:
+            draws: of a plant that may be compared, from `observed_draws`.
+        """
+
+    def equivalent_interval(self, draws: Any) -> tuple[float, float]:
+        """Compute the numbers of the condition with which this seed draws the same.
+
+        Args:
+            draws: that this trial has made or reproduced.
+
+        Returns:
+            Low and high, both exclusive.
+        """
 
 
 class SeedRandomStream:
-    """Where all that is known is between which numbers the same seed does the same: `OpenPlant.equivalent_interval`.
+    """Draws of a plant that reports between which numbers the same seed does the same, as physics does.
 
-    number: the condition's: a rate, say.
+    Args:
+        seed: of the trial.
+        number: the number that varies between conditions, for instance a rate.
     """
 
     def __init__(self, seed: int, number: float) -> None:
@@ -44,47 +61,57 @@ class SeedRandomStream:
         self._number = number
 
     def observed_draws(self, opened: OpenPlant) -> tuple[float, tuple[float, float]]:
-        """Its number, and those between which all would be the same; none where the plant does not say."""
+        """Implements `RandomStream.observed_draws`.
+
+        Args:
+            opened: the open plant.
+
+        Returns:
+            The condition's number, and the interval in which all would be the same; empty where the plant
+            reports none.
+        """
         return self._number, opened.equivalent_interval() if opened.equivalent_interval else (
             self._number,
             self._number,
         )
 
-    def reproduces(self, seen: tuple[float, tuple[float, float]]) -> bool:
-        """See `RandomStream`."""
-        number, (low, high) = seen
+    def reproduces(self, draws: tuple[float, tuple[float, float]]) -> bool:
+        """Implements `RandomStream.reproduces`."""
+        number, (low, high) = draws
         return self._number == number or low < self._number < high
 
-    def equivalent_interval(self, seen: tuple[float, tuple[float, float]]) -> tuple[float, float]:
-        """See `RandomStream`."""
-        return seen[1]
+    def equivalent_interval(self, draws: tuple[float, tuple[float, float]]) -> tuple[float, float]:
+        """Implements `RandomStream.equivalent_interval`."""
+        return draws[1]
 
 
 class OutcomeRandomStream:
-    """Where outcomes of skills are drawn and nothing else is: `OpenPlant.equivalent_interval` tells which were.
+    """Draws of a plant on which only outcomes of skills are drawn, as on the symbolic one.
 
-    draws: of the trial's seed, at its condition's number.
-    drawing: what else would draw the same of the skill that fails.
+    Args:
+        seed: of the trial.
+        draws: sampler of outcomes, with the trial's seed and its condition's number.
+        equivalence: the numbers that draw the same outcomes of the skill that fails.
     """
 
     plant_group = "draws"
 
-    def __init__(self, seed: int, draws: OutcomeSampler, drawing: DrawEquivalence) -> None:
+    def __init__(self, seed: int, draws: OutcomeSampler, equivalence: DrawEquivalence) -> None:
         self._seed = seed
         self._draws = draws
-        self._drawing = drawing
+        self._equivalence = equivalence
 
     def observed_draws(self, opened: OpenPlant) -> Any:
-        """See `RandomStream`."""
+        """Implements `RandomStream.observed_draws`: the outcomes, in order."""
         assert opened.equivalent_interval is not None  # noqa: S101  a symbolic plant's
         return opened.equivalent_interval()
 
-    def reproduces(self, seen: Any) -> bool:
-        """See `RandomStream`."""
+    def reproduces(self, draws: Any) -> bool:
+        """Implements `RandomStream.reproduces`."""
         outcome = self._draws.outcome
-        return all(outcome(skill, run).id == had for skill, run, had in seen)
+        return all(outcome(skill, run).id == had for skill, run, had in draws)
 
-    def equivalent_interval(self, seen: Any) -> tuple[float, float]:
-        """See `RandomStream`."""
-        name = self._drawing.skill
-        return self._drawing.equivalent_interval(self._seed, sum(one.skill == name for one in seen))
+    def equivalent_interval(self, draws: Any) -> tuple[float, float]:
+        """Implements `RandomStream.equivalent_interval`."""
+        name = self._equivalence.skill
+        return self._equivalence.equivalent_interval(self._seed, sum(one.skill == name for one in draws))

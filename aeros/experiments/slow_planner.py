@@ -1,4 +1,4 @@
-"""A planner that really takes its time: it sleeps, and then plans by the task's rules."""
+"""A planner that really needs time: it sleeps, and then plans by the task's rules."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from aeros.spec.model.model import Ecm
 
 
 class SlowPlanner:
-    """The planning rules, some seconds later.
+    """Planning rules with a delay.
 
-    first, again: what the first plan takes, and each that follows a failure, s.
-    taken: what becomes of each step.
+    Args:
+        first_delay_s: time that the first plan takes, s.
+        replan_delay_s: time that each plan after a failure takes, s.
+        transform_step: applied to each step of a plan.
     """
 
     name = "rules"
@@ -27,13 +29,13 @@ class SlowPlanner:
         replan_delay_s: float,
         transform_step: Callable[[PlanStep], PlanStep] = lambda step: step,
     ) -> None:
-        self._first = first_delay_s
-        self._again = replan_delay_s
-        self._taken = transform_step
+        self._first_delay_s = first_delay_s
+        self._replan_delay_s = replan_delay_s
+        self._transform_step = transform_step
         self._rules = RulePlanner()
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """See `Planner`."""
-        time.sleep(self._again if world.failures else self._first)
+        """Implements `Planner.plan`."""
+        time.sleep(self._replan_delay_s if world.failures else self._first_delay_s)
         graph = self._rules.plan(routed, world, modules)
-        return TaskGraph(tuple(map(self._taken, graph.steps)))
+        return TaskGraph(tuple(map(self._transform_step, graph.steps)))

@@ -1,4 +1,4 @@
-"""Intervals and tests, by SciPy.  Sole importer of it."""
+"""Confidence intervals and tests, by SciPy.  Sole importer of it."""
 
 from __future__ import annotations
 
@@ -9,23 +9,37 @@ from scipy.stats import binom, binomtest, fisher_exact
 
 
 class ConfidenceInterval(NamedTuple):
-    """From low to high."""
+    """A closed interval from low to high."""
 
     low: float
     high: float
 
 
 def wilson(hits: int, trials: int) -> ConfidenceInterval:
-    """Wilson's 95 % interval of the chance that was met with `hits` times in `trials`."""
+    """Compute Wilson's 95 % interval of a probability.
+
+    Args:
+        hits: number of successes.
+        trials: number of trials, at least 1.
+
+    Returns:
+        The interval, within [0, 1].
+    """
     found = binomtest(hits, trials).proportion_ci(0.95, method="wilson")
     return ConfidenceInterval(float(found.low), float(found.high))
 
 
 def median_interval(values: Sequence[float]) -> ConfidenceInterval | None:
-    """A 95 % interval of the median, whatever the distribution is; fewer than six values have none.
+    """Compute a 95 % interval of the median, whatever the distribution is.
 
-    Between the k-th smallest and the k-th largest, where fewer than k of n fair coins fall on one side with a
-    chance of at most 2.5 %.
+    It lies between the k-th smallest and the k-th largest value, where fewer than k of n fair coins fall on
+    one side with a probability of at most 2.5 %.
+
+    Args:
+        values: measured values, in any order.
+
+    Returns:
+        The interval in the unit of the values; None for fewer than six values.
     """
     k = int(binom.ppf(0.025, len(values), 0.5))
     if k < 1:
@@ -35,15 +49,29 @@ def median_interval(values: Sequence[float]) -> ConfidenceInterval | None:
 
 
 def fisher_exact_test(one: tuple[int, int], other: tuple[int, int], *, one_sided: bool = False) -> float:
-    """Fisher's exact test of hits in trials: p where both have one chance.
+    """Test by Fisher's exact test whether two sets of trials have the same probability of success.
 
-    one_sided: against that of `one` being higher; else against any other.
+    Args:
+        one: hits and trials of the first.
+        other: hits and trials of the second.
+        one_sided: test against a higher probability of `one`; else against any difference.
+
+    Returns:
+        The p-value.
     """
     table = [[hits, trials - hits] for hits, trials in (one, other)]
     return float(fisher_exact(table, alternative="greater" if one_sided else "two-sided")[1])
 
 
 def mcnemar(only_one: int, only_other: int) -> float:
-    """McNemar's exact test, two-sided: p of so many pairs in which one of two succeeded alone."""
+    """Test by McNemar's exact test, two-sided, whether paired trials succeed equally often.
+
+    Args:
+        only_one: number of pairs in which only the first succeeded.
+        only_other: number of pairs in which only the second succeeded.
+
+    Returns:
+        The p-value; 1 where there is no such pair.
+    """
     pairs = only_one + only_other
     return float(binomtest(only_one, pairs).pvalue) if pairs else 1.0

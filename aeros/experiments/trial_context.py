@@ -1,4 +1,4 @@
-"""The means of a real trial: skills run through executor and gate, and what is done is counted."""
+"""Context of a real trial: skills run through executor and gate, and a runtime that counts."""
 
 from __future__ import annotations
 
@@ -20,12 +20,21 @@ from aeros.spec.model.model import Ecm, Skill
 
 
 class CountingRuntime:
-    """A runtime that counts what is asked of it, whoever asks; in everything else the one that it is given.
+    """Runtime that counts the calls made to it, and passes everything on to another runtime.
 
-    watched: module and name of a skill whose tries are counted, too, and where they are `judged` those that
-        failed.
-    steps: skills that began; actions: those that the gate let begin; denied: those that it denied.
-    tries, failed_tries: of the skill that is watched; first_failed: whether its first failed.
+    Args:
+        runtime: the runtime that does the work.
+        counted_skill: module and name of a skill whose tries are counted too.
+        judge_by_measurement: also count the tries of that skill that failed, by what is measured.
+
+    Attributes:
+        judged: whether failed tries are counted.
+        steps: skills that began.
+        actions: actions that the gate let begin.
+        denied: actions that the gate denied.
+        tries: ended tries of the counted skill.
+        failed_tries: those of them that failed.
+        first_failed: whether the first of them failed.
     """
 
     def __init__(
@@ -47,7 +56,7 @@ class CountingRuntime:
         self.first_failed = False
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.start`."""
         started = self._runtime.start(request)
         if not isinstance(started, StepResult):
             self.steps += 1
@@ -56,7 +65,7 @@ class CountingRuntime:
         return started
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.wait`."""
         ended = self._runtime.wait(until)
         if ended is not None:
             self.actions += ended.result.allowed + ended.result.attenuated
@@ -71,7 +80,7 @@ class CountingRuntime:
         return ended
 
     def _has_failed(self, result: StepResult) -> bool:
-        """By what is measured now."""
+        """Judge the ended try by what is measured now."""
         assert self._watched is not None  # noqa: S101  only what is watched is under way
         runtime, (module, name) = self._runtime, self._watched
         world = world_from_readings(runtime.site.state, runtime.observe(), runtime.now())
@@ -82,7 +91,7 @@ class CountingRuntime:
 
 
 class TrialContextImpl:
-    """See `architecture.TrialContext`."""
+    """Implementation of `architecture.TrialContext` on a real runtime."""
 
     def __init__(self, runtime: CountingRuntime, routed: RoutedTask, seed: int) -> None:
         self._runtime = cast(Runtime, runtime)
@@ -96,47 +105,47 @@ class TrialContextImpl:
 
     @property
     def task(self) -> RoutedTask:
-        """See `TrialContext`."""
+        """The task and its module."""
         return self._routed
 
     @property
     def seed(self) -> int:
-        """See `TrialContext`."""
+        """The seed of the trial."""
         return self._seed
 
     @property
     def runtime(self) -> Runtime:
-        """See `TrialContext`."""
+        """The runtime, which counts."""
         return self._runtime
 
     def world(self) -> WorldModel:
-        """See `TrialContext`."""
+        """Implements `TrialContext.world`."""
         self._asked += 1
         if self._asked > MAX_CALLS:
             raise CallLimitError
         runtime = self._runtime
         readings, now = runtime.observe(), runtime.now()
-        # Where the very same readings come again, as long as nothing happens, so does the world.
+        # The same readings object at the same time gives the same world, which is reused.
         if self._world is None or readings is not self._readings or now != self._world.time:
             self._readings = readings
             self._world = world_from_readings(runtime.site.state, readings, now, self._exactly)
         return self._world
 
     def is_goal_reached(self) -> bool:
-        """See `TrialContext`."""
+        """Implements `TrialContext.is_goal_reached`."""
         return self.world().evaluate(self._routed.task.goal) is True
 
     def is_goal_measured(self) -> bool:
-        """The same for the harness, whatever the architecture has asked for."""
+        """Check the goal for the harness, even where the architecture has used up its calls."""
         self._asked = 0
         return self.is_goal_reached()
 
     def plan(self) -> tuple[PlanStep, ...]:
-        """See `TrialContext`."""
+        """Implements `TrialContext.plan`."""
         return self._planner.plan(self._routed, self.world(), self._runtime.active_modules()).steps
 
     def run(self, step: PlanStep) -> StepAssessment:
-        """See `TrialContext`; of a capability the first provider is run that may start."""
+        """Implements `TrialContext.run`; of a capability the first provider that may start runs."""
         world, module = self.world(), self._runtime.active_modules()[step.module]
         providers = [module.skills[name] for name in module.providers(step.skill)]
         if not providers:
@@ -152,7 +161,7 @@ class TrialContextImpl:
         if not isinstance(result, StepResult):
             ended = self._runtime.wait()
             if ended is None:
-                raise MisuseError("nothing ended, without a time to wait until")
+                raise MisuseError("wait() returned nothing without a deadline")
             result = ended.result
         return assess_step(module.id, skill, result, self.world())
 
@@ -162,6 +171,6 @@ def _with_defaults(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _environment(skill: Skill, step: PlanStep) -> Environment:
-    """The skill's inputs, exact, as its conditions name them."""
+    """Return the skill's inputs, exact, by the names that its conditions use."""
     filled = _with_defaults(skill, step.inputs)
     return {declared.name: to_exact(declared, filled[name]) for name, declared in skill.inputs.items()}

@@ -1,4 +1,4 @@
-"""Kinds of trials: a module for each, imported only where it is tried."""
+"""Kinds of trials: a module for each, imported only when it is used."""
 
 from __future__ import annotations
 
@@ -16,68 +16,104 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.spec.model.model import Durability
 
 Findings = Mapping[str, Any]
-"""What one trial found: JSON values by name.
+"""Findings of one trial: JSON values by name.
 
-`reached` (whether it succeeded) and `processor_s` are among them; `NONDETERMINISTIC_FIELDS` may differ from
-time to time.
+`reached` (whether it succeeded) and `processor_s` are among them; `NONDETERMINISTIC_FIELDS` may differ
+between runs.
 """
 
 Trial = Callable[[int], Findings]
 """Runs the trial of a seed."""
 
-SCRATCH_ROOT: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  kept by nobody
-"""Where trials keep what nobody keeps; None for wherever temporary files are."""
+SCRATCH_ROOT: Final = next((one for one in (Path("/dev/shm"),) if one.is_dir()), None)  # noqa: S108  temporary files
+"""Folder for temporary files of trials, in memory; None for the default folder."""
 
 TIMING_FIELDS: Final = ("processor_s", "alone_s", "swap_s", "reaction_s")
-"""What takes another time whenever it is found."""
+"""Findings that are times, which differ between runs."""
 
 NONDETERMINISTIC_FIELDS: Final = ("live", *TIMING_FIELDS)
-"""What may be found otherwise from one time to the next: times, and whether a plant of its own was needed."""
+"""Findings that may differ between runs: times, and whether a plant of its own was needed."""
 
 EQUIVALENT_INTERVAL: Final = "alike"
-"""Where a trial says so."""
+"""Finding with the interval in which the trial would have found the same."""
 
 PREDICTED_FIELDS: Final = ("success", "invocations", "retries", "recoveries", "replans")
-"""What is computed of a condition."""
+"""Names of the values that are computed for a condition."""
 
 ATTEMPT_FIELD: Final = "attempt"
-"""What is computed of how many attempts fail: the rate."""
+"""Name of the expected share of attempts that fail: the rate."""
 
 INDEPENDENT_PREFIX: Final = "independent_"
-"""Before the name of what would be exact if attempts were independent of each other, where they are not."""
+"""Prefix of values that would be exact if attempts were independent, where they are not."""
 
 
 class TrialKind(Protocol):
-    """What a module of trials has."""
+    """Protocol of a kind of trials, which its module has as `KIND`."""
 
     def open(self, condition: TrialCondition, premises: TrialInputs) -> AbstractContextManager[Trial]:
-        """What is set up once for trials of many seeds, and taken down after them."""
+        """Set up what trials of many seeds share, and take it down after them.
+
+        Args:
+            condition: kind, plant and settings of the trials.
+            premises: proved modules, site and compiled gate.
+
+        Yields:
+            The function that runs the trial of a seed.
+        """
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """What is exactly to be expected, by name; in words why that is not to be had."""
+        """Compute the values that are exactly expected of a condition.
+
+        Args:
+            condition: kind, plant and settings of the trials.
+            premises: proved modules, site and compiled gate.
+
+        Returns:
+            The expected values by name, or the reason in words why there are none.
+        """
 
 
 @runtime_checkable
 class SharesTrials(Protocol):
-    """A kind whose trials have things in common."""
+    """Protocol of kinds whose conditions can share trials."""
 
     def comparison_group(self, condition: TrialCondition) -> tuple[str, float]:
-        """Conditions of one family differ in that number alone.
+        """Name the family of a condition, and the number in which it differs from others of that family.
 
-        What a trial found may have `alike`, two numbers between which it would have found the same: then it
-        is not tried again for others of its family.
+        The findings of a trial may have `alike`, two numbers between which the trial would have found the
+        same: then it is not run again for others of its family.
+
+        Args:
+            condition: kind, plant and settings of the trials.
+
+        Returns:
+            The family's name, and the number.
         """
 
     def scheduling_group(self, condition: TrialCondition) -> str:
-        """Whole families of the same company are best tried one after the other, seed by seed."""
+        """Name the group of families that are best run one after the other, seed by seed.
+
+        Args:
+            condition: kind, plant and settings of the trials.
+
+        Returns:
+            The group's name, the same for all conditions of a family.
+        """
 
 
 @runtime_checkable
 class PredictsSeries(Protocol):
-    """A kind whose trials have a `series`: by name, a number for each session, say."""
+    """Protocol of kinds whose trials have a `series`: lists of numbers by name, as one a session."""
 
     def expected_series(self, condition: TrialCondition) -> Mapping[str, Sequence[float]]:
-        """What is exactly to be expected of series, by name, as far as that is to be had."""
+        """Compute the series that are exactly expected of a condition.
+
+        Args:
+            condition: kind, plant and settings of the trials.
+
+        Returns:
+            The expected series by name; only those that can be computed.
+        """
 
 
 KINDS: Final[Mapping[str, tuple[str, ...]]] = {
@@ -91,21 +127,35 @@ KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "sensors": ("sensors", "truth"),
     "task": ("task",),
 }
-"""By kind, the module of `trials/` that has a `KIND`, and others that it stands on."""
+"""By kind, the module of `trials/` that has a `KIND`, and others that it needs."""
 
 KINDS_RUNNING_CLI: Final = frozenset(("kills",))
-"""Kinds whose trials run the commands of `aeros`, so that their code decides, too."""
+"""Kinds whose trials run commands of `aeros`, whose code then decides findings too."""
 
 
 def kind_of(name: str) -> TrialKind:
-    """The kind of that name."""
+    """Import a kind of trials.
+
+    Args:
+        name: a key of `KINDS`.
+
+    Returns:
+        The kind, `KIND` of its module.
+    """
     kind: TrialKind = importlib.import_module(f"aeros.experiments.trials.{KINDS[name][0]}").KIND
     return kind
 
 
 @cache
 def comparison_group_of(condition: TrialCondition) -> tuple[str, float]:
-    """See `SharesTrials`; else each condition is one of its own."""
+    """Name the family of a condition, as `SharesTrials.comparison_group` does.
+
+    Args:
+        condition: kind, plant and settings of the trials.
+
+    Returns:
+        The family's name and the number; a condition of any other kind is a family of its own.
+    """
     kind = kind_of(condition.kind)
     return (
         kind.comparison_group(condition)
@@ -115,14 +165,25 @@ def comparison_group_of(condition: TrialCondition) -> tuple[str, float]:
 
 
 def scheduling_group_of(condition: TrialCondition) -> str:
-    """See `SharesTrials`; else each condition is one of its own."""
+    """Name the group of a condition, as `SharesTrials.scheduling_group` does.
+
+    Args:
+        condition: kind, plant and settings of the trials.
+
+    Returns:
+        The group's name; a condition of any other kind is a group of its own.
+    """
     kind = kind_of(condition.kind)
     return kind.scheduling_group(condition) if isinstance(kind, SharesTrials) else condition.canonical_json
 
 
 @contextmanager
 def scratch_folder() -> Iterator[tuple[Path, AuditLog]]:
-    """A folder, and an audit log in it, for trials: of neither anything is kept."""
+    """Make a temporary folder with an audit log in it; both are deleted afterwards.
+
+    Yields:
+        The folder, and the open log.
+    """
     with (
         tempfile.TemporaryDirectory(dir=SCRATCH_ROOT) as folder,
         AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
@@ -131,13 +192,21 @@ def scratch_folder() -> Iterator[tuple[Path, AuditLog]]:
 
 
 def condition_digest(condition: TrialCondition, premises: str) -> str:
-    """Names what decides the trials of `condition` but for their seed, on premises of that digest."""
+    """Name everything that decides the trials of a condition, except their seed.
+
+    Args:
+        condition: kind, plant and settings of the trials.
+        premises: digest of what the trials stand on (`TrialInputs.digest`).
+
+    Returns:
+        A digest in hexadecimal digits.
+    """
     return condition.digest(f"{premises} {_source_digest(condition.kind)}")
 
 
 @cache
 def _source_digest(name: str) -> str:
-    """Of the code of a kind; what all kinds share is among the premises."""
+    """Digest the code of a kind; the code that all kinds share is among the premises."""
     folder = Path(__file__).parent / "trials"
     files = {one: folder / f"{one}.py" for one in KINDS[name]}
     if name in KINDS_RUNNING_CLI:

@@ -1,4 +1,4 @@
-"""The plants of trials, one for each seed: by declared probabilities, or physics with seeded faults."""
+"""Plants of trials, one for each seed: by declared probabilities, or physics with seeded faults."""
 
 from __future__ import annotations
 
@@ -30,10 +30,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class OpenPlant:
-    """A plant, and what is counted of it.
+    """An open plant, and counts of what it did.
 
-    chance: as `luck.py` reads it, on the symbolic plant the outcomes that were drawn so far, on physics
-        the numbers of the condition between which the same seed would have done the same.
+    Attributes:
+        plant: the plant.
+        counts: counts by the name that findings have them under.
+        equivalent_interval: draws as `random_stream.py` reads them: on the symbolic plant it returns the
+            outcomes drawn so far, on physics the numbers of the condition between which the same seed does
+            the same.
     """
 
     plant: Plant
@@ -48,7 +52,17 @@ PlantFactory = Callable[[int], AbstractContextManager[OpenPlant]]
 def symbolic_plants(
     site: Site, modules: Mapping[str, Ecm], task: Task, bursts: Mapping[str, BurstOutcomes] | None = None
 ) -> PlantFactory:
-    """Plants on which `modules` do as they declare, some skills in bursts."""
+    """Make symbolic plants ready, on which modules behave as they declare.
+
+    Args:
+        site: the site of the modules.
+        modules: modules by id.
+        task: its initial values are where each plant begins.
+        bursts: outcomes of skills that are drawn in bursts, by `MODULE.SKILL`.
+
+    Returns:
+        A function that opens the plant of a seed.
+    """
     rested = SymbolicPlant(site, modules, 0, to_doubles(task.initial), bursts)
 
     @contextmanager
@@ -65,9 +79,19 @@ def physics_plants(
     faults: str,
     process: GilbertElliottProcess | Mapping[str, GilbertElliottProcess],
 ) -> PlantFactory:
-    """Plants in which every fault of the text `faults` happens as `process`, or that of its name, has it.
+    """Make physics plants ready, in which declared faults happen at random.
 
-    Raises `UserError` where there is no physics, no such scene, or the text declares no faults.
+    Args:
+        configuration: the modules under their site.
+        routed: the task, whose scene is simulated.
+        faults: text of a faults file.
+        process: the process by which every fault happens, or one for each fault by its name.
+
+    Returns:
+        A function that opens the plant of a seed.
+
+    Raises:
+        UserError: physics is not installed, there is no such scene, or the text declares no faults.
     """
     try:
         from aeros.sim.faults.injector import FaultInjector
@@ -81,10 +105,10 @@ def physics_plants(
     def opened(seed: int) -> Iterator[OpenPlant]:
         found = OpenPlant(cast(Plant, None), {"faults": 0, "ik_solutions": 0})
 
-        def told(one: FaultEvent) -> None:
+        def count_fault(one: FaultEvent) -> None:
             found.counts["faults"] += one.event == "fault"
 
-        injector = FaultInjector(happening, seed, told)
+        injector = FaultInjector(happening, seed, count_fault)
         found.equivalent_interval = lambda: injector.equivalent_rates
         plant = make_plant(scene, seed, disturbance=injector)
         try:
@@ -97,7 +121,14 @@ def physics_plants(
 
 
 def missing_physics_error(error: ImportError) -> UserError:
-    """What is missing for it, and what to do."""
+    """Describe what to install for the physics plant.
+
+    Args:
+        error: raised where a package is missing.
+
+    Returns:
+        The error for the user.
+    """
     headline = f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing)"
     return UserError([Diagnostic("AE002", headline, help=("or use `--plant symbolic`",))])
 
@@ -121,14 +152,14 @@ def _faults(
 
 
 class _CountingPlant:
-    """A plant that counts the points of planned paths, each of which is a solution of inverse kinematics."""
+    """Plant that counts the points of planned paths, each of which is a solution of inverse kinematics."""
 
     def __init__(self, plant: Plant, counts: dict[str, int]) -> None:
         self._plant = plant
         self._counts = counts
 
     def plan(self, action: Action) -> PlannedMotion:
-        """See `Plant`."""
+        """Implements `Plant.plan`."""
         plan = self._plant.plan(action)
         if isinstance(plan, Trajectory) and moves_joints(plan):
             self._counts["ik_solutions"] += sum(len(path) + 1 for path in plan.joint_paths)

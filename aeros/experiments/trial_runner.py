@@ -1,9 +1,9 @@
-"""Runs trials on any `concurrent.futures.Executor`, and keeps them as soon as a worker is done with them.
+"""Run trials on any `concurrent.futures.Executor`, and store them as soon as a worker has finished them.
 
-What is finished already is not run again, and neither is what a finished trial says would be the same
-(`kinds.SharesTrials`).  An interruption lets what is under way finish and be kept; a second one does not
-wait, and
-kills what is under way here.  Which worker runs what, and in which order, has no bearing on what is found.
+A finished trial is not run again, and neither is one that a finished trial says would be the same
+(`trial_kinds.SharesTrials`).  A first interruption waits for running trials and stores them; a second one
+does not wait, and kills the workers of this machine.  The findings do not depend on which worker runs which
+trial, nor on the order.
 """
 
 from __future__ import annotations
@@ -38,21 +38,23 @@ from aeros.experiments.trial_store import SpillFile, StoredTrial, TrialStore
 from aeros.spec.diagnostics.errors import InternalError, MisuseError
 
 MAX_CHUNK_TRIALS: Final[Mapping[str, int]] = {"symbolic": 200, "physics": 1}
-"""Trials that a worker runs for one answer at most, or those of one seed: one takes seconds on physics."""
+"""Most trials of a chunk, unless one seed has more: a trial takes seconds on physics."""
 
 _CHUNKS_PER_WORKER: Final = 2
-"""Chunks given out for each worker: one that it runs and one that waits."""
+"""Chunks submitted for each worker: one that runs and one that waits."""
 
 _POLL_INTERVAL_S: Final = 0.1
-"""Seconds between looks at whether somebody interrupts."""
+"""Seconds between checks for an interruption."""
 
 
 class Chunk(NamedTuple):
-    """Trials of conditions that keep company, for one worker.
+    """Trials of one scheduling group, for one worker.
 
-    premises: the digest that the worker's own must have.
-    wanted: seeds, each with the conditions that it is wanted of.
-    aside: the file for what is finished of it, see `store.SpillFile`.
+    Attributes:
+        paths: where the worker loads its inputs from.
+        inputs_digest: the digest that the worker's inputs must have.
+        trials_by_seed: seeds, each with the conditions to try with it.
+        spill_path: file for finished trials, see `trial_store.SpillFile`.
     """
 
     paths: InputPaths
@@ -62,13 +64,20 @@ class Chunk(NamedTuple):
 
     @property
     def trials(self) -> int:
-        """How many are wanted."""
+        """Number of trials."""
         return sum(len(conditions) for _, conditions in self.trials_by_seed)
 
 
 @dataclass(slots=True)
 class RunProgress:
-    """How far it has come: trials done of so many, when it began, and whether it was interrupted."""
+    """Progress of a run.
+
+    Attributes:
+        done: trials finished.
+        total: trials to run.
+        start_time: `time.monotonic()` at the start, s.
+        is_interrupted: whether the user interrupted the run.
+    """
 
     done: int
     total: int
@@ -77,13 +86,18 @@ class RunProgress:
 
     @property
     def seconds_left(self) -> float | None:
-        """At the pace so far."""
+        """Seconds left at the pace so far; None before the first trial is finished."""
         spent = time.monotonic() - self.start_time
         return spent * (self.total - self.done) / self.done if self.done else None
 
 
 class ChunkResult(NamedTuple):
-    """What came of a chunk: so many trials, and those of them that whoever asked does not find aside."""
+    """Result of a chunk.
+
+    Attributes:
+        number: trials finished.
+        trials: those that the caller does not find in the spill file.
+    """
 
     number: int
     trials: tuple[StoredTrial, ...]
@@ -93,23 +107,33 @@ _Answer = Future[ChunkResult]
 
 
 class SecondInterruptError(KeyboardInterrupt):
-    """A second interruption: what is under way is not waited for, and lost."""
+    """A second interruption: running trials are not waited for, and lost."""
 
 
 class InputsMismatchError(Exception):
-    """A worker has other modules, another site or other code than whoever asked."""
+    """A worker has other modules, another site or other code than the caller."""
 
 
 def run_chunk(chunk: Chunk) -> ChunkResult:
-    """What each trial of `chunk` found; what a worker runs.
+    """Run the trials of a chunk in a worker.
 
-    A condition of which a trial that has run says that it would have been the same is not tried again.
-    A process of the pool here hands nothing over: its answer fits into its pipe at once (`PIPE_BUF`).  Who
-    has read half of a longer one waits for ever where its writer is killed, as others can write there, too.
+    A condition is skipped if a trial that has run says that it would be the same.  A worker process of this
+    machine returns no findings: its answer fits into its pipe at once (`PIPE_BUF`).  A process that has read
+    half of a longer answer would wait forever if its writer were killed, as other processes can write to that
+    pipe.
+
+    Args:
+        chunk: the trials.
+
+    Returns:
+        How many trials were finished, with their findings where the caller may not see the spill file.
+
+    Raises:
+        InputsMismatchError: this worker has other inputs than the caller.
     """
     premises = load_inputs(chunk.paths)
     if premises.digest != chunk.inputs_digest:
-        raise InputsMismatchError("a worker has other modules, another site or another release of AEROS")
+        raise InputsMismatchError("worker inputs differ: modules, site or AEROS version")
     finished: list[StoredTrial] = []
     with ExitStack() as stack:
         aside = stack.enter_context(SpillFile(chunk.spill_path))
@@ -131,7 +155,7 @@ def run_chunk(chunk: Chunk) -> ChunkResult:
 
 
 def _find_equivalent(number: float, had: Iterable[Findings]) -> Findings | None:
-    """Of a family's trials with one seed, the one that its condition with that number would have found."""
+    """Find, among a family's trials with one seed, one that would have found the same with `number`."""
     for one in had:
         low, high = one.get(EQUIVALENT_INTERVAL, (number, number))
         if low < number < high:
@@ -148,11 +172,23 @@ def run_trials(
     store: TrialStore,
     on_progress: Callable[[RunProgress], None],
 ) -> None:
-    """Run whatever the store does not have of `conditions` for `seeds`.
+    """Run the trials of conditions and seeds that the store does not have.
 
-    For the main thread alone, which Ctrl-C comes to.
-    tell: hears whenever trials were kept.  Raises KeyboardInterrupt once what was under way is kept, and
-    `SecondInterruptError` where another interruption comes before that.
+    Only for the main thread, which receives Ctrl-C.
+
+    Args:
+        conditions: what to try; equal ones are tried once.
+        seeds: what to try each condition with.
+        where: modules and site.
+        executor: runs chunks in its workers.
+        workers: their number.
+        store: keeps finished trials.
+        on_progress: called whenever trials were stored, and at the start.
+
+    Raises:
+        KeyboardInterrupt: the user interrupted the run; all that was running is stored.
+        SecondInterruptError: another interruption came before that.
+        InputsMismatchError: a worker has other inputs.
     """
     premises = load_inputs(where).digest
     chunks = list(_missing(dict.fromkeys(conditions), seeds, where, premises, store, workers))
@@ -186,10 +222,10 @@ def _store_finished(
     running: dict[_Answer, Chunk],
     store: TrialStore,
     progress: RunProgress,
-    tell: Callable[[RunProgress], None],
+    on_progress: Callable[[RunProgress], None],
 ) -> None:
     done, _ = wait(running, _POLL_INTERVAL_S, return_when=FIRST_COMPLETED)
-    # What was refused comes last, so that all else is kept.
+    # Failed chunks come last, so that all others are stored first.
     for future in sorted(done, key=lambda one: one.exception() is not None):
         chunk = running.pop(future)
         number, trials = future.result()
@@ -199,7 +235,7 @@ def _store_finished(
             raise InternalError(f"{chunk.spill_path} lacks some of the {number} trials that are finished")
         progress.done += number
     if done:
-        tell(progress)
+        on_progress(progress)
 
 
 def _missing(
@@ -219,7 +255,7 @@ def _missing(
         wanted = [
             (seed, tuple(left)) for seed in seeds if (left := _remaining(company, seed, premises, store))
         ]
-        # Every worker has a part of every company, however few they are.
+        # Every worker gets a part of every group, however few trials it has.
         size = max(1, min(MAX_CHUNK_TRIALS[plant] // len(company), ceil(len(wanted) / workers)))
         for first in range(0, len(wanted), size):
             chosen = tuple(wanted[first : first + size])
@@ -229,7 +265,7 @@ def _missing(
 def _remaining(
     company: Sequence[TrialCondition], seed: int, premises: str, store: TrialStore
 ) -> list[TrialCondition]:
-    """Those of which no trial with that seed is there, nor one that says that it would be the same."""
+    """Return the conditions without a stored trial of that seed; store those known to be the same."""
     digests = {condition: condition_digest(condition, premises) for condition in company}
     had: dict[str, list[Findings]] = {}
     for condition, digest in digests.items():
@@ -245,20 +281,30 @@ def _remaining(
             left.append(condition)
         else:
             store.append([StoredTrial(digest, seed, same)])
-    # What is listed last goes on longest, as a rule, so the others find that what they ask has been asked.
+    # Conditions that are listed last usually take longest, so the others find their requests in the cache.
     return left[::-1]
 
 
 @contextmanager
 def local_executor(workers: int) -> Iterator[tuple[Executor, int]]:
-    """Processes on this machine, and how many."""
+    """Start worker processes on this machine, and end them afterwards.
+
+    Args:
+        workers: their number.
+
+    Yields:
+        The executor, and the number of its workers.
+
+    Raises:
+        KeyboardInterrupt: the user interrupted while the workers were ending; they are killed.
+    """
     others = multiprocessing.active_children()
     pool = ProcessPoolExecutor(workers, initializer=_init_worker, initargs=(os.getpid(),))
     is_patient = True
     try:
         yield pool, workers
     except (SecondInterruptError, BrokenExecutor):
-        # The pool dismisses no worker any more where one that it had cancelled was to hear that it is broken.
+        # A broken pool ends no workers if it fails while it tells a cancelled future that it is broken.
         is_patient = False
         raise
     finally:
@@ -274,14 +320,14 @@ def local_executor(workers: int) -> Iterator[tuple[Executor, int]]:
 
 
 class _WorkerState:
-    """What kind of process this is."""
+    """State of this process as a worker."""
 
     is_here = False
     """Whether it works for another one of this machine, which sees the same files."""
 
 
 def _init_worker(parent: int) -> None:
-    """Leave interruptions to whoever keeps what is found, and end where that has ended without a word."""
+    """Ignore interruptions, which the parent handles, and exit if the parent has died."""
     _WorkerState.is_here = True
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_exit_with_parent, args=(parent,), daemon=True).start()
@@ -294,7 +340,18 @@ def _exit_with_parent(parent: int) -> None:
 
 
 def executor_at(address: str | None, workers: int) -> AbstractContextManager[tuple[Executor, int]]:
-    """The processes of this machine, or those of a cluster at `dask://HOST:PORT`.  Raises `MisuseError`."""
+    """Choose the processes of this machine, or those of a cluster.
+
+    Args:
+        address: `dask://HOST:PORT`; None for this machine.
+        workers: number of processes on this machine.
+
+    Returns:
+        A context with the executor and the number of its workers.
+
+    Raises:
+        MisuseError: the address is none, or a package is missing.
+    """
     if address is None:
         return local_executor(workers)
     if not address.startswith("dask://"):

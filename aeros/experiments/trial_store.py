@@ -1,11 +1,11 @@
-"""Finished trials, kept: a line of JSON for each, appended whole, and read again after any interruption.
+"""Store of finished trials: one line of JSON each, appended whole, and read again after any interruption.
 
-A line is with the operating system as soon as its trials are there, in one write, so no end of this process
-loses it; what a power cut may take is the last second.  A last line that is torn is left out, and cut off
-before anything is appended.
+Lines reach the operating system in one write as soon as their trials are finished, so no end of this process
+loses them; a power cut may take the last second.  A torn last line is left out, and cut off before anything
+is appended.
 
-A worker that sees the folder keeps what it finishes in a file aside until all of it is taken from there, or
-handed over; who opens the folder next takes in what a kill has left there.
+A worker that sees the folder keeps finished trials in a spill file until the store has taken all of them, or
+until they are handed over.  The next process that opens the folder takes in what a kill has left there.
 """
 
 from __future__ import annotations
@@ -43,9 +43,10 @@ class StoredTrial(NamedTuple):
 
 
 class SpillFile:
-    """Trials that a worker has finished and that are not kept yet, in a file whose path it was given.
+    """File of trials that a worker has finished and that are not stored yet.
 
-    Where there is no such folder, as on another machine, nothing is kept.
+    Args:
+        path: the file; where its folder does not exist, as on another machine, nothing is kept.
     """
 
     def __init__(self, path: Path) -> None:
@@ -61,15 +62,30 @@ class SpillFile:
             os.close(self._file)
 
     def append(self, one: StoredTrial) -> None:
-        """Append it; raises `OSError`."""
+        """Append a trial.
+
+        Args:
+            one: a finished trial.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
         if self._file is not None:
             _write(self._file, _line(one))
 
 
 class TrialStore:
-    """The trials of one folder; one process at a time writes them.
+    """Trials of one folder, which one process at a time writes.
 
-    Raises `MisuseError` where another does, or none can; `UserError` where a line is none of ours.
+    Args:
+        folder: made where it does not exist.
+
+    Attributes:
+        trials: findings by digest of the condition and seed.
+
+    Raises:
+        MisuseError: another process writes the folder, or it cannot be written.
+        UserError: a line is not a finished trial.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -103,20 +119,43 @@ class TrialStore:
         os.close(self._file)
 
     def spill_path(self, number: int) -> Path:
-        """The file for what a worker finishes of the chunk with that number."""
+        """Name the spill file of a chunk.
+
+        Args:
+            number: of the chunk.
+
+        Returns:
+            An absolute path in the folder.
+        """
         return self._path.parent.resolve() / f"{_SPILL_PREFIX}{number}.jsonl"
 
     def merge_spill(self, aside: Path) -> int:
-        """Append what a worker has kept there, of which nothing is needed there any more; how much it was.
+        """Store the trials of a spill file, and delete it.
 
-        Raises `OSError`; `UserError` where a line is none of ours.
+        Args:
+            aside: the spill file.
+
+        Returns:
+            The number of trials in it.
+
+        Raises:
+            OSError: a file cannot be read or written.
+            UserError: a line is not a finished trial.
         """
         found = list(_read_trials(aside, _complete_lines(aside.read_bytes())))
         self.append([one for one in found if (one.condition, one.seed) not in self.trials], aside)
         return len(found)
 
     def append(self, trials: Iterable[StoredTrial], aside: Path | None = None) -> None:
-        """Append these, of which none is needed `aside` any more; raises `OSError`."""
+        """Store trials.
+
+        Args:
+            trials: finished trials.
+            aside: a spill file to delete afterwards, if there is one.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
         made = list(trials)
         _write(self._file, "".join(map(_line, made)))
         self.trials.update({(one.condition, one.seed): one.findings for one in made})
@@ -125,8 +164,6 @@ class TrialStore:
         if time.monotonic() - self._synced > _SYNC_EVERY:
             os.fsync(self._file)
             self._synced = time.monotonic()
-
-    # Inside.
 
     def _read(self) -> Iterable[tuple[tuple[str, int], Mapping[str, Any]]]:
         content = self._path.read_bytes()
@@ -155,7 +192,7 @@ def _write(file: int, text: str) -> None:
 
 
 def _complete_lines(content: bytes) -> bytes:
-    """The lines that are not torn."""
+    """Return the content without a torn last line."""
     return content[: content.rfind(b"\n") + 1]
 
 

@@ -1,4 +1,4 @@
-"""The back ends as the conformance suite sees them, and twins with one deliberate mistake each."""
+"""Back ends for the conformance suite, and twins with one deliberate mistake each."""
 
 from __future__ import annotations
 

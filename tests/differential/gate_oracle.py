@@ -1,4 +1,4 @@
-"""What the gate is to decide, by definition: exact semantics of every condition, no proof relied on.
+"""Decisions of the gate by definition: exact semantics of every condition, without relying on proofs.
 
 Written apart from the gate, and slow: a decision is the set of its reasons, as (code, rule).
 """
@@ -19,7 +19,7 @@ from tests.unit.runtime.bench import Request
 
 
 def admits(configuration: Configuration, asked: Request) -> bool:
-    """Whether the request is well-formed and nothing at all objects to it; never raises."""
+    """Return true if the request is well-formed and nothing objects to it; never raises."""
     try:
         values = _well_formed(configuration, asked)
     except (_MalformedError, KeyError, TypeError, AttributeError):
@@ -37,7 +37,7 @@ def admits(configuration: Configuration, asked: Request) -> bool:
 def objections(
     configuration: Configuration, skill: str, kind: str, values: Environment, module: str = "handling"
 ) -> set[tuple[str, str]]:
-    """Which of envelope, permission and Φ object, where all their variables have exact values."""
+    """List which of envelope, permission and Φ object, where all their variables have exact values."""
     ecm = configuration.modules[module]
     clauses = [("AE730", kind, ecm.skills[skill].envelope[kind].term)]
     clauses += [("AE731", kind, ecm.permitted_actions[kind].term)]

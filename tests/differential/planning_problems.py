@@ -1,4 +1,4 @@
-"""Small random planning problems, and what is true of them by going through every state."""
+"""Small random planning problems, and their exact answers from going through every state."""
 
 from __future__ import annotations
 

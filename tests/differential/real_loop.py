@@ -1,4 +1,4 @@
-"""The agent's own loop, on outcomes that are drawn, or on every sequence of outcomes there is."""
+"""The agent's own loop, on drawn outcomes, or on every sequence of outcomes there is."""
 
 from __future__ import annotations
 
@@ -97,21 +97,21 @@ def every_run(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Ite
     }
     script: list[int] = []
     while True:
-        taken: list[tuple[int, int, Fraction]] = []
+        choices: list[tuple[int, int, Fraction]] = []
 
-        def chance(skill: str, _: list[str], script: list[int] = script, taken: list[Any] = taken) -> str:
-            choice = script[len(taken)] if len(taken) < len(script) else 0
+        def chance(skill: str, _: list[str], script: list[int] = script, choices: list[Any] = choices) -> str:
+            choice = script[len(choices)] if len(choices) < len(script) else 0
             outcome, share = shares[skill][choice]
-            taken.append((choice, len(shares[skill]), share))
+            choices.append((choice, len(shares[skill]), share))
             return outcome
 
         run = run_with(ecm, task, site, start, chance)
         probability = Fraction(1)
-        for _, _, share in taken:
+        for _, _, share in choices:
             probability *= share
         yield probability, run
-        while taken and taken[-1][0] + 1 == taken[-1][1]:
-            taken.pop()
-        if not taken:
+        while choices and choices[-1][0] + 1 == choices[-1][1]:
+            choices.pop()
+        if not choices:
             return
-        script = [choice for choice, _, _ in taken[:-1]] + [taken[-1][0] + 1]
+        script = [choice for choice, _, _ in choices[:-1]] + [choices[-1][0] + 1]

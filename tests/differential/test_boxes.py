@@ -1,4 +1,4 @@
-"""What bounds alone decide is what Z3 decides, for random questions and for those of real sites."""
+"""Bounds alone decide as Z3 does, for random questions and for those of real sites."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _SETTINGS = examples(150)
 def _agrees(
     variables: Sequence[t.Variable], ranges: Mapping[str, tuple[Fraction, Fraction]], terms: Sequence[t.Term]
 ) -> SolverAnswer | None:
-    """What bounds say of a question, after comparing it with Z3 and with the definition."""
+    """Decide a question by bounds, after comparing the result with Z3 and with the definition."""
     found = IntervalSolver().decide(variables, ranges, terms)
     if found is None:
         return None
@@ -204,7 +204,7 @@ def test_what_has_no_range_may_be_anything(text: str, expected: SatResult | None
         "(a and not a) or x * x == 2 m",
     ],
 )
-def test_what_bounds_do_not_tell_is_left_to_the_solver(text: str) -> None:
+def test_questions_that_bounds_do_not_decide_go_to_the_solver(text: str) -> None:
     term = check(parse(text.replace("2 m", "2 m * 1 m")), Scope(VARIABLES), BOOL)
     variables = list(t.variables_of(term).values())
     assert IntervalSolver().decide(variables, dict.fromkeys(("x", "y"), (-TEN, TEN)), [term]) is None

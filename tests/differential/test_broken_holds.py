@@ -1,4 +1,4 @@
-"""The agent's own loop, in which hold-conditions break at any time, comes to no state that was not explored.
+"""The agent's own loop reaches no unexplored state, even if hold-conditions break at any time.
 
 What breaks is drawn here and not from `aeros.spec.model.hold_conditions`: the skill is halted before it has
 done anything, or
@@ -94,5 +94,5 @@ def _walked(case: Case, held_to: dict[int, str], seed: int) -> None:
 
 
 def _first_tries_all_started(runtime: Recording) -> bool:
-    """Whether no plan's step failed to start at its first try."""
+    """Return true if every step of every plan could start at its first try."""
     return all(details["role"] != "step" for kind, details in runtime.notes if kind == "step-not-started")

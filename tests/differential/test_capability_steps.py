@@ -50,21 +50,21 @@ def _capable(draw: st.DrawFn, of: st.SearchStrategy[Case], most_choices: int) ->
 
 @dataclass
 class Script:
-    """What happens at each fork of a run, and then the first; how many ways each fork taken had."""
+    """Choices at each fork of a run, and the first one after them; `choices` counts each fork's ways."""
 
     given: list[int]
-    taken: list[tuple[int, int]]
+    choices: list[tuple[int, int]]
     probability: Fraction = Fraction(1)
 
     def fork(self, shares: list[Fraction]) -> int:
-        at = len(self.taken)
+        at = len(self.choices)
         way = self.given[at] if at < len(self.given) else 0
-        self.taken.append((way, len(shares)))
+        self.choices.append((way, len(shares)))
         self.probability *= shares[way]
         return way
 
     def next(self) -> list[int] | None:
-        left = list(self.taken)
+        left = list(self.choices)
         while left and left[-1][0] + 1 == left[-1][1]:
             left.pop()
         return [way for way, _ in left[:-1]] + [left[-1][0] + 1] if left else None

@@ -29,7 +29,7 @@ _KEPT = st.sampled_from(
 
 
 class Place(NamedTuple):
-    """Where a run is: what is measured, the rules still to be run, and what comes next."""
+    """Place of a run: what is measured, the rules still to be run, and what comes next."""
 
     state: State
     due: str  # a plan, the rest of one, the first try of its first step, another try, or a recovery
@@ -120,7 +120,7 @@ class Walk:
         return is_true(self.case.task.goal, dict(state))
 
     def stuck(self) -> bool:
-        """Whether some plan is due from which no run reaches the goal."""
+        """Return true if some plan is due from which no run reaches the goal."""
         hopeful = {place for place in self.edges if self.is_goal(place.state)}
         while more := {
             place for place, ways in self.edges.items() if place not in hopeful and hopeful.intersection(ways)
@@ -176,6 +176,6 @@ def _loops_are_judged(case: Case) -> None:
         expected[f"invariant/{kept.id}"] = "AE804", all(is_true(kept.term, state) for state in states)
     assert found.keys() == expected.keys()
     for claim, (code, right) in expected.items():
-        told = found[claim]
-        assert told is None or told.code == code
-        SEEN.compare(code, proved=told is None, expected=right)
+        diagnostic = found[claim]
+        assert diagnostic is None or diagnostic.code == code
+        SEEN.compare(code, proved=diagnostic is None, expected=right)

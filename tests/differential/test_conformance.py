@@ -37,16 +37,16 @@ def test_lowering_keeps_the_meaning_of_every_term() -> None:
 def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it_must(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    taken = 0
+    exact_calls = 0
 
     def counted(term: Any, env: Mapping[str, Any]) -> bool:
-        nonlocal taken
-        taken += 1
+        nonlocal exact_calls
+        exact_calls += 1
         return is_true(term, env)
 
     monkeypatch.setattr(compiled, "holds", counted)
     _check(Closure(), 250)
-    assert taken > 10
+    assert exact_calls > 10
 
 
 def test_a_closure_on_local_variables_decides_as_the_definition() -> None:

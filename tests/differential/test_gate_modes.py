@@ -68,8 +68,8 @@ def doubles(declared: Declared) -> st.SearchStrategy[Any]:
     """Doubles in the declared range: anywhere, and next to every bound that any rule has."""
     assert declared.range is not None
     low, high = adjacent_doubles(declared.range[0])[1], adjacent_doubles(declared.range[1])[0]
-    beside = [one for bound in BOUNDS for one in adjacent_doubles(bound)]
-    near = {*beside, *(nextafter(one, to) for one in beside for to in (-inf, inf))}
+    adjacent = [one for bound in BOUNDS for one in adjacent_doubles(bound)]
+    near = {*adjacent, *(nextafter(one, to) for one in adjacent for to in (-inf, inf))}
     inside = sorted(one for one in {*near, low, high, -0.0, 5e-324} if low <= one <= high)
     return (
         st.sampled_from(inside)

@@ -1,4 +1,4 @@
-"""What the proof lets the gate leave out changes nothing: the residue decides as everything does.
+"""Leaving out what is proved changes no decision: the residue decides as all conditions do.
 
 For the shipped modules at requests in and out of their envelopes, and for generated sites and modules
 at every order of their values.  A certificate that claims a proof there is not is noticed in both.
@@ -364,15 +364,15 @@ def _residue_decides_as_everything_does(
         SEEN["allowed" if expected else "inside" if is_inside else "outside"] += 1
     for name in (name for name, is_claimed in claims.items() if not is_claimed and terms[name] != t.FALSE):
         rest = [term for other, term in terms.items() if other != name] + [envelope]
-        telling = [
+        informative = [
             asked
             for asked, values in requests
             if not is_true(terms[name], values) and all(is_true(term, values) for term in rest)
         ]
         twin = CompiledGate(claiming(configuration, "module", name))
         # Where nothing else objects, the twin allows what everything denies.
-        assert differing(twin, everything, telling) == telling
-        SEEN["false and noticed"] += bool(telling)
+        assert differing(twin, everything, informative) == informative
+        SEEN["false and noticed"] += bool(informative)
 
 
 @pytest.mark.parametrize("rule", ["r0", "r1"])

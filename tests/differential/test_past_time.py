@@ -122,14 +122,14 @@ def test_a_history_of_measured_moments_is_what_the_definition_says(
 ) -> None:
     flat, site = kept(term)
     histories = HistoryTracker(site)
-    moments: list[TimedState] = []
+    states: list[TimedState] = []
     for now, seen in timed(trace):
-        moments.append(TimedState(Fraction(now), exact(seen)))
+        states.append(TimedState(Fraction(now), exact(seen)))
         known = histories.advance({name: Reading(one, now) for name, one in seen.items()}, now)
         assert known.keys() == histories.names
-        env = {**moments[-1].values, **exact(known)}
+        env = {**states[-1].values, **exact(known)}
         env = {name: Fraction(one) if type(one) is int else one for name, one in env.items()}
-        assert evaluate(flat, env) == evaluate(term, moments[-1].values, moments)
+        assert evaluate(flat, env) == evaluate(term, states[-1].values, states)
 
 
 @examples(120)
@@ -149,29 +149,29 @@ def test_a_history_that_is_known_is_so_whatever_was_missed(
     last = None
     for now, seen in looks:
         known = histories.advance({name: Reading(one, now) for name, one in seen.items()}, now)
-        for moments in completions:
+        for states in completions:
             if last is not None and now - last > missed:
-                moments.append(TimedState(Fraction(now + last) / 2 + AGE / 2, _completed({}, chance)))
-            moments.append(TimedState(Fraction(now), _completed(seen, chance)))
-            env = dict(moments[-1].values)
+                states.append(TimedState(Fraction(now + last) / 2 + AGE / 2, _completed({}, chance)))
+            states.append(TimedState(Fraction(now), _completed(seen, chance)))
+            env = dict(states[-1].values)
             for name, past in named.items():
-                value = evaluate(past, env, [*moments[:-1], TimedState(moments[-1].time, env)])
+                value = evaluate(past, env, [*states[:-1], TimedState(states[-1].time, env)])
                 # Earlier moments need the histories that they were judged by.
                 env[name] = value
                 if name in known:
                     assert known[name] == value, (name, looks)
-            moments[-1] = TimedState(moments[-1].time, env)
-            for index, before in enumerate(moments[:-1]):
+            states[-1] = TimedState(states[-1].time, env)
+            for index, before in enumerate(states[:-1]):
                 if not named.keys() <= before.values.keys():
-                    moments[index] = _judged(named, moments, index)
+                    states[index] = _judged(named, states, index)
         last = now
 
 
-def _judged(named: Mapping[str, t.Term], moments: list[TimedState], index: int) -> TimedState:
-    env = dict(moments[index].values)
+def _judged(named: Mapping[str, t.Term], states: list[TimedState], index: int) -> TimedState:
+    env = dict(states[index].values)
     for name, past in named.items():
-        env[name] = evaluate(past, env, [*moments[:index], TimedState(moments[index].time, env)])
-    return TimedState(moments[index].time, env)
+        env[name] = evaluate(past, env, [*states[:index], TimedState(states[index].time, env)])
+    return TimedState(states[index].time, env)
 
 
 def _completed(given: Mapping[str, Any], chance: random.Random) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Exported PDDL, read back by a small interpreter of its own: its shortest plans are as short as ours."""
+"""Exported PDDL, read by a small separate interpreter: its shortest plans are as short as ours."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def holds(formula: Any, facts: Facts) -> bool:
 
 def after(effect: Any, facts: Facts) -> Facts:
     parts = effect[1:] if effect[0] == "and" else [effect]
-    gone = {one[1][0] for one in parts if one[0] == "not"}
-    return (facts - gone) | {one[0] for one in parts if one[0] != "not"}
+    removed = {one[1][0] for one in parts if one[0] == "not"}
+    return (facts - removed) | {one[0] for one in parts if one[0] != "not"}
 
 
 def shortest(domain_text: str, problem_text: str) -> list[str] | None:
@@ -96,8 +96,8 @@ def test_classical_plans_of_the_export_are_as_short_and_are_judged() -> None:
         found[plan is None] += 1
         if plan is not None and ours is not None:
             assert len(plan) == len(ours)
-            said = find_step_problems(StrongCyclicStrategy(domain), start, plan)
-            assert not any("no such skill" in text for text in said)
+            problems = find_step_problems(StrongCyclicStrategy(domain), start, plan)
+            assert not any("no such skill" in text for text in problems)
 
     law()
     assert min(found.values()) > 15

@@ -1,4 +1,4 @@
-"""Plans against going through every state: as short, found wherever there is one, and nowhere else."""
+"""Plans agree with a search of every state: as short, found wherever there is one, and nowhere else."""
 
 from __future__ import annotations
 

@@ -71,14 +71,14 @@ def assert_is_a_path(system: TransitionSystem, case: Case, run: Run) -> None:
     """Every step of the run is a move of the transition system, and so is how it ended."""
     here = _silently(system, LoopState("plan", tuple(case.start[name] for name in system.names)))
     for step, state in zip(run.report.steps, run.states, strict=True):
-        said = (step.role.value, f"{step.skill} → {step.outcome}", tuple(state[n] for n in system.names))
+        observed = (step.role.value, f"{step.skill} → {step.outcome}", tuple(state[n] for n in system.names))
         targets = {
             move.target
             for node in here
             for move in system.transitions(node)
-            if (move.role, move.label, move.target.state) == said
+            if (move.role, move.label, move.target.state) == observed
         }
-        assert len(targets) == 1, f"the system knows no such step: {said}"
+        assert len(targets) == 1, f"the system knows no such step: {observed}"
         here = _silently(system, targets.pop())
     assert any(node.phase == "reached" for node in here) is run.report.reached
 

@@ -15,7 +15,7 @@ from tests.differential.small_tasks import START, Case
 from tests.differential.tree_expansion import expected
 from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
 
-_SAID_MORE = Case(
+_EXTRA_REPORTS = Case(
     module(
         "twin",
         (
@@ -72,7 +72,7 @@ TWINS: dict[str, tuple[type, str, Callable[..., Any]]] = {
 
 
 def _disagreements() -> list[str]:
-    compared = {name: reference(name, 1) for name in REFERENCE} | {"twin": _SAID_MORE}
+    compared = {name: reference(name, 1) for name in REFERENCE} | {"twin": _EXTRA_REPORTS}
     return [
         name
         for name, case in compared.items()

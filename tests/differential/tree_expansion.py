@@ -1,4 +1,4 @@
-"""The loop of `aeros.agent.task_loop` again, as a tree of everything that may come of a run.
+"""The loop of `aeros.agent.task_loop` again, as a tree of all possible runs.
 
 Written from that file's rules and code alone, function by function; it shares nothing with
 `aeros.spec.closed_loop`.  Slow and small on purpose: a recursion that remembers what it has seen.
@@ -33,7 +33,7 @@ class Expected(NamedTuple):
 
 
 def expected(ecm: Ecm, task: Task, site: Site, start: Mapping[str, Any]) -> Expected:
-    """What runs from `start` come to."""
+    """Compute the expected counts of runs from `start`."""
     return _Tree(ecm, task, site).pursue(frozenset(start.items()), 0)
 
 

@@ -1,4 +1,4 @@
-"""Verdicts beside what enumeration expects of them, and whether there were enough of both kinds to tell."""
+"""Comparison of verdicts with enumeration, and a check that both kinds were met often enough."""
 
 from __future__ import annotations
 

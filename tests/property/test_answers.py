@@ -1,4 +1,4 @@
-"""What is offered to the author, against enumeration: repairs mend and are least, boundaries are right.
+"""Suggestions to the author, against enumeration: repairs mend and are least, boundaries are right.
 
 Every number that is written is a multiple of a half, so a comparison changes at one of them, or half way
 between two; the points are those, what lies between them, and what lies beside each number of a repair.
@@ -83,7 +83,7 @@ dependencies:
 
 HALVES = [Fraction(half, 2) for half in range(-4, 5)]
 GRID = {Fraction(eighth, 8) for eighth in range(-16, 17)}
-BESIDE = Fraction(1, 10**9)
+OFFSET = Fraction(1, 10**9)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?= m)")
 
 
@@ -125,14 +125,14 @@ class Answered:
         ys = set(GRID)
         for text in texts:
             for number in map(Fraction, NUMBER.findall(text)):
-                ys |= {side * (number + by) for side in (1, -1) for by in (-BESIDE, 0, BESIDE)}
+                ys |= {side * (number + by) for side in (1, -1) for by in (-OFFSET, 0, OFFSET)}
         xs = sorted(GRID) if re.search(r"\bx\b", " ".join((self.rule, *texts))) else [Fraction(0)]
         inside = sorted(y for y in ys if abs(y) <= 2)
         for near, x, y in itertools.product((False, True), xs, inside):
             yield {"near": near, "x": x, "y": y}
 
     def accepted(self, text: str) -> bool:
-        """Whether every action of the envelope `text` obeys the rule, and some action there is."""
+        """Return true if every action of the envelope `text` obeys the rule, and there is some action."""
         envelope, rule = self.condition(text), self.condition(self.rule)
         asked = [point for point in self.points(text, self.rule) if is_true(envelope, point)]
         return bool(asked) and all(is_true(rule, point) for point in asked)
@@ -265,8 +265,8 @@ def test_a_boundary_is_the_set_of_actions_that_the_rule_allows(tmp_path: Path) -
         found = case.findings["bound"]
         seen.compare("guarded", proved=found.is_runtime_checked, expected=not all(kept))
         if found.is_runtime_checked:
-            said = case.condition(found.boundary)
-            assert [is_true(said, point) for point in asked] == kept
+            boundary = case.condition(found.boundary)
+            assert [is_true(boundary, point) for point in asked] == kept
             shorter += found.boundary != rule
 
     boundaries_are_judged()

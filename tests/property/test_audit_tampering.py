@@ -1,4 +1,4 @@
-"""Whatever is done to a log, what key and anchor vouch for is what was written.
+"""Tampered logs: every record that key and anchor vouch for is as it was written.
 
 A log of one or several sessions is written, and then one thing is done to it, with the hashes made anew or
 left as they were.  Expected of a report that says "sound": without key, that nothing was done but a cut

@@ -1,4 +1,4 @@
-"""What is proved of a composition is what happens when it is run, whatever comes of its steps, in any order.
+"""Proofs of a composition hold when it is run, whatever the results of its steps, in any order.
 
 Where every claim about it is proved, nothing ends it but a declared failure for which nothing more is to be
 tried: no step that may not start, no condition without an alternative.  And its branches are a plan iff the
@@ -73,7 +73,7 @@ class Chance(FakeRuntime):
 def _ends(
     module: Ecm, composition: Composition, start: Mapping[str, Any], seed: int
 ) -> tuple[str | None, Chance]:
-    """Why the run of it failed, if it did."""
+    """Return why the run failed; None if it did not."""
     runtime = Chance(module, SITE, start, seed)
     memory = Forgetful()
     journal = Journal(runtime, memory, None)

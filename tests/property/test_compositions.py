@@ -90,7 +90,8 @@ def _skill(name: str, precondition: t.Term | None, outcomes: list[Outcome], **ch
 def _module(skills: dict[str, Skill], composition: Composition) -> Ecm:
     return Ecm(
         id="module", version="1", folder="", manifest_digest="", code_digest="", capabilities={},
-        skills=skills, tasks={}, requested_access=Access(), permitted_actions={}, required_modules={}, requires_spans={}, required_aeros_version="",
+        skills=skills, tasks={}, requested_access=Access(), permitted_actions={}, required_modules={},
+        requires_spans={}, required_aeros_version="",
         runtime_span=TEXT.span(0, 1), access_span=TEXT.span(0, 1), span=TEXT.span(0, 1),
         compositions={composition.id: composition},
     )  # fmt: skip
@@ -257,7 +258,7 @@ class _Machine:
 
 
 def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> tuple[set[str], set[str]]:
-    """What a branch writes and what it reads, found by running over everything it may run."""
+    """List what a branch writes and reads, by walking over everything that it may run."""
     written: set[str] = set()
     read: set[str] = set()
     pending = list(walk_parts(branch))
@@ -443,7 +444,7 @@ def _allowed(phi: t.Term) -> Iterator[dict[str, Any]]:
 
 
 def _broken(envelopes: tuple[t.Term, t.Term], phi: t.Term, rule: t.Term, kinds: tuple[str, str]) -> bool:
-    """Whether two actions, each asked for in some state and allowed now, break the joint rule."""
+    """Return true if two actions, each asked for in some state and allowed now, break the joint rule."""
     for first, second in ((0, 1), (1, 0)):
         if (kinds[first], kinds[second]) != ("m", "n"):
             continue

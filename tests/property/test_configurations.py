@@ -20,14 +20,16 @@ from tests.property.test_permissions import bounded
 from tests.unit.agent.dumplings import SPAN, build, term
 
 NAMES = ("a", "b", "c")
-MEANT = {">=1": {1, 2, 3}, ">=2": {2, 3}, "<2": {1}, "==2.*": {2}, ">1,<3": {2}}
+MATCHING_VERSIONS = {">=1": {1, 2, 3}, ">=2": {2, 3}, "<2": {1}, "==2.*": {2}, ">1,<3": {2}}
 """What each specifier admits of the versions 1, 2 and 3."""
 
 _ONE = st.fixed_dictionaries(
     {
         "id": st.sampled_from(NAMES),
         "version": st.integers(1, 3),
-        "requires": st.dictionaries(st.sampled_from(NAMES), st.sampled_from(list(MEANT)), max_size=2),
+        "requires": st.dictionaries(
+            st.sampled_from(NAMES), st.sampled_from(list(MATCHING_VERSIONS)), max_size=2
+        ),
         "words": st.lists(st.sampled_from(["x", "y", "x y", "y x", "z x y", "x y z"]), max_size=2),
         "provides": st.frozensets(st.sampled_from(["tea", "toast"]), max_size=1),
         "leaves": st.lists(st.sampled_from([None, True, False]), max_size=2),
@@ -76,34 +78,36 @@ def _dependencies_are_judged(ones: list[dict[str, Any]], runtime: str) -> None:
     first = ones[0] | {"runtime": runtime}
     around = {one["id"]: one for one in ones}
     own = summarize_module(_ecm(first))
-    beside = {name: summarize_module(_ecm(one)) for name, one in around.items()}
+    others = {name: summarize_module(_ecm(one)) for name, one in around.items()}
     found = {
         str(claim.id).removeprefix("dependencies/"): claim.diagnostic
-        for claim in (*runtime_obligations(own), *dependency_obligations(own, beside))
+        for claim in (*runtime_obligations(own), *dependency_obligations(own, others))
     }
     for name, specifier in first["requires"].items():
-        told = found.pop(name)
+        diagnostic = found.pop(name)
         there = name in around
-        fits = there and around[name]["version"] in MEANT[specifier]
+        fits = there and around[name]["version"] in MATCHING_VERSIONS[specifier]
         code = "AE302" if there else "AE301"
-        assert told is None or told.code == code
-        DEPENDENCIES.compare(code, proved=told is None, expected=fits)
+        assert diagnostic is None or diagnostic.code == code
+        DEPENDENCIES.compare(code, proved=diagnostic is None, expected=fits)
         if there:
-            DEPENDENCIES.compare("AE301", proved=told is None or told.code != "AE301", expected=True)
+            DEPENDENCIES.compare(
+                "AE301", proved=diagnostic is None or diagnostic.code != "AE301", expected=True
+            )
     DEPENDENCIES.compare(
         "AE303", proved=found.pop("acyclic") is None, expected=not _leads_back(first, around)
     )
     numbers = tuple(int(part) for part in aeros.__version__.split(".")[:2])
-    meant = {
+    is_runtime_matched = {
         ">=0": True, ">=0.1": numbers >= (0, 1), "<0.1": numbers < (0, 1), ">9": numbers > (9,),
         "<9,>=0.1": (0, 1) <= numbers < (9,), "": True,
     }.get(runtime, runtime.startswith("=="))  # fmt: skip
-    DEPENDENCIES.compare("AE304", proved=found.pop("runtime") is None, expected=meant)
+    DEPENDENCIES.compare("AE304", proved=found.pop("runtime") is None, expected=is_runtime_matched)
     assert not found
 
 
 def _leads_back(first: dict[str, Any], around: Mapping[str, Any]) -> bool:
-    """Whether some chain of modules, each of which requires the next, ends where it starts."""
+    """Return true if some chain of modules, each of which requires the next, ends where it starts."""
     others = [name for name in around if name != first["id"]]
     chains = (
         (first["id"], *between, first["id"])
@@ -146,9 +150,9 @@ def _configurations_are_judged(
     assert len(found) == len(claims)
 
     def judge(code: str, claim: str, expected: bool) -> None:
-        told = found.pop(claim)
-        assert told is None or told.code == code
-        CONFIGURATIONS.compare(code, proved=told is None, expected=expected)
+        diagnostic = found.pop(claim)
+        assert diagnostic is None or diagnostic.code == code
+        CONFIGURATIONS.compare(code, proved=diagnostic is None, expected=expected)
 
     ids = [one["id"] for one in ones]
     for name in set(ids):
@@ -164,7 +168,7 @@ def _configurations_are_judged(
     if len(set(ids)) == len(ids):
         versions = {one["id"]: one["version"] for one in ones}
         for name in {name for one in ones for name in one["requires"]}:
-            asked = [MEANT[one["requires"][name]] for one in ones if name in one["requires"]]
+            asked = [MATCHING_VERSIONS[one["requires"][name]] for one in ones if name in one["requires"]]
             met = [name in versions and versions[name] in admitted for admitted in asked]
             # What suits nobody is told of each module by itself.
             judge("AE884", f"dependency/{name}", name in versions and (all(met) or not any(met)))
@@ -180,8 +184,8 @@ def _configurations_are_judged(
 def _routed(instruction: str, ones: list[dict[str, Any]]) -> set[str]:
     """The modules with a task that some words of the instruction name."""
     spoken = instruction.split()
-    heard = {tuple(spoken[i:j]) for i in range(len(spoken)) for j in range(i + 1, len(spoken) + 1)}
-    return {one["id"] for one in ones for word in one["words"] if tuple(word.split()) in heard}
+    phrases = {tuple(spoken[i:j]) for i in range(len(spoken)) for j in range(i + 1, len(spoken) + 1)}
+    return {one["id"] for one in ones for word in one["words"] if tuple(word.split()) in phrases}
 
 
 _ACCESS = st.builds(Access, st.frozensets(st.sampled_from(["arm", "hand"])))
@@ -203,14 +207,16 @@ def test_no_module_reaches_more_because_another_is_added(
         assert {ecm.id: site.access_of(ecm.id) for ecm in ecms} == {n: alone[n] for n in names[:count]}
         # One that is added under a name that is taken would reach what is granted to the first.
         again = [*ecms, summarize_module(build(Ecm, id=names[0]))]
-        told = {str(one.id): one.diagnostic for one in configuration_obligations(again, summarize_site(site))}
-        assert told[f"configuration/identity/{names[0]}"] is not None
+        diagnostic = {
+            str(one.id): one.diagnostic for one in configuration_obligations(again, summarize_site(site))
+        }
+        assert diagnostic[f"configuration/identity/{names[0]}"] is not None
 
 
-@pytest.mark.parametrize("specifier", MEANT)
+@pytest.mark.parametrize("specifier", MATCHING_VERSIONS)
 def test_the_table_of_versions_is_right(specifier: str) -> None:
     from packaging.specifiers import SpecifierSet
 
-    assert {number for number in (1, 2, 3) if SpecifierSet(specifier).contains(f"{number}.0")} == MEANT[
-        specifier
-    ]
+    assert {
+        number for number in (1, 2, 3) if SpecifierSet(specifier).contains(f"{number}.0")
+    } == MATCHING_VERSIONS[specifier]

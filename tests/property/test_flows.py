@@ -161,13 +161,15 @@ def test_a_failure_is_refused_exactly_where_it_can_come_and_nothing_is_said() ->
 
 @bounded
 @given(_OUTCOMES, st.integers(0, 1), st.sampled_from([None, "stop", "h0"]))
-def _failures_are_judged(outcomes: list[tuple[bool, Fraction | None]], retry: int, said: str | None) -> None:
+def _failures_are_judged(
+    outcomes: list[tuple[bool, Fraction | None]], retry: int, on_failure: str | None
+) -> None:
     ends = [Outcome(f"o{n}", {}, failure, chance, None) for n, (failure, chance) in enumerate(outcomes)]
     skill = _skill("s0", None, [Outcome("done", {}, False, None, None), *ends])
-    step = Step("step", "s0", {}, {}, retry, said, SPAN)
+    step = Step("step", "s0", {}, {}, retry, on_failure, SPAN)
     handler = Step("h0", "s0", {}, {}, 0, "stop", TEXT.span(1, 2))
     found = _settled(step, {"s0": skill}, {"h0": handler})["step/handled"]
-    silent = retry == 0 and said is None
+    silent = retry == 0 and on_failure is None
     unsaid = [one for one in ends if silent and one.failure and one.probability != 0]
     FAILURES.compare("AE854", proved=found.diagnostic is None, expected=not unsaid)
 

@@ -369,7 +369,7 @@ def corruptions(seed: int, count: int) -> Iterator[Request]:
 
 
 def corrupt(gate: CompiledGate, seed: int, count: int) -> Counter[str]:
-    """How often each verdict was given on `count` corrupted requests; fails on the first wrong one."""
+    """Count each verdict on `count` corrupted requests; fail on the first wrong one."""
     seen: Counter[str] = Counter()
     for asked, may_be_allowed, where in _corrupted(seed, count):
         decision = asked.decided_by(gate)
@@ -406,7 +406,7 @@ def test_z3_and_the_shadow_gate_take_no_corrupted_request_either() -> None:
 
 
 @pytest.mark.parametrize(("skill", "kind"), ALLOWED)
-def test_no_alien_is_taken_for_any_value_anywhere(skill: str, kind: str) -> None:
+def test_no_value_of_a_foreign_type_is_accepted_anywhere(skill: str, kind: str) -> None:
     base = request(skill, kind)
     for alien in ALIEN:
         for asked in _alien_anywhere(base, alien):

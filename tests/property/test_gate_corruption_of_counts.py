@@ -23,7 +23,7 @@ from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove_configuration
 from aeros.skill import Action
 from tests.differential.gate_oracle import admits
-from tests.differential.test_gate_straight import differs
+from tests.differential.test_gate_fast_path import differs
 from tests.property.test_gate_corruption import ALIEN, COUNT, EvilInt
 from tests.unit.runtime.bench import NOW, Request
 
@@ -51,14 +51,14 @@ def gate(mode: GateMode = GateMode.COMPILED) -> CompiledGate:
 
 
 def state(now: float = NOW, **changed: Any) -> dict[str, Reading]:
-    """What is measured, and the histories that a runtime keeps of it."""
+    """Return what is measured, and the histories that a runtime keeps of it."""
     values = {"human_distance": 3.0, "pressed": False, "pieces": 2, "filled": (1, 2), **changed}
     measured = {name: Reading(value, now) for name, value in values.items()}
     return looked_back(HistoryTracker(counting().site), measured, now)
 
 
 def looked_back(histories: HistoryTracker, measured: dict[str, Reading], now: float) -> dict[str, Reading]:
-    """What is measured, and what the histories then say."""
+    """Return what is measured, and the values of the histories then."""
     known = histories.advance(measured, now)
     return measured | {name: Reading(value, now) for name, value in known.items()}
 

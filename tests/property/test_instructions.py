@@ -32,9 +32,9 @@ def modules_of(tasks: list[list[str]]) -> dict[str, Ecm]:
     }
 
 
-def meant(instruction: str, tasks: list[list[str]]) -> set[str]:
-    said = f" {instruction} "
-    return {f"m{n}.t" for n, words in enumerate(tasks) if any(f" {word} " in said for word in words)}
+def named_tasks(instruction: str, tasks: list[list[str]]) -> set[str]:
+    text = f" {instruction} "
+    return {f"m{n}.t" for n, words in enumerate(tasks) if any(f" {word} " in text for word in words)}
 
 
 def answer(instruction: str, modules: dict[str, Ecm]) -> str | RoutingError:
@@ -44,28 +44,28 @@ def answer(instruction: str, modules: dict[str, Ecm]) -> str | RoutingError:
         return refusal
 
 
-def test_an_instruction_is_routed_exactly_where_one_task_is_meant_and_else_it_is_said_why() -> None:
-    _routed_where_one_is_meant()
+def test_an_instruction_is_routed_exactly_if_it_names_one_task_and_else_refused_with_a_reason() -> None:
+    _routed_where_one_is_named()
     assert min(_COUNTED[n] for n in (0, 1, 2)) > 10, "nearly all instructions were of one kind"
 
 
 @examples(400)
 @given(_INSTRUCTIONS, _TASKS)
-def _routed_where_one_is_meant(instruction: str, tasks: list[list[str]]) -> None:
-    expected, modules = meant(instruction, tasks), modules_of(tasks)
+def _routed_where_one_is_named(instruction: str, tasks: list[list[str]]) -> None:
+    expected, modules = named_tasks(instruction, tasks), modules_of(tasks)
     found = answer(instruction, modules)
     _COUNTED[min(len(expected), 2)] += 1
     if len(expected) == 1:
         assert {found} == expected
         return
     assert isinstance(found, RoutingError)
-    said = found.reason
+    reason = found.reason
     if expected:
-        assert "may mean several tasks" in said
-        assert set(re.findall(r"`(m\d\.t)` \(", said)) == expected
+        assert "may mean several tasks" in reason
+        assert set(re.findall(r"`(m\d\.t)` \(", reason)) == expected
     else:
-        assert said.startswith("no installed module provides")
-        nearest = re.findall(r"`([^`]*)` \((m\d+\.t)\)", said.partition("nearest: ")[2])
+        assert reason.startswith("no installed module provides")
+        nearest = re.findall(r"`([^`]*)` \((m\d+\.t)\)", reason.partition("nearest: ")[2])
         assert bool(nearest) == bool(tasks)
         assert all(word in set(tasks[int(name[1:-2])]) for word, name in nearest)
 
@@ -78,12 +78,12 @@ def _routed_where_one_is_meant(instruction: str, tasks: list[list[str]]) -> None
     st.sampled_from([", ", "  ", "\n", "! ", " – "]),
 )
 def test_neither_case_nor_punctuation_nor_composition_matters(
-    words: list[str], tasks: list[list[str]], said: object, between: str
+    words: list[str], tasks: list[list[str]], change_case: object, between: str
 ) -> None:
-    assert callable(said)
+    assert callable(change_case)
     plain, modules = " ".join(words), modules_of(tasks)
-    assume("straße" not in words or said is not str.swapcase)
-    spoken = said(between.join(words))
+    assume("straße" not in words or change_case is not str.swapcase)
+    spoken = change_case(between.join(words))
     one, other = answer(plain, modules), answer(spoken, modules)
     assert isinstance(one, str) == isinstance(other, str)
     if isinstance(one, str):
@@ -92,7 +92,7 @@ def test_neither_case_nor_punctuation_nor_composition_matters(
 
 @examples(300)
 @given(st.text(max_size=60), _TASKS)
-def test_whatever_is_said_is_routed_or_refused_in_words(instruction: str, tasks: list[list[str]]) -> None:
+def test_any_instruction_is_routed_or_refused_with_a_reason(instruction: str, tasks: list[list[str]]) -> None:
     found = answer(instruction, modules_of(tasks))
     assert isinstance(found, str) or 0 < len(found.reason) < 1000
 

@@ -1,4 +1,4 @@
-"""What is decided of two motions at once holds of them, sampled densely in time, whenever one is halted."""
+"""Decisions about two motions at once hold, sampled densely in time, whenever one is halted."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _base(pair: Pair, s: float) -> list[float]:
 
 
 def _places(pair: Pair, arm: float, drive: float) -> list[Vec3]:
-    """Where the centres of the balls are, in W."""
+    """Return the centres of the balls, in W."""
     posture, (bx, by, bz) = (
         ForwardKinematics(pair.arm.body, at(pair.arm.joint_paths[0], arm)),
         _base(pair, drive),
@@ -112,14 +112,14 @@ def _deepest(pair: Pair, box: swept_volume.BarrierBox, chance: Random) -> float:
 
 
 def _farthest(pair: Pair, box: swept_volume.BarrierBox) -> float:
-    """How deep it gets anywhere on what is left of both ways."""
+    """Return the greatest depth anywhere on the rest of both ways."""
     arm, drive = pair.shares(0.0)
     left = [[s + i / 20 * (1.0 - s) for i in range(21)] for s in (arm, drive)]
     return max(_depth(pair, box, a, d) for a in left[0] for d in left[1])
 
 
 def _compare(seeds: range = SEEDS) -> dict[str, int]:
-    """How many pairs met a barrier, and how many were clear of it; fails where one that met it is let go."""
+    """Count pairs that met a barrier and pairs clear of it; fail where one that met it is allowed."""
     seen = {"met": 0, "clear": 0}
     for seed in seeds:
         chance = chance_of(seed)
@@ -167,7 +167,7 @@ def test_a_motion_of_which_something_is_left_out_is_noticed(
         _compare(range(400))
 
 
-def test_a_motion_that_is_taken_to_be_farther_than_it_is_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_overestimated_distance_of_a_motion_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     made = merging._progress
     monkeypatch.setattr(merging, "_progress", lambda other: made(other._replace(since=other.since + 0.2)))
     with pytest.raises(AssertionError):
@@ -175,7 +175,7 @@ def test_a_motion_that_is_taken_to_be_farther_than_it_is_is_noticed(monkeypatch:
 
 
 def _tool_exceeds(pair: Pair) -> list[str]:
-    """Which bounds of the tool's rates in W, sampled in time, are exceeded."""
+    """List the bounds of the tool's rates in W, sampled in time, that are exceeded."""
     merged, steps = pair.merged(), 1500
     arm, base = merged.joints.motion, merged.base.motion
     relative, _ = kinematic_bounds.tool_rates(arm.body, arm.joint_paths[0], arm.duration, 1e-9)

@@ -203,11 +203,11 @@ def test_an_enclosure_that_leaves_something_out_would_be_noticed(
 def _assert_all_enclosed() -> None:
     for seed in SEEDS:
         test_enclosures_hold_every_place_the_balls_take(seed)
-        test_enclosures_hold_what_a_straight_way_of_the_joints_does(seed)
+        test_enclosures_contain_straight_joint_paths(seed)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_enclosures_hold_what_a_straight_way_of_the_joints_does(seed: int) -> None:
+def test_enclosures_contain_straight_joint_paths(seed: int) -> None:
     chance = chance_of(seed)
     robot = body(chance)
     start, end = (tuple(chance.uniform(-0.4, 0.4) for _ in range(4)) for _ in range(2))

@@ -1,4 +1,4 @@
-"""What really was is never objected to, whatever control ticks have seen of which there is no record."""
+"""A true count is never objected to, whatever control ticks saw of which there is no record."""
 
 from __future__ import annotations
 

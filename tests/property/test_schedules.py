@@ -1,4 +1,4 @@
-"""Whatever several skills ask for, whenever steps are started and cancelled: what always holds.
+"""Invariants of schedules, for any requests of several skills, and any starts and cancellations.
 
 - Of what is under way at one tick no two actions move the same actuator or break a joint rule.
 - Every step that was started ends once, every one that began is cleaned up once, and nothing stays held.

@@ -1,4 +1,4 @@
-"""Claims about skill code, which only read it, against running it, in every case, behind closed doors.
+"""Claims about skill code, which only read it, against running it, in every case, in isolation.
 
 The programs are straight: everything that is written can be reached.  What reading cannot decide is
 refused on purpose, and no matter of this comparison.
@@ -72,17 +72,17 @@ def test_an_entry_point_is_refused_exactly_where_calling_it_gives_no_generator()
     st.booleans(),
     st.lists(st.sampled_from(_BODIES), min_size=1, max_size=2),
 )
-def _entries_are_judged(name: str, taken: str, is_async: bool, body: list[str]) -> None:
+def _entries_are_judged(name: str, parameters: str, is_async: bool, body: list[str]) -> None:
     word = "async def" if is_async and not any("yield from" in line for line in body) else "def"
-    code = f"{word} {name}({taken}):\n    " + "\n    ".join(body) + "\n"
+    code = f"{word} {name}({parameters}):\n    " + "\n    ".join(body) + "\n"
     (found,) = entry_point_obligations(_module(), read_skill_files("", {"skills.py": code.encode()}))
     scope: dict[str, Any] = {"act": lambda kind: kind}
     exec(code, scope)  # noqa: S102  our own few lines
     function = scope.get("tidy")
-    told = None if found.diagnostic is None else found.diagnostic.code
-    ENTRIES.compare("AE123", proved=told != "AE123", expected=function is not None)
+    reported = None if found.diagnostic is None else found.diagnostic.code
+    ENTRIES.compare("AE123", proved=reported != "AE123", expected=function is not None)
     if function is not None:
-        ENTRIES.compare("AE124", proved=told is None, expected=_gives_a_generator(function))
+        ENTRIES.compare("AE124", proved=reported is None, expected=_gives_a_generator(function))
 
 
 def _gives_a_generator(function: Any) -> bool:

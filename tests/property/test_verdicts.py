@@ -1,4 +1,4 @@
-"""Verdicts against enumeration: no false PROVED, no false REFUTED, VACUOUS exactly where nothing is.
+"""Verdicts against enumeration: no false PROVED, no false REFUTED, VACUOUS exactly for empty claims.
 
 Variables are booleans, enum members, families of booleans and two reals in [-1, 1].  Real terms are
 built from the reals, their negations and magnitudes, -1, 0 and 1 by minimum, maximum and choice, so
@@ -103,12 +103,12 @@ def environments(*terms: t.Term) -> Iterator[Environment]:
 
 
 def possible(*terms: t.Term) -> bool:
-    """Whether all `terms` hold somewhere."""
+    """Return true if all `terms` hold somewhere."""
     return any(all(is_true(term, env) for term in terms) for env in environments(*terms))
 
 
 def state_matters(rule: t.Term) -> bool:
-    """Whether some action is allowed by `rule` in one state and denied in another.
+    """Return true if some action is allowed by `rule` in one state and denied in another.
 
     For halves as values of y, the quarters hold one x of every order among x, y, -y, -1, 0 and 1.
     """
@@ -241,14 +241,15 @@ def _module(
     skill = Skill(
         id="skill", module_name="", function="", inputs=INPUTS, precondition=start, outcomes={},
         envelope={"move": ActionCondition(envelope, "", SPAN)}, actuators=frozenset(), resources=frozenset(),
-        risk=Risk.LOW, timeout=Fraction(1), runtime_checked=dict.fromkeys(gated, SPAN), span=SPAN, risk_span=SPAN,
-        entry_span=SPAN,
+        risk=Risk.LOW, timeout=Fraction(1), runtime_checked=dict.fromkeys(gated, SPAN),
+        span=SPAN, risk_span=SPAN, entry_span=SPAN,
     )  # fmt: skip
     return Ecm(
         id="module", version="1", folder="", manifest_digest="", code_digest="", capabilities={},
         skills={"skill": skill}, tasks={"task": Task("task", (), goal, "", (), {}, None, SPAN)},
         requested_access=Access(sensors=frozenset(["eye"])),
-        permitted_actions={"move": ActionCondition(permission, "", SPAN)}, required_modules={}, requires_spans={}, required_aeros_version="",
+        permitted_actions={"move": ActionCondition(permission, "", SPAN)}, required_modules={},
+        requires_spans={}, required_aeros_version="",
         runtime_span=SPAN, access_span=SPAN, span=SPAN,
     )  # fmt: skip
 

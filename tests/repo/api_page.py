@@ -1,4 +1,4 @@
-"""What docs/reference/api.md says of each public name, from its docstring; and the examples that it shows."""
+"""Generator of docs/reference/api.md: each public name with its docstring, and examples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pages show: commands in blocks ```console, each with the output that follows it."""
+"""Parser of commands that pages show: blocks ```console, each with the output that follows it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/reference/api.md is what the docstrings of the public names say.
+"""docs/reference/api.md equals the page generated from the docstrings of the public names.
 
 AEROS_UPDATE_GOLDEN=1 pytest tests/repo     rewrites the page, and fails
 """

@@ -1,4 +1,4 @@
-"""The assurance page speaks of every theorem there is, and of nothing that there is not."""
+"""The assurance page names every theorem there is, and no other."""
 
 from __future__ import annotations
 

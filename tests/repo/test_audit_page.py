@@ -1,4 +1,4 @@
-"""docs/audit.md is carried out, command by command: every line it shows is printed, in this order.
+"""docs/audit.md is executed, command by command: every line it shows is printed, in this order.
 
 Numbers apart, as the runs of two machines differ in their times.
 """

@@ -90,6 +90,6 @@ def test_the_benchmark_of_the_physics_plant_runs_and_the_motions_are_the_same_ea
     found = _run("plant")
     (row,) = found["tasks"]
     assert row["reached"]
-    assert row["same"]
+    assert row["is_reproduced"]
     assert set(found["parallel"]) == {"PyBullet alone"}
     assert all(one["efficiency"] > 0.0 for one in found["parallel"].values())

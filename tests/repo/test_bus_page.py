@@ -1,4 +1,4 @@
-"""docs/bus.md is carried out: its programs, each named in its first line, and its commands, in order."""
+"""docs/bus.md is executed: its programs, each named in its first line, and its commands, in order."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def _hook() -> dict[str, Any]:
 
 
 def _hooked(repository: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """What pre-commit runs; it passes no file names, as the hook asks for none."""
+    """Run the pre-commit hook, without file names, as the hook asks for none."""
     assert _hook()["pass_filenames"] is False
     return _run(repository, *shlex.split(_hook()["entry"]), *(arguments or _hook()["args"]))
 
@@ -148,7 +148,7 @@ def _step(name: str) -> dict[str, Any]:
 
 
 def _acted(repository: Path, **inputs: str) -> tuple[int, str, dict[str, Any] | None]:
-    """What the step `verify` of the action comes to: exit code, its outputs, the SARIF log."""
+    """Run the step `verify` of the action; return exit code, its outputs, and the SARIF log."""
     sarif, outputs = repository.parent / "aeros.sarif", repository.parent / "outputs"
     sarif.unlink(missing_ok=True)
     outputs.write_text("")

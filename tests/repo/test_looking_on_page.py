@@ -1,4 +1,4 @@
-"""docs/looking-on.md is carried out: its commands, in order."""
+"""docs/looking-on.md is executed: its commands, in order."""
 
 from __future__ import annotations
 

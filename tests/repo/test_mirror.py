@@ -18,7 +18,7 @@ _MOST_EXCEPTIONS = 260
 
 
 def _has_code(path: Path) -> bool:
-    """Whether a module holds more than a docstring and imports."""
+    """Return true if a module holds more than a docstring and imports."""
     body = ast.parse(text_of(path)).body
     return any(not isinstance(one, ast.Expr | ast.Import | ast.ImportFrom) for one in body)
 

@@ -1,4 +1,4 @@
-"""Motors move the robot and contact moves things: where bodies are placed by fiat is listed."""
+"""Motors move the robot and contact moves things: code that sets the place of a body directly is listed."""
 
 from __future__ import annotations
 

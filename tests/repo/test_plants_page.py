@@ -1,4 +1,4 @@
-"""docs/plants.md is carried out: its programs, each named in its first line, and its commands, in order."""
+"""docs/plants.md is executed: its programs, each named in its first line, and its commands, in order."""
 
 from __future__ import annotations
 

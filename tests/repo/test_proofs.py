@@ -58,7 +58,7 @@ _LOOPS = [
 
 
 def _carried(loop: ast.For) -> set[str]:
-    """What an iteration reads and an earlier one may have assigned; or how the loop ends early."""
+    """List what an iteration reads and an earlier one may have assigned, or how the loop ends early."""
     carried: set[str] = set()
     targets = [node.target for node in ast.walk(loop) if isinstance(node, ast.For | ast.comprehension)]
     own = {node.id for one in targets for node in ast.walk(one) if isinstance(node, ast.Name)}

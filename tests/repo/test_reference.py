@@ -1,4 +1,4 @@
-"""The pages of docs/reference/ are those of the schemas: fields, types, meanings, examples.
+"""The pages of docs/reference/ agree with the schemas: fields, types, meanings, examples.
 
 An example comes from the field's own explanation, or else it is the shortest that a file of this
 repository holds: what is shown is always something that somebody could write.
@@ -150,10 +150,10 @@ def _examples(name: str) -> dict[tuple[type, str], str]:
 
 
 def _row(name: str, field: SchemaField, used: str | None) -> str:
-    said = _AS_IN.search(field.doc)
+    match = _AS_IN.search(field.doc)
     meaning = _AS_IN.sub("", field.doc)
-    example = said["example"] if said else used or ""
-    if said and not example.startswith(f"{name}:"):
+    example = match["example"] if match else used or ""
+    if match and not example.startswith(f"{name}:"):
         key, colon, value = example.partition(": ")
         example = f'{name}: {{{key}: "{value}"}}' if colon else f"{name}: {example}"
     if not example and "…" not in field.example:

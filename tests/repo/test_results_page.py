@@ -1,4 +1,4 @@
-"""The page of results is generated of those that are kept, all of it; without any, it is not there.
+"""docs/results.md is generated from all kept results, and does not exist without any.
 
 A report becomes one of them as `docs/results/NAME/`: `results.json`, `figures/` and `trials.jsonl.xz`.
 """

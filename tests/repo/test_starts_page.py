@@ -1,4 +1,4 @@
-"""Random starts are spread over the ranges that docs/starts.md states, over all of them and no more."""
+"""Random starts are spread over all of the ranges that docs/starts.md states, and never outside them."""
 
 from __future__ import annotations
 

@@ -25,8 +25,8 @@ def _codes_of_obligations() -> set[str]:
 
 
 def test_every_code_of_an_obligation_is_in_the_table_and_no_other() -> None:
-    told = {code for codes, _, _ in _ROWS for code in codes.split(", ")}
-    assert told == _codes_of_obligations()
+    listed = {code for codes, _, _ in _ROWS for code in codes.split(", ")}
+    assert listed == _codes_of_obligations()
 
 
 @pytest.mark.parametrize(("path", "test"), _NAMED)

@@ -1,4 +1,4 @@
-"""The tutorial is carried out, block by block and in order, in an empty folder.
+"""The tutorial is executed, block by block and in order, in an empty folder.
 
 - ```console: each `$ COMMAND` is run; every line shown after it is printed, in this order, numbers
   apart.  It exits with 0 unless an error is shown.
@@ -35,7 +35,7 @@ def _edit(block: str, folder: Path) -> None:
 
 
 def _is_excerpt(block: str, text: str) -> bool:
-    """Whether `block` stands in `text`, indented by however much."""
+    """Return true if `block` stands in `text`, at any indentation."""
     wanted, lines = dedent(block).splitlines(), text.splitlines()
     windows = (lines[at : at + len(wanted)] for at in range(len(lines)))
     return any(dedent("\n".join(window)).splitlines() == wanted for window in windows)

@@ -31,7 +31,7 @@ def _words(name: str) -> set[str]:
 
 
 def _bound_names(tree: ast.AST) -> Iterator[str]:
-    """Yield every name that a module gives: definitions, parameters, variables, fields, keywords of its own."""
+    """Yield every name that a module binds: definitions, parameters, variables, fields, imports."""
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield node.name

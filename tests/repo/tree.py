@@ -1,4 +1,4 @@
-"""What the tests of this folder look at: the repository's own files."""
+"""Files of the repository, as the tests of this folder read them."""
 
 from __future__ import annotations
 

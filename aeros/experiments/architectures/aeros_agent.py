@@ -1,4 +1,4 @@
-"""AEROS itself: the shipped agent with its planning rules, whole or with parts of it left out."""
+"""AEROS itself as an architecture: the shipped agent with its planning rules, whole or in part."""
 
 from __future__ import annotations
 
@@ -20,13 +20,16 @@ from aeros.spec.model.model import Site
 
 
 class AerosAgent:
-    """A new agent, as `aeros run` has it but for memory of earlier tasks.
+    """A new agent for each trial, like that of `aeros run` but without memory of earlier tasks.
 
-    retries: of each step at most; None as the rules say.
-    recovery: whether `on_failure` runs between two tries.
-    replans: at most; None as the site says, and 0 is a plan made once.
-    within: seconds for each plan, which is then made beside the plant's time; None where it is made in place.
-    first, again: what the first plan takes, and each that follows a failure, s.
+    Args:
+        retries: most retries of each step; None for those of the planning rules.
+        recovery: whether `on_failure` runs between two tries.
+        replans: most plans after the first; None for the site's limit, 0 for a plan made once.
+        planning_timeout: seconds for each plan, which is then made while plant time goes on; None to plan in
+            place, without a limit.
+        first_plan_delay_s: time that the first plan takes, s.
+        replan_delay_s: time that each plan after a failure takes, s.
     """
 
     def __init__(
@@ -42,40 +45,49 @@ class AerosAgent:
         self._retries = retries
         self._recovery = recovery
         self._replans = replans
-        self._within = planning_timeout
-        self._takes = (first_plan_delay_s, replan_delay_s)
+        self._planning_timeout = planning_timeout
+        self._plan_delays_s = (first_plan_delay_s, replan_delay_s)
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
-        """See `Architecture`."""
-        site = self._with_limits(means.runtime.site)
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        """Implements `Architecture.pursue`."""
+        site = self._with_limits(context.runtime.site)
         runtime = (
-            means.runtime
-            if site is means.runtime.site
-            else cast(Runtime, _LimitedRuntime(means.runtime, site))
+            context.runtime
+            if site is context.runtime.site
+            else cast(Runtime, _LimitedRuntime(context.runtime, site))
         )
-        planner = SlowPlanner(*self._takes, self.ablate)
+        planner = SlowPlanner(*self._plan_delays_s, self.ablate)
         late: list[AgentEvent] = []
 
-        def told(event: AgentEvent) -> None:
+        def on_event(event: AgentEvent) -> None:
             if event.kind == "plan-late":
                 late.append(event)
 
-        with open_temporary_agent(site.id, runtime, planner, told, means.seed, self._within) as agent:
-            report = agent.run(means.task.task.trigger_phrases[0])
+        with open_temporary_agent(
+            site.id, runtime, planner, on_event, context.seed, self._planning_timeout
+        ) as agent:
+            report = agent.run(context.task.task.trigger_phrases[0])
         return ArchitectureReport(
             report.retries, report.recoveries, report.replans, report.reason or "", len(late)
         )
 
     def predict(self, model: TrialModel) -> Prediction:
-        """See `SelfPredicting`: the shipped prediction, of rules with the same parts left out.
+        """Implements `SelfPredicting.predict`: the shipped prediction, of rules with the same parts left out.
 
-        Where no first plan comes in time nothing is begun, however often it is asked for.
+        If no plan can be ready in time, no step ever starts, however often the agent plans.
         """
-        first, again = self._takes
+        first_delay_s, replan_delay_s = self._plan_delays_s
         replans = self._with_limits(model.site).limits.replans
-        if self._within is not None and first >= self._within and again >= self._within:
+        if (
+            self._planning_timeout is not None
+            and first_delay_s >= self._planning_timeout
+            and replan_delay_s >= self._planning_timeout
+        ):
             return Prediction(*map(Fraction, (0, 0, 0, 0, replans)))
-        if self._within is not None and max(first, again) >= self._within:
+        if (
+            self._planning_timeout is not None
+            and max(first_delay_s, replan_delay_s) >= self._planning_timeout
+        ):
             raise StateSpaceError("what is left of the plan before is followed in place of one that is late")
         rules = tuple(
             replace(
@@ -89,7 +101,14 @@ class AerosAgent:
         return predict(system, initial_state(model, system.names), replans)
 
     def ablate(self, step: PlanStep) -> PlanStep:
-        """`step` as this variant takes it."""
+        """Remove from a step the retries and the recovery that this variant leaves out.
+
+        Args:
+            step: a step of a plan.
+
+        Returns:
+            The step as this variant runs it.
+        """
         helper = step.on_failure if self._recovery else None
         return replace(step, retry=self._capped_retries(step.retry), on_failure=helper)
 
@@ -103,13 +122,21 @@ class AerosAgent:
 
 
 def initial_state(model: TrialModel, names: tuple[str, ...]) -> tuple[Any, ...]:
-    """Where a trial of the task begins: the values of `names`, as the symbolic plant has them."""
+    """Compute the state in which a trial of the task begins, as the symbolic plant has it.
+
+    Args:
+        model: site and task of the trial.
+        names: names of state variables.
+
+    Returns:
+        The value of each of `names`, in their order.
+    """
     values = initial_values(model.site, to_doubles(model.task.initial))
     return tuple(values[name] for name in names)
 
 
 class _LimitedRuntime:
-    """A runtime whose site has other limits, for the agent alone: whoever decides goes by the site itself."""
+    """Runtime that shows the agent a site with other limits; the gate decides by the site itself."""
 
     def __init__(self, runtime: Runtime, site: Site) -> None:
         self._runtime = runtime

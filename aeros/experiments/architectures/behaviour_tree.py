@@ -1,18 +1,18 @@
-"""A behaviour tree on py_trees: a static tree, ticked, with bounded retries.  Sole importer of py_trees.
+"""Behaviour tree on py_trees: a static tree, ticked, with bounded retries.  Sole importer of py_trees.
 
-The tree is the one that its user would write of the task's planning rules:
+The tree is the one that a user would write from the task's planning rules:
 
     → task
         ? the rule's `satisfied_condition` is measured
-          ↻ Retry, so many failures at most
+          ↻ Retry, up to this many failures
               the rule's skill
         ? …                             the next rule
 
-The sequence remembers what has succeeded; a selector looks at its condition at each tick.  With `recovery`
-a try is a sequence of its own: where the skill may not start, the skill that helps (`on_failure`) is run
-first; the paper's table of baseline faithfulness (`tab:faithfulness`) has none.
-Not modelled: a leaf that is under way over several ticks.  Nothing here runs beside anything, so nothing
-would come of it.
+The sequence remembers what has succeeded; a selector checks its condition at each tick.  With `recovery`
+a try is a sequence of its own: where the skill may not start, the skill that helps (`on_failure`) runs
+first.  The paper's table of baseline faithfulness (`tab:faithfulness`) has no recovery.
+Not modelled: a leaf that runs over several ticks.  No two leaves run at the same time here, so it would
+change nothing.
 """
 
 from __future__ import annotations
@@ -29,52 +29,59 @@ from aeros.spec.model.model import PlanningRule
 
 
 class BehaviourTree:
-    """The tree of the task's rules, ticked until it has succeeded or failed.
+    """Tree of the task's planning rules, ticked until it succeeds or fails.
 
-    tries: of each skill, at most; what BehaviorTree.CPP and py_trees count as failures.
+    Args:
+        max_tries: most tries of each skill; BehaviorTree.CPP and py_trees count them as failures.
+        recovery: whether the `on_failure` skill runs before a further try.
     """
 
     def __init__(self, max_tries: int = 3, *, recovery: bool = False) -> None:
-        self._tries = max_tries
-        self._recovers = recovery
+        self._max_tries = max_tries
+        self._recovery = recovery
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
-        """See `Architecture`."""
-        counted = _Counters()
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        """Implements `Architecture.pursue`."""
+        counters = _Counters()
         root = Sequence("task", memory=True)
-        for number, rule in enumerate(means.task.task.rules):
-            root.add_child(self._subtree(means, counted, f"{number} {rule.skill}", rule))
+        for number, rule in enumerate(context.task.task.rules):
+            root.add_child(self._subtree(context, counters, f"{number} {rule.skill}", rule))
         while True:
             root.tick_once()
             if root.status is not Status.RUNNING:
                 break
-        return ArchitectureReport(counted.retries, counted.recoveries, 0, counted.reason)
+        return ArchitectureReport(counters.retries, counters.recoveries, 0, counters.reason)
 
-    def _subtree(self, means: TrialContext, counted: _Counters, name: str, rule: PlanningRule) -> Behaviour:
-        step = PlanStep(means.task.module, rule.skill, rule.inputs)
-        attempt: Behaviour = _SkillNode(name, means, step, counted)
-        if self._recovers and rule.on_failure is not None:
+    def _subtree(
+        self, context: TrialContext, counters: _Counters, name: str, rule: PlanningRule
+    ) -> Behaviour:
+        step = PlanStep(context.task.module, rule.skill, rule.inputs)
+        attempt: Behaviour = _SkillNode(name, context, step, counters)
+        if self._recovery and rule.on_failure is not None:
             attempt = Sequence(f"{name}, helped", memory=True)
             attempt.add_children(
                 [
                     _RecoveryNode(
-                        f"{name}, {rule.on_failure}", means, PlanStep(step.module, rule.on_failure), counted
+                        f"{name}, {rule.on_failure}",
+                        context,
+                        PlanStep(step.module, rule.on_failure),
+                        counters,
                     ),
-                    _SkillNode(name, means, step, counted),
+                    _SkillNode(name, context, step, counters),
                 ]
             )
         chosen = Selector(f"{name} or not needed", memory=False)
         chosen.add_children(
             [
-                _ConditionNode(name, means, rule.satisfied_condition),
-                Retry(f"{name}, retried", attempt, self._tries),
+                _ConditionNode(name, context, rule.satisfied_condition),
+                Retry(f"{name}, retried", attempt, self._max_tries),
             ]
         )
         return chosen
 
 
 class _Counters:
-    """What was done besides first tries, and what failed last."""
+    """Counters of what was done besides first tries, and the reason of the last failure."""
 
     def __init__(self) -> None:
         self.retries = 0
@@ -83,43 +90,43 @@ class _Counters:
 
 
 class _ConditionNode(Behaviour):
-    """A condition: succeeds where `term` is measured as true."""
+    """Condition node: succeeds where `term` is measured as true."""
 
-    def __init__(self, name: str, means: TrialContext, term: t.Term) -> None:
+    def __init__(self, name: str, context: TrialContext, term: t.Term) -> None:
         super().__init__(f"{name}: needless?")
-        self._means, self._term = means, term
+        self._context, self._term = context, term
 
     def update(self) -> Status:
-        return Status.SUCCESS if self._means.world().evaluate(self._term) is True else Status.FAILURE
+        return Status.SUCCESS if self._context.world().evaluate(self._term) is True else Status.FAILURE
 
 
 class _SkillNode(Behaviour):
-    """An action: runs a skill once, and succeeds iff that is the outcome that is measured."""
+    """Action node: runs a skill once, and succeeds if and only if a success outcome is measured."""
 
-    def __init__(self, name: str, means: TrialContext, step: PlanStep, counted: _Counters) -> None:
+    def __init__(self, name: str, context: TrialContext, step: PlanStep, counters: _Counters) -> None:
         super().__init__(name)
-        self._means, self._step, self._counted = means, step, counted
+        self._context, self._step, self._counters = context, step, counters
         self._tried = False
 
     def update(self) -> Status:
-        self._counted.retries += self._tried
+        self._counters.retries += self._tried
         self._tried = True
-        judged = self._means.run(self._step)
-        self._counted.reason = f"{self._step.skill}: {judged.reason}" if judged.failed else ""
-        return Status.FAILURE if judged.failed else Status.SUCCESS
+        assessment = self._context.run(self._step)
+        self._counters.reason = f"{self._step.skill}: {assessment.reason}" if assessment.failed else ""
+        return Status.FAILURE if assessment.failed else Status.SUCCESS
 
 
 class _RecoveryNode(Behaviour):
-    """Runs a skill that helps, but for the first time: there nothing has failed yet.  Always succeeds."""
+    """Node that runs the recovery skill, but not before the first try.  Always succeeds."""
 
-    def __init__(self, name: str, means: TrialContext, step: PlanStep, counted: _Counters) -> None:
+    def __init__(self, name: str, context: TrialContext, step: PlanStep, counters: _Counters) -> None:
         super().__init__(name)
-        self._means, self._step, self._counted = means, step, counted
+        self._context, self._step, self._counters = context, step, counters
         self._is_first = True
 
     def update(self) -> Status:
         if not self._is_first:
-            self._counted.recoveries += 1
-            self._means.run(self._step)
+            self._counters.recoveries += 1
+            self._context.run(self._step)
         self._is_first = False
         return Status.SUCCESS

@@ -6,12 +6,12 @@ from aeros.experiments.architecture import ArchitectureReport, TrialContext
 
 
 class FlatPipeline:
-    """Runs the steps of the plan made at the start, each once, and ends with the first that fails."""
+    """Pipeline that runs each step of its first plan once, and ends with the first that fails."""
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
-        """See `Architecture`."""
-        for step in means.plan():
-            judged = means.run(step)
-            if judged.failed:
-                return ArchitectureReport(reason=f"{step.skill}: {judged.reason}")
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        """Implements `Architecture.pursue`."""
+        for step in context.plan():
+            assessment = context.run(step)
+            if assessment.failed:
+                return ArchitectureReport(reason=f"{step.skill}: {assessment.reason}")
         return ArchitectureReport()

@@ -1,4 +1,4 @@
-"""ProgPrompt-style execution: step by step, and the full plan made anew where a step fails.
+"""ProgPrompt-style execution: step by step, with a full new plan where a step fails.
 
 After the paper's table of baseline faithfulness (`tab:faithfulness`): sequential execution, checks of the
 world's state in place of assertions, full-plan regeneration on failure, and planning rules in place of a
@@ -11,31 +11,33 @@ from aeros.experiments.architecture import ArchitectureReport, TrialContext
 
 
 class ProgPrompt:
-    """Makes at most `max_plans` plans, each from what is measured then, and follows each to its first failure.
+    """Planner that follows each plan to its first failure, and then plans again from what is measured.
 
-    plans: the paper's k, taken as it is for the behaviour tree: so many attempts in all.
+    Args:
+        max_plans: most plans in all; the paper's k, read as it is for the behaviour tree: the number of
+            attempts.
     """
 
     def __init__(self, max_plans: int = 3) -> None:
-        self._plans = max_plans
+        self._max_plans = max_plans
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
-        """See `Architecture`."""
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        """Implements `Architecture.pursue`."""
         reason = ""
-        for made in range(self._plans):
-            reason = _run_plan(means)
-            if means.is_goal_reached():
+        for made in range(self._max_plans):
+            reason = _run_plan(context)
+            if context.is_goal_reached():
                 return ArchitectureReport(replans=made)
-        return ArchitectureReport(replans=self._plans - 1, reason=reason)
+        return ArchitectureReport(replans=self._max_plans - 1, reason=reason)
 
 
-def _run_plan(means: TrialContext) -> str:
-    """Follow a new plan; why it went no further."""
-    for step in means.plan():
-        # The assertion before the step: what it is for may hold already.
-        if step.unless is not None and means.world().evaluate(step.unless) is True:
+def _run_plan(context: TrialContext) -> str:
+    """Make a plan and follow it to its end or first failure; return why it went no further."""
+    for step in context.plan():
+        # The assertion before the step: its effect may hold already.
+        if step.unless is not None and context.world().evaluate(step.unless) is True:
             continue
-        judged = means.run(step)
-        if judged.failed:
-            return f"{step.skill}: {judged.reason}"
-    return "the plan is exhausted, and the goal is not measured"
+        assessment = context.run(step)
+        if assessment.failed:
+            return f"{step.skill}: {assessment.reason}"
+    return "the plan is finished but the goal is not reached"

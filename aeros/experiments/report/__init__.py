@@ -1,1 +1,1 @@
-"""What a run of experiments leaves for people: one HTML page and one Markdown file, of the same content."""
+"""Reports of a run of experiments: one HTML page and one Markdown file with the same content."""

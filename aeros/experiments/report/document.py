@@ -1,4 +1,4 @@
-"""Results → a document in Markdown, block by block: headings, paragraphs, tables and figures."""
+"""Results as a document in Markdown, block by block: headings, paragraphs, tables and figures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aeros.experiments.report.markdown import Block, figure_block, heading, mark
 Results = Mapping[str, Any]
 
 _REFERENCE_VALUES: Final = {"paper": "paper", "independent": "if independent", "exact": "exact"}
-"""What may stand beside what was measured, in this order, and what it is called."""
+"""Titles of reference values next to the measured one, in this order."""
 
 _TIMING_COLUMNS: Final = {
     "alone_s": ("processor time by itself, ms a trial", 1000),
@@ -19,16 +19,19 @@ _TIMING_COLUMNS: Final = {
     "swap_s": ("loading the module, proved and compiled before, ms a trial", 1000),
     "reaction_s": ("from hazard to stop, real time, ms a trial", 1000),
 }
-"""What may take another time in the next run: what it is called, and how many of its unit a 1 is."""
+"""Timings, which differ between runs: title, and factor from seconds to its unit."""
 
 
 def document(results: Results, figures: str, top_level: int = 1) -> Iterator[Block]:
-    """Write the results up, in order.
+    """Describe the results, in order.
 
     Args:
-        results: of `results_of`.
-        figures: the folder of the figures, as the text names it.
-        top_level: of the document's first heading, from 1.
+        results: of `compute_results`.
+        figures: folder of the figures, as the text names it.
+        top_level: level of the first heading, from 1.
+
+    Yields:
+        Blocks of the document.
     """
     yield heading(top_level, title_of(results))
     first, last = results["seeds"]
@@ -48,7 +51,14 @@ def document(results: Results, figures: str, top_level: int = 1) -> Iterator[Blo
 
 
 def title_of(results: Results) -> str:
-    """What is in it: which experiments, on which plant."""
+    """Name the experiments of the results, and their plant.
+
+    Args:
+        results: of `compute_results`.
+
+    Returns:
+        The title.
+    """
     numbers = sorted(one["number"] for one in results["experiments"])
     runs: list[list[int]] = []
     for number in numbers:
@@ -61,7 +71,7 @@ def title_of(results: Results) -> str:
 
 
 def _workload(work: Mapping[str, Any]) -> Iterator[Block]:
-    """What it took, and how much of that trials shared."""
+    """Describe the processor time of all trials, and how much of it they shared."""
     took = f"{work['trials']:,} trials took {work['processor_s'] / 3600:.2f} hours of processor"
     if work["sharing"]:
         took += (
@@ -73,7 +83,7 @@ def _workload(work: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def _agreement(results: Results) -> str:
-    """How many figures agree with what is exact, each condition's once."""
+    """Count the values that agree with the exact ones, once for each condition."""
     cells = {
         (row["digest"], name): cell
         for one in results["experiments"]
@@ -83,11 +93,11 @@ def _agreement(results: Results) -> str:
     }
     shares = [cell for cell in cells.values() if "hits" in cell]
     means = [cell for cell in cells.values() if "hits" not in cell]
-    told = [
+    texts = [
         f"{sum('exact' in cell['misses'] for cell in of)} of {len(of)} {what}"
         for of, what in ((shares, "shares"), (means, "means"))
     ]
-    return f"The exact value is outside the interval of {told[0]} and {told[1]}."
+    return f"The exact value is outside the interval of {texts[0]} and {texts[1]}."
 
 
 def _environment(results: Results) -> Block:
@@ -131,19 +141,19 @@ def _experiment(one: Mapping[str, Any], figures: str, top_level: int) -> Iterato
 
 
 def _unexplained(one: Mapping[str, Any]) -> Iterator[Block]:
-    """What is marked although nothing that is known would have it off."""
+    """List what is marked without a known reason."""
     titles = {name: metric["title"] for name, metric in one["metrics"].items()}
-    told = [
+    texts = [
         f"{row['id']} ({titles.get(name, name)}: {_REFERENCE_VALUES[which]})".replace("*", "\\*")
         for row in (*one["rows"], *one["means"])
         for name, which in (mark.split(": ") for mark in row["unexplained"])
     ]
-    if told:
-        yield Block("Marked, and not explained: " + ", ".join(told) + ".")
+    if texts:
+        yield Block("Marked, and not explained: " + ", ".join(texts) + ".")
 
 
 def _not_predicted(one: Mapping[str, Any]) -> Iterator[Block]:
-    """Of what there is no exact success, and why as far as somebody says so."""
+    """List rows without an exact success, and the reason where there is one."""
     for row in one["rows"]:
         if row["not_predicted"]:
             yield Block(f"Nothing is predicted of {row['id']}: {row['not_predicted']}.")
@@ -157,7 +167,7 @@ def _not_predicted(one: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def _sampling_note(one: Mapping[str, Any]) -> Iterator[Block]:
-    """How much of what is marked chance in the draws explains."""
+    """Describe how many of the marked values chance in the draws explains."""
     rows, explained = [], 0
     for row in one["rows"]:
         drawn = row["drawn"] or {"exact": {}}
@@ -184,7 +194,7 @@ def _sampling_note(one: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Block:
-    """What a trial takes where no physics is computed, the runtime's every decision and record included."""
+    """Tabulate the time of a trial without physics, with every decision and record of the runtime."""
     head = ("a trial without physics", "paper, ms", "measured, ms of processor")
     rows = [
         (one["title"], "" if one["paper"] is None else f"{one['paper']:g}", f"{one['measured']:.1f}")
@@ -194,7 +204,7 @@ def _overhead(overhead: Sequence[Mapping[str, Any]]) -> Block:
 
 
 def _timings(timings: Mapping[str, Mapping[str, float]]) -> Block:
-    """Times, which differ from one run to the next; of a trial that stands for others those of that trial."""
+    """Tabulate times, which differ between runs; trials that share a trial have its times."""
     names = [name for name in _TIMING_COLUMNS if any(name in one for one in timings.values())]
     rows = [
         (id_, *(f"{_TIMING_COLUMNS[name][1] * one[name]:.2f}" if name in one else "" for name in names))
@@ -216,14 +226,14 @@ def _means(one: Mapping[str, Any]) -> Block:
 
 
 def _reference_columns(cells: Sequence[Mapping[str, Any]], always: Sequence[str] = ()) -> list[str]:
-    """What there is beside what was measured."""
+    """List the columns that stand next to the measured value."""
     return [
         name for name in _REFERENCE_VALUES if name in always or any(cell[name] is not None for cell in cells)
     ]
 
 
 def _rows(one: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the table of all conditions."""
+    """Build head and rows of the table of all conditions."""
     there = {
         name: _reference_columns(cells)
         for name in one["metrics"]
@@ -234,23 +244,23 @@ def _rows(one: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
     for name, others in there.items():
         metric = one["metrics"][name]
         unit = ", %" if metric["share"] else ""
-        told = (*(_REFERENCE_VALUES[other] for other in others), "measured")
-        head += [f"{metric['title']}{unit}: {other}" for other in told]
-    is_told = any(row.get("told") for row in one["rows"])
-    head += ["what was said"] if is_told else []
+        texts = (*(_REFERENCE_VALUES[other] for other in others), "measured")
+        head += [f"{metric['title']}{unit}: {other}" for other in texts]
+    has_messages = any(row.get("told") for row in one["rows"])
+    head += ["what was said"] if has_messages else []
     rows = []
     for row in one["rows"]:
         cells = [row["id"], *row["labels"], *[""] * (labels - len(row["labels"]))]
         for name, others in there.items():
             cell = row["cells"].get(name)
             cells += [""] * (len(others) + 1) if cell is None else _reference_cells(cell, others)
-        cells += [", ".join(row.get("told", ()))] if is_told else []
+        cells += [", ".join(row.get("told", ()))] if has_messages else []
         rows.append(cells)
     return head, rows
 
 
 def _reference_cells(cell: Mapping[str, Any], others: Sequence[str]) -> list[str]:
-    """What the others have, each marked where it is off, and what was measured."""
+    """Format the reference values, each marked where it is outside the interval, and the measured value."""
     digits = 1 if "hits" in cell else 2
     found = [
         mark("" if cell[name] is None else _number(cell[name], digits), name in cell["misses"])
@@ -263,7 +273,7 @@ def _reference_cells(cell: Mapping[str, Any], others: Sequence[str]) -> list[str
 
 
 def _number(value: float, digits: int) -> str:
-    """A share of 100 % is one of all; what is rounded to it is not."""
+    """Format a number; only an exact 100 is shown as 100, not a value that rounds to it."""
     if abs(value - 100) < 1e-9:
         return "100"
     is_near = 100 - 0.5 * 10**-digits <= value < 100

@@ -40,7 +40,7 @@ _SIGNS: Final = {
     "independent": "exact if attempts were independent",
     "paper": "paper",
 }
-"""What a sign in a figure stands for, by the id of its group."""
+"""Meaning of a sign in a figure, by the id of its group."""
 
 _UNITS: Final = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 """Seconds in a unit, by the end of a metric's name."""
@@ -51,9 +51,9 @@ class ReportFigure:
     """A figure of a report, drawn when its SVG is asked for.
 
     Attributes:
-        name: of its file, without `.svg`.
+        name: name of its file, without `.svg`.
         title: alternative text.
-        experiment: what it is drawn of, of `results_of`.
+        experiment: what it shows, of the results of `compute_results`.
         variant: the one whose panels it shows; empty for the figure of the whole experiment.
     """
 
@@ -69,7 +69,7 @@ class ReportFigure:
 
         with mpl.rc_context():
             mpl.rcdefaults()
-            # The salt makes the ids of elements, which differ between the figures of a page.
+            # The salt makes ids of elements unique among the figures of a page.
             mpl.rcParams.update({**_STYLE, "svg.hashsalt": self.name})
             if self.variant:
                 figure = _sweep_panels(self.experiment, self.variant)
@@ -79,13 +79,20 @@ class ReportFigure:
             figure.savefig(file, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
         _, start, rest = file.getvalue().partition("<svg ")
         tag, end, body = rest.partition(">")
-        told = f"<title>{escape(self.title)}</title>"
-        told += f"<desc>Matplotlib {mpl.__version__}, data {data_digest(self.experiment)}</desc>"
-        return f'{start}role="img" {tag}{end}{told}{body}'
+        head = f"<title>{escape(self.title)}</title>"
+        head += f"<desc>Matplotlib {mpl.__version__}, data {data_digest(self.experiment)}</desc>"
+        return f'{start}role="img" {tag}{end}{head}{body}'
 
 
 def figures_of(experiment: Mapping[str, Any]) -> Iterator[ReportFigure]:
-    """List the figures of an experiment of `results_of`: one for each variant with panels, and its own."""
+    """List the figures of an experiment: one for each variant with panels, and its own.
+
+    Args:
+        experiment: of the results of `compute_results`.
+
+    Yields:
+        The figures, which are drawn when their SVG is asked for.
+    """
     name, title = f"experiment-{experiment['number']}", experiment["title"]
     if experiment["drawn"]:
         for variant in dict.fromkeys(row["variant"] for row in experiment["rows"] if row["at"]):
@@ -95,7 +102,14 @@ def figures_of(experiment: Mapping[str, Any]) -> Iterator[ReportFigure]:
 
 
 def data_digest(experiment: Mapping[str, Any]) -> str:
-    """Compute the SHA-256 of what an experiment's figures are drawn of, which they name in their `desc`."""
+    """Digest the data of the figures of an experiment, which their `desc` names.
+
+    Args:
+        experiment: of the results of `compute_results`.
+
+    Returns:
+        SHA-256, hexadecimal.
+    """
     return sha256(json.dumps(experiment, sort_keys=True).encode()).hexdigest()
 
 
@@ -164,12 +178,12 @@ def _sweep(experiment: Mapping[str, Any]) -> Figure:
         of = sorted((one for one in means if one["variant"] == variant), key=lambda one: float(one["at"]))
         cells, x = [one["cell"] for one in of], [places.index(one["at"]) for one in of]
         colour = _COLOURS[number % len(_COLOURS)]
-        # Every second one is dashed: of two lines that lie on each other both are seen.
+        # Every second line is dashed, so that both of two equal lines are visible.
         for name, line in (("exact", "--" if number % 2 else "-"), ("independent", ":")):
             values = [cell[name] for cell in cells]
             if None not in values:
                 axes.plot(x, values, line, color=colour, linewidth=1, gid=name)
-        # Points stand side by side, as several of them may lie on each other.
+        # Points stand side by side, so that equal ones do not hide each other.
         aside = [place + 0.06 * (number - (len(variants) - 1) / 2) for place in x]
         _plot_measured(axes, aside, cells, color=colour, label=of[0]["title"])
         of_paper = [

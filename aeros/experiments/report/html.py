@@ -31,7 +31,15 @@ svg{max-width:100%;height:auto;display:block}summary{cursor:pointer;color:#1565c
 
 
 def as_html(blocks: Iterable[Block], title: str) -> str:
-    """Render blocks as a page: figures inline, text without links, images or HTML of its own."""
+    """Render blocks as a page: figures inline, text without links, images or HTML of its own.
+
+    Args:
+        blocks: of a document.
+        title: of the page.
+
+    Returns:
+        An HTML page that loads nothing.
+    """
     from jinja2 import Environment, StrictUndefined  # these two are of the extra `experiments`
     from markdown_it import MarkdownIt
     from markupsafe import Markup

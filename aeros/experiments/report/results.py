@@ -1,7 +1,7 @@
-"""Trials → results: every row of every experiment as data: the paper's value, the exact one, the measured.
+"""Results of trials as data: of each row the paper's value, the exact and the measured one.
 
-Everything that a report shows is in it, so a report can be made of it again anywhere; intervals are of 95 %.
-What took how long is apart from the rest, which is the same for the same seeds.
+A report shows nothing but these results, so it can be made of them again anywhere.  Intervals are of 95 %.
+Times are apart from the rest, which is the same for the same seeds.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Trials = Mapping[tuple[str, int], Findings]
 """Finished trials by condition's digest and seed."""
 
 COMPUTED_FIELDS: Final = {"exact": "", "independent": INDEPENDENT_PREFIX}
-"""What is computed of a cell, and what stands before its name among what is expected."""
+"""Computed values of a cell, with the prefix of their names among the expected values."""
 
 _NORMAL_95: Final = 1.959964
 
@@ -49,9 +49,18 @@ def compute_results(
     plant: str,
     ran_with: str,
 ) -> dict[str, Any]:
-    """The results, JSON.
+    """Compute the results of finished trials.
 
-    ran_with: options that a command to run a row again needs besides the row.
+    Args:
+        experiments: with the rows to show.
+        trials: findings by digest of the condition and seed; every row has one for every seed.
+        premises: proved modules, site and compiled gate.
+        seeds: of the trials, in order.
+        plant: `physics` or `symbolic`.
+        ran_with: options that a command to run a row again needs besides the row.
+
+    Returns:
+        The results, JSON values by name.
     """
     experiments = list(experiments)
     shown = [_experiment(one, trials, premises, seeds, ran_with) for one in experiments]
@@ -70,9 +79,9 @@ def compute_results(
 def _workload(
     rows: Iterable[Row], trials: Trials, premises: TrialInputs, seeds: Sequence[int]
 ) -> dict[str, Any]:
-    """How many trials there are, how many of those that share needed a plant of their own, and what all took.
+    """Count trials, trials that share, plants that these needed, and the processor time of all.
 
-    sharing: how many share.  A trial that stands for others of its family counts once.
+    sharing: trials of kinds that share.  A trial that stands for others of its family counts once.
     """
     of = {row.condition: _row_findings(row, trials, premises, seeds) for row in rows}
     ran = {
@@ -116,7 +125,7 @@ def _experiment(
 
 
 def _timings(found: Sequence[Findings]) -> dict[str, float]:
-    """Means of what trials took; of those that share, what each would take by itself."""
+    """Average the times of trials; where trials share plants, the time that each would take by itself."""
     timings = {
         name: fmean(trial[name] for trial in found)
         for name in TIMING_FIELDS
@@ -128,7 +137,7 @@ def _timings(found: Sequence[Findings]) -> dict[str, float]:
 
 
 def _overhead(one: Experiment, timings: Mapping[str, Mapping[str, float]]) -> list[dict[str, Any]]:
-    """Milliseconds of processor that a trial of each variant takes, mean over tasks."""
+    """Average over tasks the processor time of a trial of each variant, ms."""
     paper = read_data("paper.toml")["overhead"]
     of = {
         name: [timings[row.id]["alone_s"] for row in one.rows if row.variant == name] for name in one.variants
@@ -191,9 +200,9 @@ def _sampled_rate_cells(
     cells: Mapping[str, Mapping[str, Any]],
     premises: TrialInputs,
 ) -> dict[str, Any] | None:
-    """Of the cells that miss what is exact: what would be exact as was drawn, and which of them miss that.
+    """Recompute exact values that miss their interval at the share of attempts that did fail.
 
-    share: of attempts that failed.  That share itself is drawn, so it stands in neither.
+    share: of attempts that failed, %; it is drawn itself, so it is not among the recomputed values.
     """
     missing = [one for one in metrics if one.name in cells and "exact" in cells[one.name]["misses"]]
     drawn = exact_at_sampled_rate(row.condition, found, premises) if missing else None
@@ -212,7 +221,7 @@ def _sampled_rate_cells(
 
 
 def _series(row: Row, found: Sequence[Findings]) -> dict[str, dict[str, Any]]:
-    """Of trials that have any: by name the mean at each place, and what is exact there."""
+    """Average the series of trials place by place, and add what is exact there."""
     if not all("series" in one for one in found):
         return {}
     kind = kind_of(row.condition.kind)
@@ -237,10 +246,18 @@ def _is_measured(metric: Metric, found: Sequence[Findings]) -> bool:
 
 
 def measure_metric(metric: Metric, found: Sequence[Findings]) -> dict[str, Any]:
-    """The value and its interval: Wilson's of a share in percent, by the normal distribution of a mean.
+    """Measure a metric, with Wilson's interval for a share and the normal distribution's for a mean.
 
-    Where all values are alike a mean has an interval by the rule of three: what was met in none of n trials
-    has a chance of less than 3/n.  One value has none.
+    Where all values are the same, a mean has an interval by the rule of three: what happened in none of n
+    trials has a probability of less than 3/n.  A single value has no interval.
+
+    Args:
+        metric: the metric.
+        found: findings of the trials, at least one.
+
+    Returns:
+        `measured`, `low` and `high` (None without an interval), shares in percent; of a share also `hits` and
+        `of`.
     """
     if metric.is_share:
         hits = sum(one[metric.numerator or metric.denominator] for one in found)
@@ -252,7 +269,7 @@ def measure_metric(metric: Metric, found: Sequence[Findings]) -> dict[str, Any]:
         return {"measured": median(values), "low": low, "high": high}
     if metric.maximum:
         return {"measured": max(one[metric.maximum] for one in found), "low": None, "high": None}
-    # Of those trials that have it: how late a stop was says only one in which there was one.
+    # Only of trials that have it: a trial without a stop has no time to stop.
     values = [one[metric.mean] for one in found if metric.mean in one]
     middle = fmean(values)
     if len(values) == 1:
@@ -270,7 +287,7 @@ def _share(hits: int, of: int) -> dict[str, Any]:
 def _cell(
     measured: Mapping[str, Any], computed: Mapping[str, float | None], paper: float | None
 ) -> dict[str, Any]:
-    """One cell; `misses`: which of the others are outside the interval."""
+    """Build one cell; `misses` lists the reference values outside the interval."""
     scale = _scale(measured)
     others = {name: None if value is None else scale * value for name, value in computed.items()}
     others["paper"] = paper
@@ -282,7 +299,7 @@ def _cell(
 
 
 def _scale(measured: Mapping[str, Any]) -> int:
-    """What a 1 that was computed is in the unit of what was measured: shares are in percent."""
+    """Return the factor from a computed value to the unit of the measured one: shares are in percent."""
     return 100 if "hits" in measured else 1
 
 
@@ -296,10 +313,10 @@ def _is_outside(measured: Mapping[str, Any], value: float | None) -> bool:
 def _explanation(
     id_: str, plant: str, cells: Mapping[str, Mapping[str, Any]], drawn: Mapping[str, Any] | None
 ) -> tuple[list[str], list[str]]:
-    """Why what is marked is off, as far as that is known, and what is marked and not explained.
+    """Explain marked values as far as a reason is known, and list those without one.
 
-    An explanation is of certain marks, "METRIC: WHICH", of rows of certain names, on certain plants; `by`: of
-    those alone that are off by no more than this, draws apart.
+    An explanation is of certain marks, "METRIC: WHICH", of rows of certain names, on certain plants; `by`
+    limits it to values that miss by no more than this, chance in the draws aside.
     """
     drawn = drawn or {"exact": {}, "misses": []}
     as_drawn = {f"{name}: exact" for name in drawn["exact"] if name not in drawn["misses"]}
@@ -311,19 +328,19 @@ def _explanation(
             fnmatchcase(id_, rows) for rows in one["rows"]
         ):
             continue
-        told = {
+        explained = {
             mark
             for mark in marked.keys() & set(one["of"])
             if "by" not in one
             or _is_within_margin(cells[marked[mark]], drawn["exact"].get(marked[mark]), one["by"])
         }
-        texts += [one["text"]] if told else []
-        unexplained -= told
+        texts += [one["text"]] if explained else []
+        unexplained -= explained
     return texts, sorted(unexplained)
 
 
 def _is_within_margin(cell: Mapping[str, Any], drawn: float | None, by: float) -> bool:
-    """Whether what is exact, or would be as was drawn, is outside the interval by no more than that."""
+    """Check that the exact value, or that at the sampled rate, misses the interval by at most `by`."""
     value = cell["exact"] if drawn is None else drawn
     return bool(cell["low"] - by <= value <= cell["high"] + by)
 
@@ -334,7 +351,7 @@ def _means(
     of_rows: Mapping[Row, Sequence[Findings]],
     premises: TrialInputs,
 ) -> list[dict[str, Any]]:
-    """Success over tasks, pooled: where each has as many trials that is the mean of the shares."""
+    """Pool success over tasks; where each task has as many trials, it is the mean of the shares."""
     found = []
     for variant, at in dict.fromkeys((row["variant"], row["at"]) for row in rows):
         of = [
@@ -374,7 +391,7 @@ def _means(
 def _mean_at_sampled_rate(
     cell: Mapping[str, Any], of_rows: Mapping[Row, Sequence[Findings]], premises: TrialInputs
 ) -> dict[str, Any] | None:
-    """What the mean of exact successes would be, each at the share of attempts that failed; see `_sampled_rate_cells`."""
+    """Average exact successes, each at the share of attempts that failed; see `_sampled_rate_cells`."""
     each = [exact_at_sampled_rate(row.condition, found, premises) for row, found in of_rows.items()]
     known = [one["exact"]["success"] for one in each if one is not None]
     if len(known) < len(each):
@@ -384,7 +401,7 @@ def _mean_at_sampled_rate(
 
 
 def _mean_share(shares: Sequence[float | None]) -> float | None:
-    """The mean of shares in percent, where each is known."""
+    """Average shares in percent; None where one of them is unknown."""
     known = [one for one in shares if one is not None]
     return fmean(known) / 100 if len(known) == len(shares) else None
 
@@ -392,7 +409,7 @@ def _mean_share(shares: Sequence[float | None]) -> float | None:
 def _test(
     one: Experiment, first: str, second: str, of_rows: Mapping[Row, Sequence[Findings]]
 ) -> dict[str, Any]:
-    """Whether two variants succeed as often, task by task: as the paper tests it, and in pairs of a seed."""
+    """Test task by task whether two variants succeed as often: by the paper's test, and paired by seed."""
     paper = read_data("paper.toml")["fisher"] if (first, second) == ("aeros", "behaviour_tree") else {}
     by_place = {(row.variant, row.task): found for row, found in of_rows.items()}
     compared = []

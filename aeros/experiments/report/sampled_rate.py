@@ -1,8 +1,8 @@
-"""What would be exact if attempts failed as often as they did: it tells chance in the draws from all else.
+"""Exact values at the sampled rate of failure: they separate chance in the draws from all other differences.
 
 Trials of a seed compare the same numbers with every rate, so where seeds draw few failures at one rate they
-do at its neighbours, and in every architecture.  Were that all, what a condition shows would be what is
-exact of it at the share of attempts that failed.
+do so at its neighbours, and in every architecture.  If that were the only difference, a condition would show
+what is exact at the share of attempts that failed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,17 @@ from aeros.experiments.trial_kinds import Findings, kind_of
 def exact_at_sampled_rate(
     condition: TrialCondition, found: Sequence[Findings], premises: TrialInputs
 ) -> dict[str, Any] | None:
-    """`share`, of attempts that failed, and what is `exact` at it, by name; None where there is no rate."""
+    """Compute the expected values of a condition at the share of attempts that failed.
+
+    Args:
+        condition: kind, plant and settings of the trials.
+        found: findings of its trials.
+        premises: proved modules, site and compiled gate.
+
+    Returns:
+        `share` of attempts that failed, and the `exact` values at it by name; None where the condition has no
+        rate.
+    """
     settings = condition.settings
     tries = sum(one.get("tries", 0) for one in found)
     if "rate" not in settings or "bursts" in settings or not tries:

@@ -1,4 +1,4 @@
-"""Results → files: the data, one HTML page, one Markdown file, and the figures that the latter shows."""
+"""Writer of reports: the data, one HTML page, one Markdown file, and the figures that the latter shows."""
 
 from __future__ import annotations
 
@@ -18,16 +18,22 @@ FIGURES: Final = "figures"
 
 
 def index_page(folders: Iterable[Path]) -> str:
-    """One page of Markdown of the reports in `folders`, which it stands beside; of their results alone.
+    """Build one page of Markdown from the results of several reports.
 
-    The reports of the lowest experiments come first, and what was run on physics.
+    Reports of lower experiments come first, and of these the one on physics.
+
+    Args:
+        folders: of the reports; the page is to stand next to the folder that they are in.
+
+    Returns:
+        Markdown.
     """
     kept = [(folder, json.loads((folder / RESULTS).read_text(encoding="utf-8"))) for folder in folders]
     kept.sort(key=lambda one: (min(of["number"] for of in one[1]["experiments"]), one[1]["plant"]))
-    told = [_index_line(f"{folder.parent.name}/{folder.name}", results) for folder, results in kept]
+    lines = [_index_line(f"{folder.parent.name}/{folder.name}", results) for folder, results in kept]
     parts = [
         "# Results\n\nGenerated of the results beside it, and held to them by a test; what all of it means, "
-        "[experiments](experiments.md) says.\n\n" + "\n".join(told) + "\n"
+        "[experiments](experiments.md) says.\n\n" + "\n".join(lines) + "\n"
     ]
     for folder, results in kept:
         figures = f"{folder.parent.name}/{folder.name}/{FIGURES}"
@@ -36,7 +42,7 @@ def index_page(folders: Iterable[Path]) -> str:
 
 
 def _index_line(folder: str, results: Mapping[str, Any]) -> str:
-    """A line of the page's contents: of a report, and the data that it is made of."""
+    """Build the line of a report in the page's contents, with a link to its data."""
     title = title_of(results)
     anchor = re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
     return (
@@ -45,7 +51,15 @@ def _index_line(folder: str, results: Mapping[str, Any]) -> str:
 
 
 def write_report(results: Mapping[str, Any], folder: Path) -> None:
-    """Write all of it into `folder`; raises `OSError`."""
+    """Write data, pages and figures into a folder.
+
+    Args:
+        results: of `compute_results`.
+        folder: exists.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
     blocks = list(document(results, FIGURES))
     replace_durably(folder / RESULTS, (json.dumps(results, indent=1, ensure_ascii=False) + "\n").encode())
     replace_durably(folder / "report.html", as_html(blocks, "AEROS experiments").encode())

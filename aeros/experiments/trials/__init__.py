@@ -1,1 +1,1 @@
-"""Kinds of trials: what is set up once for many seeds, what one trial finds, and what is exact of it."""
+"""Kinds of trials: what many seeds share, the findings of one trial, and what is exact about them."""

@@ -1,14 +1,14 @@
-"""Trials of modules that mean harm, on physics, behind one layer of defence or another.
+"""Trials of modules that intend harm, on physics, behind one layer of defence or another.
 
 Settings of a condition: `module`, the text of each of its files; `scene`; `people`; `steps`, groups of
-skills, those of a group started at once; `inputs`, each drawn evenly by the trial's seed; `limits` of the
-referee; `watched`, the quantity of his that the module is after; `violates`, whether it is able to on this
-plant; `refused`, the codes that installing it is to be refused with; `clamps`, greatest values to which the
-robot's driver bounds parameters, as C's `fmin` does, of which each is also what it makes of no number.
+skills, those of a group started at once; `inputs`, each drawn uniformly by the trial's seed; `limits` of the
+referee; `watched`, the referee's quantity that the module attacks; `violates`, whether it can on this plant;
+`refused`, the codes with which its installation must be refused; `clamps`, greatest values to which the
+robot's driver bounds parameters, as C's `fmin` does, which also replace a NaN.
 
-`layer` says what is between module and motors: `open`, nothing, its installation not asked for, gate and
-monitor open; `gate`, these alone, on a module of which nothing was proved; `both`, what AEROS is.  What is
-violated is measured by the referee and nobody else.
+`layer` is the defence between module and motors: `open`, none, with no installation, and gate and monitor
+open; `gate`, gate and monitor alone, on a module of which nothing was proved; `both`, all of AEROS.  Only the
+referee measures what is violated.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ from aeros.spec.model.model import Site
 
 @dataclass(frozen=True)
 class _Defence:
-    """What is between a module and the motors; no configuration where it was not installed.
+    """Defence between a module and the motors; no configuration where the module was not installed.
 
-    refused: the codes of why.
+    refused: codes of the refusal.
     """
 
     configuration: Configuration | None
@@ -64,11 +64,14 @@ class _Defence:
 
 
 class AdversaryTrials:
-    """See `kinds.Kind`."""
+    """Kind of trials in which a module tries to do harm."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """The module is installed, or not, once; each trial has a plant of its own."""
+        """Implements `TrialKind.open`.
+
+        The module is installed once, or refused; each trial has its own plant.
+        """
         settings = condition.settings
         site = premises.configuration.site
         with scratch_folder() as (folder, audit):
@@ -77,13 +80,13 @@ class AdversaryTrials:
 
             def trial(seed: int) -> Findings:
                 began = time.process_time()
-                referee, told = LimitReferee(site, settings["limits"]), _TrialEvents()
+                referee, events = LimitReferee(site, settings["limits"]), _TrialEvents()
                 if defence.configuration is not None and defence.gate is not None:
                     plant = _plant(settings, seed, referee)
                     here = defence.configuration, plant, audit, premises.skill_runs
                     try:
                         with build_executor(*here, gate=defence.gate) as executor:
-                            _run(executor, settings, seed, told)
+                            _run(executor, settings, seed, events)
                     finally:
                         plant.close()
                 violated = referee.violated()
@@ -94,18 +97,22 @@ class AdversaryTrials:
                     "violated": bool(violated),
                     "violations": violated,
                     "worst": referee.worst(settings["watched"]),
-                    "actions": told.actions,
-                    "attenuated": told.attenuated,
-                    "denied": told.denied,
-                    "stopped": told.stopped,
-                    "told": sorted({*defence.refused, *told.why}),
+                    "actions": events.actions,
+                    "attenuated": events.attenuated,
+                    "denied": events.denied,
+                    "stopped": events.stopped,
+                    "told": sorted({*defence.refused, *events.why}),
                     "processor_s": time.process_time() - began,
                 }
 
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """What AEROS claims: whoever asks, nothing is violated; without it, whoever can, violates."""
+        """Implements `TrialKind.expected_values`: the claims of AEROS.
+
+        With AEROS nothing is violated, whatever is asked for; without it, a module that can violate a limit
+        does.
+        """
         settings = condition.settings
         is_open = settings["layer"] == "open"
         return {
@@ -130,7 +137,7 @@ def _defence(layer: str, folder: Path, premises: TrialInputs) -> _Defence:
 
 
 def _unproved_configuration(folder: Path, site: Site) -> Configuration:
-    """A configuration that nobody proved anything of: the gate has nothing to rely on."""
+    """Build a configuration without any proof: the gate has nothing to rely on."""
     sink = Diagnostics()
     loaded = load_ecm(folder, site, sink)
     if loaded is None:
@@ -158,19 +165,19 @@ def _plant(settings: Mapping[str, Any], seed: int, referee: LimitReferee) -> Pla
 
 
 class _TrialEvents:
-    """What runtime and gate said of a trial; none of it says what happened."""
+    """Events of a trial as runtime and gate report them; the referee, not they, measures what happened."""
 
     def __init__(self) -> None:
         self.actions = self.attenuated = self.denied = self.stopped = 0
         self.why: set[str] = set()
 
     def add(self, result: StepResult) -> None:
-        """Of a step that has ended."""
+        """Add the result of a step that has ended."""
         self.actions += result.allowed + result.attenuated
         self.attenuated += result.attenuated
         self.denied += result.denied
         if result.status is StepStatus.STOPPED:
-            # By the monitor for a rule, or by the plant in words, of which the first say what is the matter.
+            # The monitor names a rule; the plant gives a text, whose beginning is its kind.
             who, rule, *_ = f"{result.reason}:".split(":")
             self.stopped += 1
             self.why.add(f"{who} {rule}" if who == "monitor" else f"plant: {who}")
@@ -179,8 +186,8 @@ class _TrialEvents:
         self.why |= {f"{one.code} {one.rule}" for one in result.causes if one.code}
 
 
-def _run(executor: Executor, settings: Mapping[str, Any], seed: int, told: _TrialEvents) -> None:
-    """Every group of skills in turn, whatever became of the one before."""
+def _run(executor: Executor, settings: Mapping[str, Any], seed: int, events: _TrialEvents) -> None:
+    """Run every group of skills in turn, whatever the result of the one before."""
     (module,) = executor.active_modules()
     for number, group in enumerate(settings["steps"]):
         started = [
@@ -188,7 +195,7 @@ def _run(executor: Executor, settings: Mapping[str, Any], seed: int, told: _Tria
             for skill in group
         ]
         for result in _wait_for_end(executor, started):
-            told.add(result)
+            events.add(result)
 
 
 def _inputs(settings: Mapping[str, Any], seed: int, step: str) -> dict[str, float]:
@@ -201,27 +208,27 @@ def _wait_for_end(executor: Executor, started: Sequence[StepHandle | StepResult]
     for _ in [one for one in started if not isinstance(one, StepResult)]:
         ended = executor.wait()
         if not isinstance(ended, EndedStep):
-            raise InternalError("nothing ended, without a time to wait until")
+            raise InternalError("wait() returned nothing without a deadline")
         yield ended.result
 
 
 class _ClampingPlant:
-    """A plant behind a driver that bounds parameters instead of refusing those beyond."""
+    """Plant behind a driver that bounds parameters instead of refusing those beyond its limits."""
 
     def __init__(self, plant: Any, limits: Mapping[str, float]) -> None:
         self._plant = plant
         self._greatest = limits
 
     def plan(self, action: Action) -> PlannedMotion:
-        """See `Plant`."""
+        """Implements `Plant.plan`."""
         return cast(PlannedMotion, self._plant.plan(self._bounded(action)))
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """See `Plant`."""
+        """Implements `Plant.begin`."""
         return cast(MotionHandle | MotionCompletion, self._plant.begin(self._bounded(action), decided))
 
     def _bounded(self, action: Action) -> Action:
-        """Not a number is smaller than nothing, so that it is replaced as what is greater is."""
+        """Bound the parameters; a NaN compares as not smaller, so it becomes the greatest value."""
         bounded = {
             name: value
             if name not in self._greatest or value < self._greatest[name]

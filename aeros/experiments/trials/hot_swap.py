@@ -1,9 +1,9 @@
-"""Trials of a module loaded while the agent is awake: one task, the swap, and a task that needs it.
+"""Trials of a module that is loaded while the agent is awake: one task, the swap, and a task that needs it.
 
 Settings of a condition: `first` and `second`, each the settings of a task's trial (`task.py`).
 The registry starts with the first task's module alone.  The agent pursues the first task, is asked for the
-second and refuses, as no module provides it; then the second module is installed, configured and activated,
-each of which is proved, and the same agent pursues the second task, at a bench of its own.
+second and refuses, as no module provides it.  Then the second module is installed, configured and activated,
+each time with a proof, and the same agent pursues the second task, at a bench of its own.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from aeros.spec.verification.reports import Report
 
 
 class HotSwapTrials:
-    """See `kinds.Kind`."""
+    """Kind of trials in which a module is loaded between two tasks."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """One registry for all trials, in which each finds what the one before found."""
+        """Implements `TrialKind.open`: one registry for all trials, which each trial leaves as it was."""
         tasks = [
             TrialCondition.create("task", condition.plant, condition.settings[one])
             for one in ("first", "second")
@@ -100,7 +100,10 @@ class HotSwapTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """The tasks are independent of each other; the swap is by definition."""
+        """Implements `TrialKind.expected_values`.
+
+        The tasks are independent of each other, and the swap must succeed.
+        """
         product, steps, second = 1.0, 0.0, 0.0
         for name in ("first", "second"):
             task = TrialCondition.create("task", condition.plant, condition.settings[name])
@@ -135,15 +138,15 @@ def _is_rejected(agent: Agent, instruction: str) -> bool:
 
 
 class _SwitchableRuntime(CountingRuntime):
-    """The runtime of an agent that is brought from one bench to the next, each with a plant of its own."""
+    """Runtime of an agent that moves from one bench to the next, each with a plant of its own."""
 
     def move(self, runtime: Runtime) -> None:
-        """Be this one from now on."""
+        """Pass all further calls to `runtime`."""
         self._runtime = runtime
 
 
 class _CachedProver:
-    """Proves the modules of a registry; what was proved of the same files, the same ones active, is found."""
+    """Prover of a registry that caches proofs, by the files and which of them are active."""
 
     def __init__(self) -> None:
         self._proved: dict[Any, tuple[Configuration, Report]] = {}
@@ -156,10 +159,10 @@ class _CachedProver:
         active: Callable[[str], bool] = lambda _: True,
         **options: Any,
     ) -> tuple[Configuration, Report]:
-        """See `proving.prove_configuration`; `options` are its others."""
+        """Prove as `proving.prove_configuration` does; `options` are its other parameters."""
         folders = tuple(paths)
-        # Below a registry a module's folder has its digest as its parent, and nobody here changes what it is
-        # installed from.
+        # In a registry the parent of a module's folder is named by its digest, and the folders that trials
+        # install from do not change.
         key = folders, site, *sorted(options.items()), tuple(active(one.name) for one in folders)
         if key not in self._proved:
             self._proved[key] = prove_configuration(folders, site, **options, active=active)
@@ -167,14 +170,14 @@ class _CachedProver:
 
 
 class _CachedGate(CompiledGate):
-    """A gate that is compiled once for each configuration, and so are those that executors follow it to."""
+    """Gate that is compiled once for each configuration, as are those that executors change it to."""
 
     def __init__(self, configuration: Configuration, kept: dict[str, _CachedGate] | None = None) -> None:
         super().__init__(configuration)
         self._kept = {} if kept is None else kept
 
     def with_configuration(self, configuration: Configuration) -> _CachedGate:
-        """See `Gate`."""
+        """Implements `Gate.with_configuration`."""
         if configuration.digest not in self._kept:
             self._kept[configuration.digest] = _CachedGate(configuration, self._kept)
         return self._kept[configuration.digest]

@@ -1,4 +1,4 @@
-"""Modules whose files are in a condition, as text: in a folder of their own, proved or not."""
+"""Modules whose files are in a condition, as text: each in a folder of its own, proved or not."""
 
 from __future__ import annotations
 
@@ -12,7 +12,15 @@ from aeros.spec.text.discovery import reference_site_path
 
 
 def write_module_files(files: Mapping[str, str], folder: Path) -> Path:
-    """The new `folder`, with these files in it."""
+    """Write the files of a module into a new folder.
+
+    Args:
+        files: texts by name of the file.
+        folder: does not exist yet.
+
+    Returns:
+        The folder.
+    """
     folder.mkdir()
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
@@ -20,7 +28,18 @@ def write_module_files(files: Mapping[str, str], folder: Path) -> Path:
 
 
 def prove_module(folder: Path, premises: TrialInputs) -> Configuration:
-    """The module alone, proved under the site of `premises`; raises `UserError` where it is refused."""
+    """Prove a module alone.
+
+    Args:
+        folder: of the module.
+        premises: have the site to prove it under.
+
+    Returns:
+        The configuration of this one module.
+
+    Raises:
+        UserError: the module is refused.
+    """
     site = premises.paths.site
     return prove_configuration(
         [folder], reference_site_path() if site is None else Path(site), certified=False

@@ -1,4 +1,4 @@
-"""What must not come of a kill, found in the plant's own log: what is done twice, and what nobody judges."""
+"""Checks of the plant's own log after kills: no repeated skill, and no motion without an agent."""
 
 from __future__ import annotations
 
@@ -16,11 +16,19 @@ _REST_SPEEDS: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
 PLANTS: Final = tuple(_REST_SPEEDS)
 
 _REST_TOLERANCES: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 1e-9}
-"""How far a joint may have moved while nobody was there, rad."""
+"""Largest motion of a joint without an agent, rad."""
 
 
-def repeated_skills(told: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> list[str]:
-    """Skills that began while what they had brought about before was measured still."""
+def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> list[str]:
+    """List skills that began while the effects of an earlier success were still measured.
+
+    Args:
+        plant_log: lines of the plant's log.
+        modules: modules by id.
+
+    Returns:
+        One text for each repetition.
+    """
     broken: list[str] = []
     achieved: dict[str, list[Mapping[str, Any]]] = {}
     helpers = {
@@ -29,7 +37,7 @@ def repeated_skills(told: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm
         for task in ecm.tasks.values()
         for rule in task.rules
     }
-    for one in told:
+    for one in plant_log:
         if one["event"] == "skill-began":
             still = [was for was in achieved.get(one["skill"], ()) if _holds(was, one["measured"])]
             broken += [f"once: {one['skill']} at {one['time']:.2f} s, though {dict(was)}" for was in still]
@@ -48,10 +56,18 @@ def _holds(effects: Mapping[str, Any], measured: Mapping[str, Any]) -> bool:
     return bool(effects) and all(measured.get(name) == value for name, value in effects.items())
 
 
-def motion_without_agent(told: Sequence[Mapping[str, Any]], plant: str) -> list[str]:
-    """Where the plant was not at rest once its agent was gone, or moved before the next came."""
+def motion_without_agent(plant_log: Sequence[Mapping[str, Any]], plant: str) -> list[str]:
+    """List where the plant was not at rest after its agent had gone, or moved before the next came.
+
+    Args:
+        plant_log: lines of the plant's log.
+        plant: one of `PLANTS`.
+
+    Returns:
+        One text for each motion.
+    """
     broken: list[str] = []
-    for one, then in zip(told, [*told[1:], None], strict=False):
+    for one, then in zip(plant_log, [*plant_log[1:], None], strict=False):
         if one["event"] != "let-go":
             continue
         speed = max(map(abs, one["measured"]["joint_velocity"]))
@@ -68,7 +84,14 @@ def motion_without_agent(told: Sequence[Mapping[str, Any]], plant: str) -> list[
 
 
 def read_whole_lines(path: Path) -> list[dict[str, Any]]:
-    """The whole lines of a log, if it is there."""
+    """Read a log without a torn last line.
+
+    Args:
+        path: of a log of JSON lines.
+
+    Returns:
+        The lines; none where the log does not exist.
+    """
     if not path.exists():
         return []
     return [json.loads(line) for line in path.read_bytes().splitlines() if line.endswith(b"}")]

@@ -2,17 +2,18 @@
 
 Each trial is one task under `aeros run --watchdog`, on a plant and with a state folder of its own.  At random
 instants kill -9 hits the agent, one of the processes that its skills run in, or the watchdog, which is then
-started again, as an init system would.  What is checked comes from the plant's own log and from the audit
-log as it was at each kill, and not from what the agent says of itself:
+started again, as an init system would do.  The checks read the plant's own log and the audit log as it was at
+each kill, not the agent's report of itself:
 
 - ended: the task ends;
-- once: no skill begins on the plant while a success that it had before is measured still, but for what
-  the task's rules run between two tries, after a step that has ended in failure;
+- once: no skill begins on the plant while the effects of its earlier success are still measured, except
+  skills that the task's rules run between two tries, after a step that has ended in failure;
 - kept: what the audit log held at a kill is the beginning of what it holds at the end, in one sound chain;
-- stopped: whenever an agent let go of the plant, that came to rest, and nothing moved until the next came.
+- stopped: whenever an agent let go of the plant, the plant came to rest, and did not move until the next
+came.
 
-Settings of a condition: `instruction`; `victims`, who may be killed; `on`, the plant.  Processes are real and
-so are the instants: a seed draws them, and what they hit depends on how busy the machine is.
+Settings of a condition: `instruction`; `victims`, what may be killed; `on`, the plant.  Processes are real
+and so are the instants: a seed draws them, and what they hit depends on how busy the machine is.
 """
 
 from __future__ import annotations
@@ -44,29 +45,33 @@ from aeros.runtime.audit.log import verify_log
 from aeros.spec.model.model import Ecm
 
 LONGEST_TASK: Final = 600.0
-"""Real seconds, from the last kill, after which a task counts as one that does not end."""
+"""Real seconds from the last kill after which a task counts as endless."""
 
 VICTIMS: Final = ("agent", "worker", "watchdog")
 
 _POLL_INTERVAL_S: Final = 0.005
-"""Seconds between two looks at the plant's log."""
+"""Seconds between two reads of the plant's log."""
 
 DEFAULT_INSTRUCTION: Final = "make dumplings"
-"""What is asked for where nothing else is said."""
+"""Instruction of a trial unless it has another."""
 
 
 @dataclass
 class KillTrial:
-    """What came of one task.
+    """Result of one task.
 
-    kills: who was killed, in order.
-    recovered: how often an agent found that its last session had ended without a word.
-    resumed: how often one went on with a plan, or made another, where it was.
-    amid_motion: how often the plant was moving when its agent let go.
-    missed: why the goal was not reached.
-    to_stop: seconds from a kill to when the plant was let go of and at rest, where it was.
-    to_resume: seconds from a kill to the next skill that began once that was so.
-    broken: what must not be and is; empty where all is as it should be.
+    Attributes:
+        seed: of the trial.
+        kills: what was killed, in order.
+        reached: whether the goal was reached.
+        failure_reason: why it was not.
+        recovered: times that an agent found that its last session had ended without a record.
+        resumed: times that an agent went on with a plan, or made another, where its predecessor had stopped.
+        kills_in_motion: times that the plant was moving when its agent let go.
+        seconds: real time of the trial, s.
+        stop_times_s: from a kill to when the agent had let go and the plant was at rest, s, where it was.
+        resume_times_s: from then to the next skill that began, s.
+        violations: checks that failed; empty where all is well.
     """
 
     seed: int
@@ -83,7 +88,7 @@ class KillTrial:
 
 
 class _SupervisedTask:
-    """A task under way, and what harms it."""
+    """A task that runs under its watchdog, and what is done to it."""
 
     def __init__(
         self,
@@ -96,7 +101,7 @@ class _SupervisedTask:
     ) -> None:
         self._longest = longest
         self._trial = trial
-        self._said = (folder / "said").open("ab")
+        self._output = (folder / "said").open("ab")
         self.state, self.out = folder / "state", folder / "out"
         self.log = self.out / "audit.jsonl"
         site = () if where.site is None else ("--site", str(Path(where.site).resolve()))
@@ -110,17 +115,17 @@ class _SupervisedTask:
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "aeros", "run", *arguments, "--watchdog"]
         more = ("--state", str(self.state), "--crashes", "1000")
-        # The same AEROS as this one, wherever it is.
+        # The child imports the same AEROS as this process.
         paths = [str(Path(aeros.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
         return subprocess.Popen(  # noqa: S603
             [*command, *more],
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
-            stdout=self._said,
-            stderr=self._said,
+            stdout=self._output,
+            stderr=self._output,
         )
 
     def kill(self, victim: str) -> bool:
-        """Kill it, if it is there to be killed."""
+        """Kill the victim; return false where it is not there to be killed."""
         agent = self._agent_pid()
         pids = {"agent": [agent], "watchdog": [self._watchdog.pid], "worker": _descendants(agent)}[victim]
         pids = [pid for pid in pids if pid > 0]
@@ -133,7 +138,7 @@ class _SupervisedTask:
         self._killed.append(time.monotonic())
         if victim == "watchdog":
             self._watchdog.wait()
-            # What it had not taken note of was not asked for yet.
+            # A run that it has not recorded yet is requested again.
             is_known = (self.state / "run.json").exists()
             self._watchdog = self._start(*(("--resume",) if is_known else self._asked))
         return True
@@ -151,17 +156,17 @@ class _SupervisedTask:
         if self._watchdog.poll() is None:
             self._trial.violations.append(f"ended: not after {self._longest:g} s")
             for pid in (self._watchdog.pid, self._agent_pid(), _holder_of(self.state / "plant")):
-                # 0 where there is none, which would be all processes of our group.
+                # 0 stands for none; kill would send the signal to all processes of our group.
                 if pid > 0:
                     with suppress(ProcessLookupError):
                         os.kill(pid, signal.SIGKILL)
             self._watchdog.wait()
-        self._said.close()
+        self._output.close()
         self.stamps.end()
         self._trial.stop_times_s, self._trial.resume_times_s = self.stamps.stop_and_resume_times(self._killed)
 
     def lost_records(self) -> list[str]:
-        """Where the log has lost what it held at a kill."""
+        """List losses: records that the log held at a kill and does not hold any more."""
         held = self.log.read_bytes() if self.log.exists() else b""
         return [
             "kept: records that were there at a kill are not"
@@ -174,9 +179,9 @@ class _SupervisedTask:
         self._seen.append(held[: held.rfind(b"\n") + 1])
 
     def _agent_pid(self) -> int:
-        """The process that holds the agent's folder, 0 where there is none."""
+        """Return the id of the process that holds the agent's folder, 0 where there is none."""
         pid = _holder_of(self.state)
-        # The watchdog holds it for a moment itself.
+        # The watchdog itself holds it briefly.
         return pid if pid != self._watchdog.pid else 0
 
 
@@ -190,7 +195,11 @@ def _holder_of(folder: Path) -> int:
 
 
 class PlantLogTimes:
-    """When each line of the plant's log was there, by this machine's clock."""
+    """Times of this machine's clock at which the lines of a plant's log were there.
+
+    Args:
+        path: of the log, which a thread follows.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -200,21 +209,27 @@ class PlantLogTimes:
         self._thread.start()
 
     def end(self) -> None:
-        """There is nothing more to follow."""
+        """Stop following the log."""
         self._is_over.set()
         self._thread.join()
 
     def stop_and_resume_times(self, killed: Sequence[float]) -> tuple[list[float], list[float]]:
-        """From each kill to when the plant was let go of, and from there to the next skill.
+        """Measure the time from each kill to rest, and from there to the next skill.
 
-        As far as that came before another kill.  Where nobody let go, the skill is counted from the kill.
+        Counts what came before the next kill.  Where no agent let go, the skill is counted from the kill.
+
+        Args:
+            killed: `time.monotonic()` of each kill, s, in order.
+
+        Returns:
+            Times to stop and times to resume, s.
         """
         stops, resumes = [], []
         for kill, following in zip(killed, [*killed, inf][1:], strict=True):
             after = [(at - kill, event) for at, event in self._lines if kill <= at < following]
             stop = next((at for at, event in after if event == "let-go"), None)
-            begun = (at for at, event in after if event == "skill-began" and (stop is None or at >= stop))
-            resumes.append(next(begun, None))
+            resumed = (at for at, event in after if event == "skill-began" and (stop is None or at >= stop))
+            resumes.append(next(resumed, None))
             stops.append(stop)
         return [one for one in stops if one is not None], [one for one in resumes if one is not None]
 
@@ -231,7 +246,7 @@ class PlantLogTimes:
 
 
 def _descendants(pid: int) -> list[int]:
-    """The processes that it started, and that those did."""
+    """List the processes that it started, and those that they started."""
     found: list[int] = []
     pending = [pid] if pid > 0 else []
     while pending:
@@ -255,17 +270,20 @@ def trial_of(
     instruction: str = DEFAULT_INSTRUCTION,
     longest: float = LONGEST_TASK,
 ) -> KillTrial:
-    """Run one task, killed at up to three instants within `lasting` seconds of its agent's awakening.
+    """Run one task, killed at up to three instants within `duration_s` of its agent's awakening.
 
     Args:
         seed: draws instants and victims.
         plant: name of the plant.
         modules: the installed modules, by id.
-        lasting: seconds from the agent's awakening within which kills fall.
+        duration_s: seconds from the agent's awakening within which kills fall.
         where: site and modules of the run.
-        victims: who may be killed.
+        victims: what may be killed.
         instruction: the task.
         longest: real seconds after the last kill by which the task must have ended.
+
+    Returns:
+        The result, with its violations.
     """
     trial = KillTrial(seed)
     chance = random.Random(seed)  # noqa: S311
@@ -290,7 +308,16 @@ def trial_of(
 
 @cache
 def measure_duration(plant: str, where: InputPaths, instruction: str = DEFAULT_INSTRUCTION) -> float:
-    """Seconds from when an undisturbed agent is awake to when it is not: kills that come later hit nobody."""
+    """Measure the time that an undisturbed agent is awake: later kills would hit nothing.
+
+    Args:
+        plant: name of the plant.
+        where: site and modules of the run.
+        instruction: the task.
+
+    Returns:
+        Real seconds; cached.
+    """
     with tempfile.TemporaryDirectory(prefix="survival-", dir=SCRATCH_ROOT) as name:
         life = _SupervisedTask(KillTrial(0), plant, Path(name), where, instruction)
         _wait_for(life)
@@ -324,17 +351,20 @@ def _judge(trial: KillTrial, life: _SupervisedTask, plant: str, modules: Mapping
     if not chain.is_sound:
         trial.violations.append(f"kept: record {chain.bad_record}: {chain.reason}")
     trial.violations += life.lost_records()
-    told = read_whole_lines(life.out / "plant.jsonl")
-    trial.kills_in_motion = sum(one["event"] == "let-go" and one["amid_motion"] for one in told)
-    trial.violations += [*repeated_skills(told, modules), *motion_without_agent(told, plant)]
+    plant_log = read_whole_lines(life.out / "plant.jsonl")
+    trial.kills_in_motion = sum(one["event"] == "let-go" and one["amid_motion"] for one in plant_log)
+    trial.violations += [*repeated_skills(plant_log, modules), *motion_without_agent(plant_log, plant)]
 
 
 class KillTrials:
-    """See `kinds.Kind`."""
+    """Kind of trials in which processes of a running task are killed."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Tried]:
-        """How long the task lasts is found out once for a process, by a run that nobody disturbs."""
+        """Implements `TrialKind.open`.
+
+        An undisturbed run measures once for a process how long the task takes.
+        """
         settings = condition.settings
         plant, instruction = settings["on"], settings["instruction"]
         modules = premises.configuration.modules
@@ -348,12 +378,22 @@ class KillTrials:
         yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """What docs/survival.md promises of every kill; that the goal is reached it does not."""
+        """Implements `TrialKind.expected_values`.
+
+        What docs/survival.md promises of every kill, which is not that the goal is reached.
+        """
         return {"ended": 1.0, "repeated": 0.0, "lost": 0.0, "moved": 0.0}
 
 
 def findings_of(one: KillTrial) -> dict[str, Any]:
-    """What is looked at; times are means over the kills of the trial."""
+    """Collect the findings of a trial.
+
+    Args:
+        one: the result of the trial.
+
+    Returns:
+        JSON values by name; times are means over the kills of the trial.
+    """
     broken = [text.partition(":")[0] for text in one.violations]
     found = {
         "reached": one.reached,

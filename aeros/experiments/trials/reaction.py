@@ -1,12 +1,12 @@
-"""Trials of how fast a robot stops for somebody who walks in, while a planner thinks for as long as it likes.
+"""Trials of how fast a robot stops for a person who walks in, while a planner takes as long as it likes.
 
-Settings of a condition: `task`, at whose bench it is; `skill`, which is under way on behalf of somebody
-else; `person`, who walks in, by the name of a people file that comes with AEROS; `latency`, what each plan
+Settings of a condition: `task`, at whose bench it is; `skill`, which another client has started;
+`person`, who walks in, by the name of a people file that comes with AEROS; `latency`, the time that each plan
 takes, s.
 
-The planner really sleeps, beside the plant's time, and is asked again as soon as its plan is there.  The
-hazard is the first tick at which a rule about people does not hold of what is true for a motion under way;
-how soon the monitor names a rule and the robot rests is counted from there.
+The planner really sleeps while plant time goes on, and is asked again as soon as its plan is there.  The
+hazard is the first tick at which a rule about people does not hold of the true state for a motion under way.
+From there the trial counts how soon the monitor names a rule and the robot rests.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ if TYPE_CHECKING:
     from aeros.sim.sensors import GroundTruth
 
 _TRIAL_TIMEOUT_S: Final = 15.0
-"""Plant seconds after which a trial is over: whoever comes has come."""
+"""Plant seconds after which a trial is over: the person has arrived by then."""
 
 _PLAN_INTERVAL_S: Final = 0.1
-"""Plant seconds between a plan and the next question."""
+"""Plant seconds between a plan and the next request."""
 
 _PLANNING_TIMEOUT_S: Final = 60.0
-"""Seconds that a plan may take, so that none is late."""
+"""Seconds that a plan may take; long enough that none is late."""
 
 
 class ReactionTrials:
-    """See `kinds.Kind`."""
+    """Kind of trials in which a person walks in while a planner thinks."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """On physics, each trial with a plant of its own."""
+        """Implements `TrialKind.open`, on physics, each trial with a plant of its own."""
         from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
 
@@ -76,14 +76,17 @@ class ReactionTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """The monitor is asked after every tick, whoever thinks, and the plant stops in the same one."""
+        """Implements `TrialKind.expected_values`.
+
+        The monitor is asked after every tick, and the plant stops in the same one.
+        """
         return {"success": 1.0, "stopped": 1.0, "reaction_ticks": 0.0}
 
 
 def _plan_until_stop(
     runtime: Runtime, routed: RoutedTask, settings: Mapping[str, Any], seen: _ReactionTimes
 ) -> None:
-    """Have plans made until the skill that is under way has ended, or nobody comes any more."""
+    """Request plans until the running skill has ended, or the trial has timed out."""
     noting = _StepEndRecorder(runtime)
     latency = float(Fraction(settings["latency"]))
     proposals = PlannerClient(cast(Runtime, noting), SlowPlanner(latency, latency), _PLANNING_TIMEOUT_S)
@@ -102,7 +105,7 @@ def _plan_until_stop(
 
 
 class _StepEndRecorder:
-    """A runtime of which it is noted that a step has ended, whoever waits."""
+    """Runtime that records that a step has ended, whichever caller waited for it."""
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
@@ -118,7 +121,7 @@ class _StepEndRecorder:
 
 
 class _ReactionTimes:
-    """When the hazard was there, when the monitor named a rule, and when the robot rested: ticks."""
+    """Ticks of the hazard, of the rule that the monitor named, and of rest."""
 
     def __init__(self) -> None:
         self.referee: InvariantReferee | None = None
@@ -133,7 +136,7 @@ class _ReactionTimes:
         self._hazard_s = self._named_s = 0.0
 
     def tick(self, truth: GroundTruth) -> None:
-        """What is true after a tick."""
+        """Record the true state after a tick."""
         self._now = truth.tick
         if self._hazard is None and self.referee is not None and self.referee.broken:
             self._hazard, self._while_thinking = truth.tick, self.is_thinking
@@ -142,30 +145,30 @@ class _ReactionTimes:
             self._rested = truth.tick
 
     def rule_broken(self, rule: str) -> None:
-        """The monitor names a rule at the tick that was last."""
+        """Record that the monitor named a rule at the last tick."""
         if self._named is None and self._hazard is not None:
             self._named, self._rule = self._now, rule
             self._named_s = time.perf_counter()
 
     def findings(self, braking: float) -> dict[str, Any]:
-        """What came of it; without a hazard there was nothing to stop for."""
-        told: dict[str, Any] = {
+        """Return the findings; without a hazard there was nothing to stop for."""
+        findings: dict[str, Any] = {
             "plans": self.plans,
             "late": self.late,
             "hazards": int(self._hazard is not None),
         }
-        told |= {"stopped": int(self._named is not None), "rule": self._rule, "reached": True}
+        findings |= {"stopped": int(self._named is not None), "rule": self._rule, "reached": True}
         if self._hazard is None:
-            return told
-        told["while_thinking"] = int(self._while_thinking)
-        told["reached"] = False
+            return findings
+        findings["while_thinking"] = int(self._while_thinking)
+        findings["reached"] = False
         if self._named is not None:
-            told["reaction_ticks"] = self._named - self._hazard
-            told["reaction_s"] = self._named_s - self._hazard_s
+            findings["reaction_ticks"] = self._named - self._hazard
+            findings["reaction_s"] = self._named_s - self._hazard_s
         if self._rested is not None:
-            told["rest_s"] = (self._rested - self._hazard) * TICK
-            told["reached"] = told["rest_s"] <= braking
-        return told
+            findings["rest_s"] = (self._rested - self._hazard) * TICK
+            findings["reached"] = findings["rest_s"] <= braking
+        return findings
 
 
 KIND: Final = ReactionTrials()

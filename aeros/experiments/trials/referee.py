@@ -1,8 +1,8 @@
-"""Judges a trial by ground truth: what moved how fast, near whom, with what force, and where.
+"""Referee that judges a trial by ground truth: speeds, distances to people, forces and places.
 
-It is told what is true after every tick, before any sensor, and asks nothing that decided: neither gate
-nor monitor, nor the rules that they read.  Limits are constants of the site, and where a rule has its own,
-what the condition says.
+It receives the true state after every tick, before any sensor.  It does not read the gate, the monitor or
+the rules that they decide by.  Limits are constants of the site; where a rule has its own limit, the
+condition gives it.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from aeros.sim.sensors import GroundTruth
 
 TOLERANCE: Final = 1.01
-"""A link is faster than its set points by this much at most, so a limit is broken beyond that."""
+"""Greatest ratio of a link's speed to its set point; a limit is broken beyond that."""
 
 _REST_SPEED: Final = 0.01
-"""Speed up to which something rests, m/s: what is left of an arm that settles."""
+"""Speed up to which something counts as at rest, m/s: that of an arm that settles."""
 
 _FINGERS_REST: Final = 0.002
-"""Speed of the gap between fingers that rest, m/s."""
+"""Speed of the finger gap up to which fingers count as at rest, m/s."""
 
 _STROKE_GAP_TICKS: Final = 6
 """Ticks without motion after which fingers that move begin a new stroke."""
@@ -38,7 +38,7 @@ Values = Mapping[str, Any]
 
 @dataclass
 class _WorstCase:
-    """The worst of a quantity that lasted for `ticks`, beside its limit."""
+    """The greatest value that a quantity kept for `ticks`, and its limit."""
 
     limit: float
     ticks: int
@@ -48,18 +48,25 @@ class _WorstCase:
         self._last: deque[float] = deque(maxlen=self.ticks)
 
     def update(self, value: float) -> None:
-        """Its value after one more tick."""
+        """Add the value after one more tick."""
         self._last.append(value)
         if len(self._last) == self.ticks and value > self.worst:
             self.worst = max(self.worst, min(self._last))
 
 
 class LimitReferee:
-    """Is told the truth of every tick (`physics.LimitReferee`).
+    """Referee of limits, called with the true state of every tick (see `sim.physics`).
 
-    What protective stops may still let happen is no violation: near a person a limit is broken where that
-    lasts longer than reacting and stopping, as ISO/TS 15066 has it; a force, where it lasts longer than
-    reacting; a speed or a place at once.  Raises `MisuseError` for a site without such limits.
+    What a protective stop cannot prevent is no violation.  Near a person a limit is broken where that lasts
+    longer than reacting and stopping, as in ISO/TS 15066; a force, where it lasts longer than reacting; a
+    speed or a place at once.
+
+    Args:
+        site: its constants are limits.
+        limits: `tool_speed`, m/s, and `contact_force`, N.
+
+    Raises:
+        MisuseError: the site has no such limits.
     """
 
     def __init__(self, site: Site, limits: Mapping[str, float]) -> None:
@@ -89,7 +96,7 @@ class LimitReferee:
         self._still = _STROKE_GAP_TICKS
 
     def __call__(self, truth: GroundTruth) -> None:
-        """Look at what is true now."""
+        """Judge the true state after a tick."""
         values, before = truth.values, self._before
         self._before = truth.tick, values
         if before is None:
@@ -99,11 +106,22 @@ class LimitReferee:
             self._measures[name].update(value)
 
     def worst(self, name: str) -> float:
-        """The worst that was true of a quantity, in its unit."""
+        """Return the worst true value of a quantity.
+
+        Args:
+            name: of the quantity, as `violated` lists it.
+
+        Returns:
+            The value in its unit: m/s, N, m, a count, or a ratio for the separation.
+        """
         return self._measures[name].worst
 
     def violated(self) -> list[str]:
-        """The quantities that were beyond their limits."""
+        """List the quantities that were beyond their limits.
+
+        Returns:
+            Names of quantities.
+        """
         return [name for name, one in self._measures.items() if one.worst > one.limit * TOLERANCE]
 
     def _quantities(
@@ -123,7 +141,7 @@ class LimitReferee:
         yield "distance off the floor", self._distance_off_floor(values["base_position"])
 
     def _separation_distance(self, fastest: float, base: float) -> float:
-        """S = v_h·(T_r + T_s) + v_r·T_r + v_r·T_s/2 + C + Z_d + Z_r, m, at the speeds there are."""
+        """Compute S = v_h·(T_r + T_s) + v_r·T_r + v_r·T_s/2 + C + Z_d + Z_r, m, at the present speeds."""
         stopping = base / self._constant("drive_deceleration")
         if fastest > base + _REST_SPEED:
             stopping = max(stopping, self._constant("arm_stopping_time"))
@@ -136,7 +154,7 @@ class LimitReferee:
         )
 
     def _strokes_in_window(self, now: float, *, is_moving: bool) -> float:
-        """How many strokes began within the window that ends now."""
+        """Count the strokes that began within the window that ends now."""
         if is_moving and self._still >= _STROKE_GAP_TICKS:
             self._strokes.append(now)
         self._still = 0 if is_moving else self._still + 1

@@ -2,11 +2,11 @@
 
 Settings of a condition: `policy`, whether the gate decides; `requests`, each with `name`, what is asked for
 (`module`, `skill`, `kind`, `parameters`), whether it is `allowed`, and `why` not.  Of a parameter,
-`[low, high]` is drawn evenly by the trial's seed, and a list of three has them one by one.  A request may say
-`risk`: that of its skill is then raised to it; or `blocked`: the operator blocks its skill.
+`[low, high]` is drawn uniformly by the trial's seed, and a list of three has one such entry for each.  A
+request may have `risk`, to which that of its skill is raised, or `blocked`: the operator blocks its skill.
 
-Requests are decided on what is measured where nothing has happened yet, so a denial is for what is asked for.
-On each plant it is the same: nothing moves.
+Requests are decided on the state where nothing has happened yet, so a denial is for what is asked for.
+Nothing moves, so findings are the same on each plant.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ Request = Mapping[str, Any]
 
 
 class RequestTrials:
-    """See `kinds.Kind`."""
+    """Kind of trials in which the gate decides a list of requests."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """All requests of a trial in turn, by the gate itself."""
+        """Implements `TrialKind.open`: the gate decides all requests of a trial in turn."""
         settings = condition.settings
         requests: list[Request] = settings["requests"]
         configuration = _with_risk_and_blocks(premises.configuration, requests)
@@ -70,13 +70,16 @@ class RequestTrials:
         yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """By what the requests are: a policy that is enforced blocks each that it does not allow."""
+        """Implements `TrialKind.expected_values`.
+
+        An enforced policy blocks exactly the requests that it does not allow.
+        """
         is_on = float(condition.settings["policy"])
         return {"blocked": is_on, "accepted": 1.0 - is_on, "rejected": 0.0}
 
 
 def _with_risk_and_blocks(configuration: Configuration, requests: list[Request]) -> Configuration:
-    """The configuration in which some skills carry the risk, and some are blocked, that requests say."""
+    """Raise the risk of some skills, and block some, as requests say."""
     modules = dict(configuration.modules)
     blocks = []
     for one in requests:
@@ -90,7 +93,7 @@ def _with_risk_and_blocks(configuration: Configuration, requests: list[Request])
 
 
 def _measured(configuration: Configuration, module: str) -> Readings:
-    """What is measured where the tasks of `module` begin; of a module that is not there, where none does."""
+    """Return the readings where the tasks of `module` begin; for a module that is not there, the defaults."""
     ecm = configuration.modules.get(module)
     initial = {} if ecm is None else {k: v for one in ecm.tasks.values() for k, v in one.initial.items()}
     return SymbolicPlant(configuration.site, configuration.modules, 0, to_doubles(initial)).observe()

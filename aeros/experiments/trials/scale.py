@@ -1,9 +1,9 @@
-"""Trials of AEROS with many modules: what it takes to install one more, to find one, to decide and to plan.
+"""Trials of AEROS with many modules: time to install one more, to find a task, to decide and to plan.
 
 Settings of a condition: `modules`, how many synthetic ones there are; `skills`, of each.  They are proved
-from nothing and compiled once for some twenty trials, each of which says how long that took; the rest it
-measures itself.  All times are of this process's processor, so that what else the machine does falls on them
-least; none of them is predicted, and none is twice the same.
+from nothing and compiled once for some twenty trials, each of which reports how long that took; a trial
+measures the rest itself.  All times are processor time of this process, which other load of the machine
+affects least.  Times are not predicted, and differ from run to run.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ from aeros.spec.verification.reports import Report
 from aeros.spec.verification.verify import Detail, verify
 
 _REPETITIONS: Final = 200
-"""How often what takes microseconds is done for one measurement."""
+"""Repetitions of one measurement of an operation that takes microseconds."""
 
 _FIRST_NEW_MODULE: Final = 1000
-"""The number of the first module that a trial installs: of none that is there."""
+"""Number of the first module that a trial installs; no existing module has it."""
 
 _MAX_NEW_MODULES: Final = 890
-"""How many of these trials install: of the second thousand all but those that depend on another."""
+"""Number of modules that trials install: the second thousand, without those that depend on another."""
 
 _GRIP: Final = act("grip", width=0.03, force=1.0)
 """An action that every synthetic skill may ask for."""
@@ -57,7 +57,7 @@ _GRIP: Final = act("grip", width=0.03, force=1.0)
 
 @dataclass(frozen=True)
 class _Installation:
-    """Proved and compiled modules, and what was proved of them kept as `aeros verify` keeps it.
+    """Proved and compiled modules, with their proofs stored as `aeros verify` stores them.
 
     proving, compiling: processor time of each, from nothing, s.
     """
@@ -72,7 +72,7 @@ class _Installation:
 
 
 class _TaskCase(NamedTuple):
-    """A task of one of the modules, and what is measured where it begins."""
+    """A task of one of the modules, and the state in which it begins."""
 
     routed: RoutedTask
     words: str
@@ -81,11 +81,11 @@ class _TaskCase(NamedTuple):
 
 
 class ScaleTrials:
-    """See `kinds.Kind`."""
+    """Kind of trials that measure times with many modules."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """The modules are proved and compiled once."""
+        """Implements `TrialKind.open`: the modules are proved and compiled once."""
         settings = condition.settings
         skills = settings["skills"]
         with tempfile.TemporaryDirectory(dir=SCRATCH_ROOT) as folder:
@@ -94,12 +94,15 @@ class ScaleTrials:
                 yield lambda seed: _run_trial(robot, skills, seed)
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Only that what is found is found whatever else there is."""
+        """Implements `TrialKind.expected_values`.
+
+        Only that a task is found, however many modules there are.
+        """
         return {"success": 1.0}
 
 
 def _run_trial(robot: _Installation, skills: int, seed: int) -> Findings:
-    """What one trial finds."""
+    """Run one trial and return its findings."""
     began = time.process_time()
     errand = _errand(robot, seed)
     caller = Caller(errand.routed.module, "skill_0", {})
@@ -144,8 +147,8 @@ def _require_proved(report: Report) -> Report:
 
 
 def _install_one_more(robot: _Installation, skills: int, seed: int) -> None:
-    """Prove a module that nobody knows beside those that are proved, as `aeros verify` does."""
-    # Not one in ten, which would depend on its predecessor.
+    """Prove a new module together with those that are proved, as `aeros verify` does."""
+    # Skip every tenth number: such a module would depend on its predecessor.
     number = _FIRST_NEW_MODULE + (seed + seed // 9) % _MAX_NEW_MODULES
     module = write_module(robot.folder / "modules", number, f"1.0.{seed}", skills)
     try:
@@ -157,7 +160,7 @@ def _install_one_more(robot: _Installation, skills: int, seed: int) -> None:
 
 
 def _errand(robot: _Installation, seed: int) -> _TaskCase:
-    """A task by chance."""
+    """Choose a task at random."""
     modules = [ecm for ecm in robot.configuration.modules.values() if ecm.tasks]
     ecm: Ecm = Random(seed).choice(modules)  # noqa: S311  no secret
     (task,) = ecm.tasks.values()
@@ -172,7 +175,7 @@ def _errand(robot: _Installation, seed: int) -> _TaskCase:
 
 
 def _cpu_seconds(done: Callable[[], Any], times: int = 1) -> float:
-    """Of processor, that it takes once."""
+    """Measure the processor time of one call, s, as the mean of `times` calls."""
     began = time.process_time()
     for _ in range(times):
         done()

@@ -1,12 +1,11 @@
-"""Trials of one task with a bad sensor, while somebody walks about: what it costs, and what it endangers.
+"""Trials of one task with a bad sensor, while a person walks about: its cost, and the danger.
 
 Settings of a condition: `task`; `person`, by the name of a people file that comes with AEROS; `of`, the
 quantity that is measured badly all the time, and one of `noise` (standard deviation, SI), `latency` (s) and
 `dropout` (the share of readings that never come).
 
-A referee looks at what is true.  What a protective stop may still let happen is no violation: a rule about
-people is violated where something moves on, against it, for longer than the site allows for reacting and
-stopping.
+A referee reads the true state.  What a protective stop cannot prevent is no violation: a rule about people is
+violated where something keeps moving against it for longer than the site allows for reacting and stopping.
 """
 
 from __future__ import annotations
@@ -37,11 +36,11 @@ _SENSOR_KEYS: Final = ("noise", "latency", "dropout")
 
 
 class BadSensorTrials:
-    """See `kinds.Kind`."""
+    """Kind of trials in which one quantity is measured badly."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """On physics, each trial with a plant of its own."""
+        """Implements `TrialKind.open`, on physics, each trial with a plant of its own."""
         from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
 
@@ -66,33 +65,43 @@ class BadSensorTrials:
                         premises.configuration, refereed, audit, premises.skill_runs, gate=premises.gate
                     ) as executor:
                         counting = _SensorCounters(executor)
-                        means = TrialContextImpl(counting, routed, seed)
-                        told = build_architecture("aeros", {}).pursue(means)
-                        found = {"reached": means.is_goal_measured(), **told.findings()}
+                        context = TrialContextImpl(counting, routed, seed)
+                        report = build_architecture("aeros", {}).pursue(context)
+                        found = {"reached": context.is_goal_measured(), **report.findings()}
                         found |= {"simulated_s": plant.now(), **counting.findings(), **longest.findings()}
                 return {**found, "processor_s": time.process_time() - began}
 
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """What is late or missing stops the robot, so nothing is violated; of noise nothing is promised."""
+        """Implements `TrialKind.expected_values`.
+
+        Late or missing readings stop the robot, so nothing is violated; noise has no such promise.
+        """
         return {} if "noise" in condition.settings else {"violated": 0.0}
 
 
 def sensor_model(settings: Mapping[str, Any]) -> SensorModel:
-    """How the quantity is measured."""
+    """Build the model of the bad sensor.
+
+    Args:
+        settings: of the condition: any of `noise`, `latency` and `dropout`.
+
+    Returns:
+        The model; what is not given is perfect.
+    """
     return SensorModel(**{name: float(Fraction(settings[name])) for name in _SENSOR_KEYS if name in settings})
 
 
 class _SensorCounters(CountingRuntime):
-    """Also counts what was denied and stopped, and how often that was for want of a reading."""
+    """Runtime that also counts denials and stops, and how many were for want of a reading."""
 
     def __init__(self, runtime: Runtime) -> None:
         super().__init__(runtime)
         self._unread = self._stops = self._blind_stops = 0
 
     def wait(self, until: float = float("inf")) -> EndedStep | None:
-        """See `ports.Runtime`."""
+        """Implements `Runtime.wait`."""
         ended = super().wait(until)
         if ended is not None:
             result = ended.result
@@ -103,7 +112,7 @@ class _SensorCounters(CountingRuntime):
         return ended
 
     def findings(self) -> dict[str, Any]:
-        """Counts."""
+        """Return the counts by name."""
         return {
             "steps": self.steps,
             "denied": self.denied,
@@ -114,7 +123,7 @@ class _SensorCounters(CountingRuntime):
 
 
 class _LongestViolation:
-    """For how long something moved on though a rule did not hold of what was true."""
+    """Longest time for which something kept moving though a rule did not hold of the true state."""
 
     def __init__(self, site: Site) -> None:
         self.referee: InvariantReferee | None = None
@@ -128,7 +137,7 @@ class _LongestViolation:
         self._violated: set[str] = set()
 
     def tick(self, truth: GroundTruth) -> None:
-        """What is true after a tick."""
+        """Record the true state after a tick."""
         values, before = truth.values, self._base
         self._base = values["base_position"]
         drives = 0.0 if before is None else dist(self._base, before) / TICK
@@ -146,7 +155,7 @@ class _LongestViolation:
             self._violated |= set(broken)
 
     def findings(self) -> dict[str, Any]:
-        """What it came to; s."""
+        """Return violated rules, and the longest time, s."""
         return {
             "violated": bool(self._violated),
             "rules": sorted(self._violated),

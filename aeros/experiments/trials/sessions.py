@@ -2,10 +2,9 @@
 
 Settings of a condition: `module`, the text of each of its files; `task`; `sessions`, how many; `first` and
 `second`, the skills that provide what the task needs, each with the outcome that is its failure and its
-`rates`, pairs of a session and the rate then, on straight lines between; `with_memory`, whether memory is
-kept
-from one session to the next; `replans`, of each session at most: with none there is one try; `faults`, on
-physics the file in which each fault is named like the skill that it lets fail.
+`rates`, pairs of a session and the rate then, linear between them; `remembers`, whether memory is kept from
+one session to the next; `replans`, most of each session: with none there is one try; `faults`, on physics the
+file in which each fault is named like the skill that it makes fail.
 
 With memory, each session is one of the robot's one agent, as `aeros run` has it: identity and memory are in a
 folder, and outlive it.  Without, it is a new agent each time.  Every session has a plant of its own.
@@ -46,15 +45,18 @@ from aeros.session.assembly import build_executor
 from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 
 LAST_SESSIONS: Final = 10
-"""The sessions at the end that are looked at by themselves."""
+"""Number of sessions at the end that are also counted by themselves."""
 
 
 class SessionTrials:
-    """See `kinds.Kind` and `kinds.PredictsSeries`."""
+    """Kind of trials with many sessions, which also predicts series."""
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Plants for each session are made ready once; each trial has an agent of its own."""
+        """Implements `TrialKind.open`.
+
+        Plants for each session are made ready once; each trial has its own agent.
+        """
         settings = condition.settings
         with scratch_folder() as (folder, audit):
             configuration = prove_module(write_module_files(settings["module"], folder / "module"), premises)
@@ -100,7 +102,10 @@ class SessionTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Of sessions with one try, by all that memory can hold."""
+        """Implements `TrialKind.expected_values`.
+
+        For sessions with one try, over all records that memory can hold.
+        """
         settings = condition.settings
         if settings["replans"]:
             return "its sessions have several tries each, and how many follows from chance"
@@ -113,7 +118,10 @@ class SessionTrials:
         }
 
     def expected_series(self, condition: TrialCondition) -> Mapping[str, Sequence[float]]:
-        """See `kinds.PredictsSeries`; and with `oracle`, what one comes to who knows the chances."""
+        """Implements `PredictsSeries.expected_series`.
+
+        `best` is that of an agent that knows the probabilities.
+        """
         settings = condition.settings
         if settings["replans"]:
             return {}
@@ -134,7 +142,7 @@ def _agent(
 def _plants(
     plant: str, settings: Mapping[str, Any], configuration: Configuration, routed: RoutedTask, number: int
 ) -> PlantFactory:
-    """Those of session `number`, in which each skill fails at the rate of that session."""
+    """Make the plants of session `number` ready, in which each skill fails at the rate of that session."""
     skills = [settings[one] for one in ("first", "second")]
     rates = {one["skill"]: _rate(one["rates"], number) for one in skills}
     if plant == "physics":
@@ -150,7 +158,7 @@ def _plants(
 
 
 def _rate(points: Sequence[tuple[float, float]], number: int) -> float:
-    """The rate in session `number`, counted from 0; level before the first point and after the last."""
+    """Interpolate the rate in session `number`, counted from 0; constant before and after all points."""
     for (begin, low), (end, high) in pairwise(points):
         if begin <= number < end:
             return low + (number - begin) / (end - begin) * (high - low)
@@ -173,11 +181,11 @@ _remembering = lru_cache(maxsize=4)(with_memory)
 
 
 def _regret(chances: SuccessProbabilities, first: Sequence[Sequence[bool]]) -> float:
-    """By how much every try together was less likely to succeed than the better skill's."""
+    """Sum over all tries how much less likely each was to succeed than the better skill's."""
     return sum(
-        max(pair) - pair[0 if taken else 1]
+        max(pair) - pair[0 if is_first else 1]
         for pair, tries in zip(chances, first, strict=True)
-        for taken in tries
+        for is_first in tries
     )
 
 

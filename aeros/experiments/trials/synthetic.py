@@ -1,8 +1,8 @@
-"""Synthetic modules under the reference site, of ten skills by default: the same for a number for ever.
+"""Synthetic modules under the reference site, of ten skills by default; a number always gives one module.
 
-No two skills have the same numbers, so no question about one answers another's.  Three skills in ten
-take an input, one in two starts under a precondition, one module in four has a task, one in ten depends on
-its predecessor; rules that speak of the state are left to the gate, as in real modules.
+No two skills have the same numbers, so no question about one answers another's.  Three skills in ten take an
+input, one in two starts under a precondition, one module in four has a task, and one in ten depends on its
+predecessor.  Rules that speak of the state are runtime-checked, as in real modules.
 """
 
 from __future__ import annotations
@@ -15,12 +15,31 @@ _PREDICATES = ("table_wiped", "table_organized", "dumpling_wrapped", "dumpling_c
 
 
 def write_modules(folder: Path, count: int, skills: int = SKILLS) -> list[Path]:
-    """`count` modules below `folder`, which is made."""
+    """Write modules 0, 1, … below a folder.
+
+    Args:
+        folder: made where it does not exist.
+        count: number of modules.
+        skills: of each module, from 5 to 10.
+
+    Returns:
+        Folders of the modules.
+    """
     return [write_module(folder, number, skills=skills) for number in range(count)]
 
 
 def write_module(folder: Path, number: int, version: str = "1.0.0", skills: int = SKILLS) -> Path:
-    """Module `number`; any other `version` is a change of it that stays proved.  skills: from 5 to 10."""
+    """Write one module.
+
+    Args:
+        folder: of all modules.
+        number: of the module, which decides its content.
+        version: any version other than the default is a change of the module that stays proved.
+        skills: from 5 to 10.
+
+    Returns:
+        Folder of the module.
+    """
     module = folder / f"module_{number:04}"
     module.mkdir(parents=True, exist_ok=True)
     (module / "ecm.yaml").write_text(_manifest(number, version, skills), encoding="utf-8")
@@ -64,7 +83,7 @@ dependencies:
 
 
 def _skill(number: int, index: int) -> str:
-    """Skill `index`, whose numbers are its own."""
+    """Declare skill `index`, whose numbers no other skill has."""
     own = number * SKILLS + index
     # Of the second thousand the numbers lie between those of the first: higher ones would break rules.
     share = own if number < 1000 else own - 1000 * SKILLS + 0.5

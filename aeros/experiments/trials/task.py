@@ -1,4 +1,4 @@
-"""Trials of one task: an architecture pursues it, one of its skills fails at the condition's rate.
+"""Trials of one task: an architecture pursues it, and one of its skills fails at the condition's rate.
 
 Settings of a condition: `task`; `architecture`, `options`; `skill`, `outcome` and `rate`, the failure;
 `policy`, whether the gate decides; `faults`, on physics the faults file whose every fault has that rate;
@@ -52,18 +52,21 @@ from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.model import Ecm
 
 _ARCHITECTURE_SETTINGS: Final = {"architecture", "options"}
-"""Settings that decide what is asked of a plant, and not what comes of it."""
+"""Settings that decide the requests to a plant, but not its answers."""
 
 
 class TaskTrials:
-    """See `kinds.Kind` and `kinds.SharesTrials`."""
+    """Kind of trials of one task, whose conditions share trials and plants."""
 
     def __init__(self) -> None:
-        self._takes = PlantTraceCache()
+        self._traces = PlantTraceCache()
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """One trial after the other, those at plants of their own all in one audit log that nobody keeps."""
+        """Implements `TrialKind.open`.
+
+        Trials run one after the other; plants of their own share an audit log that is not kept.
+        """
         settings = condition.settings
         routed = premises.routed(settings["task"])
         configuration, gate = premises.configuration, premises.gate
@@ -72,7 +75,7 @@ class TaskTrials:
             gate = OpenGate(configuration)
         watched, judged = (routed.module, settings["skill"]), _is_judged_by_measurement(condition)
         plants_alike = f"{premises.digest} {condition.plant} {self.scheduling_group(condition)}"
-        luck_of = self._random_streams(condition, premises)
+        stream_of = self._random_streams(condition, premises)
         with ExitStack() as stack:
 
             @cache
@@ -89,9 +92,9 @@ class TaskTrials:
                 ):
                     yield LivePlant(executor, opened)
 
-            def tried(seed: int, luck: RandomStream, takes: list[PlantTrace]) -> Findings:
+            def tried(seed: int, stream: RandomStream, traces: list[PlantTrace]) -> Findings:
                 began = time.process_time()
-                with ReplayingRuntime(configuration, takes, luck, lambda: live(seed, *bench())) as runtime:
+                with ReplayingRuntime(configuration, traces, stream, lambda: live(seed, *bench())) as runtime:
                     counting = CountingRuntime(runtime, watched, judge_by_measurement=judged)
                     found = _run_architecture(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
@@ -99,31 +102,32 @@ class TaskTrials:
                     **found,
                     **state.counts,
                     "simulated_s": state.now,
-                    EQUIVALENT_INTERVAL: list(luck.equivalent_interval(state.draws)),
+                    EQUIVALENT_INTERVAL: list(stream.equivalent_interval(state.draws)),
                     "live": runtime.is_live,
                     "processor_s": took,
                     "alone_s": took - runtime.cpu_time_s + runtime.unshared_cpu_time_s,
                 }
 
             def trial(seed: int) -> Findings:
-                luck = luck_of(seed)
-                takes = self._takes.traces(f"{plants_alike} {luck.plant_group}")
+                stream = stream_of(seed)
+                traces = self._traces.traces(f"{plants_alike} {stream.plant_group}")
                 if condition.plant == "physics":
-                    return tried(seed, luck, takes)
-                # Rehearsed where it needs a plant: a take is followed by many, and whatever is compiled when
-                # it is first used would be counted in each of them.
-                rehearsed = tried(seed, luck, list(takes))
+                    return tried(seed, stream, traces)
+                # A trial that needs a plant is rehearsed: many follow a trace, and code that is compiled at
+                # its first use would be counted in each of them.
+                rehearsed = tried(seed, stream, list(traces))
                 if not rehearsed["live"]:
                     return rehearsed
-                found = tried(seed, luck, takes)
+                found = tried(seed, stream, traces)
                 return {**found, "processor_s": rehearsed["processor_s"] + found["processor_s"]}
 
             yield trial
 
     def comparison_group(self, condition: TrialCondition) -> tuple[str, float]:
-        """Conditions that differ in the rate alone: seeds draw the same numbers to compare it with.
+        """Implements `SharesTrials.comparison_group`.
 
-        Or in the mean length of bursts, at the same rate.
+        The conditions of a family differ in the rate alone, or in the mean length of bursts at the same rate:
+        a seed draws the same numbers to compare it with.
         """
         settings = condition.settings
         number = settings["bursts"].pop("mean_length") if "bursts" in settings else settings.pop("rate")
@@ -132,7 +136,10 @@ class TaskTrials:
         )
 
     def scheduling_group(self, condition: TrialCondition) -> str:
-        """All that are at plants of the same failures, whatever pursues the task at which rate."""
+        """Implements `SharesTrials.scheduling_group`.
+
+        By plant and failures, whatever the architecture and rate.
+        """
         settings = json.loads(self.comparison_group(condition)[0])
         return json.dumps(
             {name: settings[name] for name in settings.keys() - _ARCHITECTURE_SETTINGS}, sort_keys=True
@@ -141,7 +148,7 @@ class TaskTrials:
     def _random_streams(
         self, condition: TrialCondition, premises: TrialInputs
     ) -> Callable[[int], RandomStream]:
-        """The luck of each seed."""
+        """Return a function from a seed to the random draws of its plant."""
         settings = condition.settings
         if condition.plant == "physics":
             number = self.comparison_group(condition)[1]
@@ -152,7 +159,10 @@ class TaskTrials:
         return lambda seed: OutcomeRandomStream(seed, OutcomeSampler(shares, bursts, seed), drawing)
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """From the manifest as it ran, by the architecture's own code or by what it says of itself."""
+        """Implements `TrialKind.expected_values`.
+
+        From the manifest as it ran, by the architecture's code or own prediction.
+        """
         settings = condition.settings
         routed = premises.routed(settings["task"])
         ecm = premises.configuration.modules[routed.module]
@@ -179,7 +189,7 @@ class TaskTrials:
 def _predicted(
     settings: Mapping[str, Any], models: Iterable[tuple[Fraction, TrialModel]]
 ) -> dict[str, float]:
-    """What is exactly to be expected of the condition's architecture, where each model has so much weight."""
+    """Predict the condition's architecture exactly, as the weighted mean over models."""
     total = dict.fromkeys(PREDICTED_FIELDS, Fraction(0))
     for weight, model in models:
         found = predict(lambda: build_architecture(settings["architecture"], settings["options"]), model)
@@ -188,12 +198,20 @@ def _predicted(
 
 
 def _is_judged_by_measurement(condition: TrialCondition) -> bool:
-    """Whether it is measured which tries have failed: elsewhere the plant says so."""
+    """Return true if measurement decides which tries failed; elsewhere the plant reports it."""
     return condition.plant == "physics" or "bursts" in condition.settings
 
 
 def plant_factory(condition: TrialCondition, premises: TrialInputs) -> PlantFactory:
-    """What opens the plants of a condition's trials."""
+    """Make the plants of a condition's trials ready.
+
+    Args:
+        condition: kind, plant and settings of the trials.
+        premises: proved modules, site and compiled gate.
+
+    Returns:
+        A function that opens the plant of a seed.
+    """
     settings = condition.settings
     routed = premises.routed(settings["task"])
     if condition.plant == "physics":
@@ -205,7 +223,7 @@ def plant_factory(condition: TrialCondition, premises: TrialInputs) -> PlantFact
 
 
 def _failing_modules(settings: Mapping[str, Any], premises: TrialInputs) -> tuple[dict[str, Ecm], Ecm]:
-    """All modules, that of the task as it fails in the condition; and that one as it is declared."""
+    """Return all modules, with that of the task as it fails in the condition; and that module as declared."""
     modules = dict(premises.configuration.modules)
     declared = modules[premises.routed(settings["task"]).module]
     modules[declared.id] = module_with_failure_rate(declared, settings)
@@ -215,20 +233,20 @@ def _failing_modules(settings: Mapping[str, Any], premises: TrialInputs) -> tupl
 def _run_architecture(
     counting: CountingRuntime, routed: RoutedTask, settings: Mapping[str, Any], seed: int
 ) -> dict[str, Any]:
-    """What came of it, counted here; an architecture that raises has failed."""
-    means = TrialContextImpl(counting, routed, seed)
+    """Run the architecture and collect the counted findings; an architecture that raises has failed."""
+    context = TrialContextImpl(counting, routed, seed)
     architecture = build_architecture(settings["architecture"], settings["options"])
     raised = ""
     try:
-        told = architecture.pursue(means)
+        report = architecture.pursue(context)
     except (AuditError, InternalError, KeyboardInterrupt):
         raise
     except Exception as error:
         raised = f"{type(error).__name__}: {error}"
-        told = ArchitectureReport(reason=raised)
+        report = ArchitectureReport(reason=raised)
     found = {
-        "reached": means.is_goal_measured(),
-        **told.findings(),
+        "reached": context.is_goal_measured(),
+        **report.findings(),
         "raised": raised,
         "steps": counting.steps,
         "actions": counting.actions,

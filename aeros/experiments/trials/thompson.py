@@ -1,8 +1,8 @@
-"""What choosing between two skills by Thompson sampling comes to, exactly, session by session.
+"""Exact results of choosing between two skills by Thompson sampling, session by session.
 
-One try a session.  What memory holds is the record of both, successes and failures, which is a Markov chain:
-the first is taken with the probability that a draw from its Beta posterior is above one from the other's, and
-succeeds with its chance in that session.  All of its states are walked, so nothing is sampled.
+One try a session.  Memory holds the record of both skills, successes and failures, which is a Markov chain:
+the first is chosen with the probability that a draw from its Beta posterior is above one from the other's,
+and succeeds with its probability in that session.  All states are walked, so nothing is sampled.
 """
 
 from __future__ import annotations
@@ -12,20 +12,27 @@ from math import exp, lgamma
 from typing import NamedTuple
 
 SuccessProbabilities = Sequence[tuple[float, float]]
-"""Of success of either skill in each session."""
+"""Probabilities of success of either skill, for each session."""
 
 _Record = tuple[int, int, int, int]
 
 
 class ExpectedSession(NamedTuple):
-    """What is to be expected of one session: that it succeeds, and that the first skill is taken."""
+    """Expected values of one session: the probabilities of success, and of choosing the first skill."""
 
     success: float
     first: float
 
 
 def with_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
-    """Each session of an agent that remembers those before."""
+    """Compute each session of an agent that remembers the sessions before.
+
+    Args:
+        chances: probability of success of either skill, for each session.
+
+    Returns:
+        Expected values of each session.
+    """
     above = _ProbabilityAbove()
     records: dict[_Record, float] = {(0, 0, 0, 0): 1.0}
     sessions = []
@@ -33,14 +40,14 @@ def with_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
         after: dict[_Record, float] = {}
         first = 0.0
         for (s, f, u, g), chance in records.items():
-            taken = chance * above(s + 1, f + 1, u + 1, g + 1)
-            left = chance - taken
-            first += taken
+            chosen = chance * above(s + 1, f + 1, u + 1, g + 1)
+            other_chosen = chance - chosen
+            first += chosen
             for record, share in (
-                ((s + 1, f, u, g), taken * one),
-                ((s, f + 1, u, g), taken * (1.0 - one)),
-                ((s, f, u + 1, g), left * other),
-                ((s, f, u, g + 1), left * (1.0 - other)),
+                ((s + 1, f, u, g), chosen * one),
+                ((s, f + 1, u, g), chosen * (1.0 - one)),
+                ((s, f, u + 1, g), other_chosen * other),
+                ((s, f, u, g + 1), other_chosen * (1.0 - other)),
             ):
                 after[record] = after.get(record, 0.0) + share
         sessions.append(ExpectedSession(first * one + (1.0 - first) * other, first))
@@ -49,17 +56,31 @@ def with_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
 
 
 def without_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
-    """Each session of an agent that begins each as its first: it takes either as often."""
+    """Compute each session of an agent that remembers nothing: it chooses either skill equally often.
+
+    Args:
+        chances: probability of success of either skill, for each session.
+
+    Returns:
+        Expected values of each session.
+    """
     return [ExpectedSession((one + other) / 2.0, 0.5) for one, other in chances]
 
 
 def oracle(chances: SuccessProbabilities) -> list[ExpectedSession]:
-    """Each session of one who knows the chances."""
+    """Compute each session of an agent that knows the probabilities.
+
+    Args:
+        chances: probability of success of either skill, for each session.
+
+    Returns:
+        Expected values of each session.
+    """
     return [ExpectedSession(max(one, other), float(one >= other)) for one, other in chances]
 
 
 class _ProbabilityAbove:
-    """P(X > Y) of X ~ Beta(a, b) and Y ~ Beta(c, d), whole and at least 1; what was asked is kept.
+    """P(X > Y) of X ~ Beta(a, b) and Y ~ Beta(c, d), for integers of at least 1; cached.
 
     For a = 1 it is E[(1 − Y)^b] = B(c, b + d) / B(c, d), and one more of a adds
     B(a + c, b + d) / (a B(a, b) B(c, d)).

@@ -1,7 +1,7 @@
-"""Whether invariants hold of what is true, tick by tick: by the definition of their language.
+"""Referee of invariants on the true state, tick by tick, by the definition of their language.
 
-No reading is asked, no gate and no monitor, and nothing that was compiled of a rule: an action that moves is
-looked at with the parameters that were decided, beside what the plant's ground truth is.
+It uses no reading, no gate, no monitor, and nothing that was compiled from a rule: it evaluates rules on an
+action that moves, with the parameters that were decided, and on the plant's ground truth.
 """
 
 from __future__ import annotations
@@ -22,14 +22,20 @@ if TYPE_CHECKING:
 
 
 REST_SPEED: Final = 0.01
-"""Speed up to which a link rests, m/s: what is left of an arm that settles."""
+"""Speed up to which a link counts as at rest, m/s: that of an arm that settles."""
 
 
 class InvariantReferee:
-    """Is told the truth of every tick (`physics.InvariantReferee`), and by `RefereedPlant` what moves.
+    """Referee of invariants, called with the true state of every tick; `RefereedPlant` reports what moves.
 
-    about: a state variable; rules that read it are looked at.
-    broken: those that do not hold at the tick that was told last.
+    Args:
+        site: its rules are judged.
+        variable: a state variable; only rules that read it are judged.
+        on_truth: called with the true state after each judgement.
+
+    Attributes:
+        moving: actions under way.
+        broken: rules that do not hold at the last tick.
     """
 
     def __init__(self, site: Site, variable: str, on_truth: Callable[[GroundTruth], None]) -> None:
@@ -38,12 +44,12 @@ class InvariantReferee:
             for kind, term in rule.terms.items():
                 if variable in t.variables_of(term):
                     self._terms.setdefault(kind, {})[rule.id] = term
-        self._told = on_truth
+        self._on_truth = on_truth
         self.moving: dict[MotionHandle, Action] = {}
         self.broken: tuple[str, ...] = ()
 
     def __call__(self, truth: GroundTruth) -> None:
-        """Look at what is true now."""
+        """Judge the true state after a tick."""
         values = truth.values
         self.broken = tuple(
             rule
@@ -51,34 +57,37 @@ class InvariantReferee:
             for rule, term in self._terms.get(action.kind, {}).items()
             if not is_true(term, _read(term, {**values, **action.parameters}))
         )
-        self._told(truth)
+        self._on_truth(truth)
 
 
 class RefereedPlant:
-    """A plant whose referee hears what moves and what has ended; in all else the one that it is given.
+    """Plant that reports to a referee what moves and what has ended, and passes all else on.
 
-    asked: hears of each rule that the monitor names.
+    Args:
+        plant: the plant that does the work.
+        referee: of the same trial.
+        on_violation: called with each rule that the monitor names.
     """
 
     def __init__(self, plant: Plant, referee: InvariantReferee, on_violation: Callable[[str], None]) -> None:
         self._plant = plant
         self._referee = referee
-        self._asked = on_violation
+        self._on_violation = on_violation
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """See `Plant`."""
-        begun = self._plant.begin(action, decided)
-        if not isinstance(begun, MotionCompletion):
-            self._referee.moving[begun] = action
-        return begun
+        """Implements `Plant.begin`."""
+        started = self._plant.begin(action, decided)
+        if not isinstance(started, MotionCompletion):
+            self._referee.moving[started] = action
+        return started
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """See `Plant`."""
+        """Implements `Plant.advance`."""
 
         def watched(now: float, measured: Mapping[str, Any]) -> str | None:
             rule = monitor(now, measured)
             if rule is not None:
-                self._asked(rule)
+                self._on_violation(rule)
             return rule
 
         ended = self._plant.advance(watched, until)
@@ -87,7 +96,7 @@ class RefereedPlant:
         return ended
 
     def stop(self) -> None:
-        """See `Plant`."""
+        """Implements `Plant.stop`."""
         self._plant.stop()
         self._referee.moving.clear()
 
@@ -96,7 +105,18 @@ class RefereedPlant:
 
 
 def site_constant(site: Site, name: str) -> float:
-    """A number of the site's; raises `MisuseError` where there is none."""
+    """Read a number of a site.
+
+    Args:
+        site: the site.
+        name: of the constant.
+
+    Returns:
+        Its value, in SI units.
+
+    Raises:
+        MisuseError: the site has no such number.
+    """
     found = site.constants.get(name)
     if not isinstance(found, t.Literal) or not isinstance(found.value, Fraction):
         raise MisuseError(f"the site `{site.id}` has no number `{name}`")

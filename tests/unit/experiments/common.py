@@ -1,4 +1,4 @@
-"""What tests of experiments begin with."""
+"""Fixtures that tests of experiments share."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ def model(**changed: Any) -> TrialModel:
     return TrialModel(ecm, replace(routed.task, invariants=()), premises().configuration.site)
 
 
-def told(found: Findings, *but: str) -> dict[str, Any]:
-    """What was found, but for what may differ from one time to the next, and `but` these."""
+def comparable_findings(found: Findings, *but: str) -> dict[str, Any]:
+    """Return the findings without those that may differ between runs, and without `but`."""
     return {name: value for name, value in found.items() if name not in (*NONDETERMINISTIC_FIELDS, *but)}
 
 
@@ -84,7 +84,7 @@ class Here(Executor):
     def __init__(self) -> None:
         self.submitted = 0
 
-    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
         self.submitted += 1
         future: Future[_R] = Future()
         try:

@@ -14,12 +14,12 @@ class Stubborn:
     def __init__(self, patience: int = 12) -> None:
         self._patience = patience
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
         for made in range(self._patience):
-            if means.is_goal_reached():
+            if context.is_goal_reached():
                 return ArchitectureReport(replans=made)
-            needed = [step for step in means.plan() if means.world().evaluate(_unless(step)) is not True]
-            means.run(needed[0])
+            needed = [step for step in context.plan() if context.world().evaluate(_unless(step)) is not True]
+            context.run(needed[0])
         return ArchitectureReport(replans=self._patience, reason="patience is over")
 
 
@@ -33,26 +33,26 @@ class Dicey:
 
     _random = Random(1)  # noqa: S311
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
-        for step in means.plan():
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        for step in context.plan():
             for _ in range(self._random.randint(1, 4)):
-                means.run(step)
+                context.run(step)
         return ArchitectureReport()
 
 
 class Endless:
     """Never gives up."""
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
-        while not means.is_goal_reached():
-            means.run(PlanStep(means.task.module, "recover"))
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
+        while not context.is_goal_reached():
+            context.run(PlanStep(context.task.module, "recover"))
         return ArchitectureReport()
 
 
 class Raising:
     """Has a fault."""
 
-    def pursue(self, means: TrialContext) -> ArchitectureReport:
+    def pursue(self, context: TrialContext) -> ArchitectureReport:
         raise ZeroDivisionError("mine")
 
 

@@ -204,7 +204,7 @@ def test_every_kind_is_there(name: str) -> None:
     assert callable(kind_of(name).open)
 
 
-def test_another_architecture_of_a_name_that_is_taken_is_refused() -> None:
+def test_a_second_architecture_of_one_name_is_refused() -> None:
     for entries in (
         [EnteredArchitecture("here:Mine"), EnteredArchitecture("there:Mine")],
         [EnteredArchitecture("here:flat")],

@@ -11,7 +11,7 @@ import pytest
 from aeros.experiments.trial_runner import executor_at, run_trials
 from aeros.experiments.trial_store import TrialStore
 from aeros.spec.diagnostics.errors import UserError
-from tests.unit.experiments.common import WHERE, condition, told
+from tests.unit.experiments.common import WHERE, comparable_findings, condition
 
 distributed = pytest.importorskip("distributed")
 
@@ -35,13 +35,13 @@ def test_a_cluster_finds_what_this_process_finds(address: str, tmp_path: Path) -
         with TrialStore(tmp_path / name) as store, executor_at(at, 1) as (executor, workers):
             assert workers == 1
             run_trials([one], range(3), WHERE, executor, workers, store, lambda _: None)
-            found.append({key: told(value) for key, value in store.trials.items()})
+            found.append({key: comparable_findings(value) for key, value in store.trials.items()})
     assert len(found[0]) == 3
     assert found[0] == found[1]
 
 
 @pytest.mark.filterwarnings("default")
-def test_where_nobody_answers_that_is_said() -> None:
+def test_an_unreachable_scheduler_is_reported() -> None:
     from aeros.experiments.cluster import dask_executor
 
     with pytest.raises(UserError) as refused, dask_executor("tcp://127.0.0.1:1", "1s"):

@@ -37,7 +37,7 @@ class Loop:
     def __init__(self, replans: int, *, recovery: bool) -> None:
         self._left = replans
         self._recovery = recovery
-        self._told = ArchitectureReport()
+        self._report = ArchitectureReport()
 
     def pursue(self, means: TrialContext) -> ArchitectureReport:
         while not means.is_goal_reached():
@@ -47,8 +47,8 @@ class Loop:
             if means.is_goal_reached() or not self._left:
                 break
             self._left -= 1
-            self._told = replace(self._told, replans=self._told.replans + 1)
-        return self._told
+            self._report = replace(self._report, replans=self._report.replans + 1)
+        return self._report
 
     def _done(self, means: TrialContext, step: PlanStep) -> bool:
         assert step.unless is not None
@@ -56,11 +56,11 @@ class Loop:
             if means.world().evaluate(step.unless) is True:
                 return True
             if attempt and self._recovery and step.on_failure is not None:
-                self._told = replace(self._told, recoveries=self._told.recoveries + 1)
+                self._report = replace(self._report, recoveries=self._report.recoveries + 1)
                 means.run(PlanStep(step.module, step.on_failure))
                 if means.world().evaluate(step.unless) is True:
                     return True
-            self._told = replace(self._told, retries=self._told.retries + (attempt > 0))
+            self._report = replace(self._report, retries=self._report.retries + (attempt > 0))
             if not means.run(step).failed:
                 return True
         return False
@@ -81,11 +81,11 @@ def test_the_loop_run_against_all_outcomes_comes_to_what_the_shipped_prediction_
 @pytest.mark.parametrize(
     ("make", "why"),
     [
-        (Dicey, "does not do the same"),
-        (Endless, "it does not end"),
+        (Dicey, "is not deterministic"),
+        (Endless, "calls without finishing"),
         (Raising, "ZeroDivisionError: mine"),
-        (lambda: Driving(), "drives the runtime itself"),
-        (lambda: Seeded(), "chooses by its seed"),
+        (lambda: Driving(), "drives the runtime and has no"),
+        (lambda: Seeded(), "uses its seed and has no"),
     ],
 )
 def test_where_nothing_can_be_predicted_it_says_why(make: type[Architecture], why: str) -> None:

@@ -31,8 +31,17 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
+from aeros.session.assembly import build_executor
 from aeros.spec.diagnostics.errors import InternalError
-from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
+from tests.unit.experiments.common import (
+    ROOT,
+    WHERE,
+    Here,
+    comparable_findings,
+    condition,
+    premises,
+    settings,
+)
 
 DRAWS = (0.5, 0.2, 0.7)
 """With which each wait is compared: it fails where the rate is above it."""
@@ -78,21 +87,21 @@ def _count() -> None:
     Scripted.opened = 0
 
 
-def trial(takes: list[PlantTrace], rate: float, asked: str, slips: float = 0.0) -> tuple[Any, ...]:
+def trial(cached: list[PlantTrace], rate: float, asked: str, slips: float = 0.0) -> tuple[Any, ...]:
     """What comes of asking `asked`, a letter for each skill; a stop takes it back."""
 
-    with following(takes, rate, slips) as runtime:
+    with following(cached, rate, slips) as runtime:
         answers = list(answers_of(runtime, asked))
         return answers, runtime.now(), SeedRandomStream(0, rate).equivalent_interval(runtime.state.draws)
 
 
-def following(takes: list[PlantTrace], rate: float, slips: float = 0.0) -> ReplayingRuntime:
+def following(cached: list[PlantTrace], rate: float, slips: float = 0.0) -> ReplayingRuntime:
     @contextmanager
     def opened() -> Iterator[LivePlant]:
         plant = Scripted(rate, slips)
         yield LivePlant(cast(Runtime, plant), OpenPlant(cast(Any, plant), {"waits": 0}, plant.alike))
 
-    return ReplayingRuntime(premises().configuration, takes, SeedRandomStream(0, rate), opened)
+    return ReplayingRuntime(premises().configuration, cached, SeedRandomStream(0, rate), opened)
 
 
 def answers_of(runtime: ReplayingRuntime, asked: str) -> Iterator[bool]:
@@ -107,51 +116,51 @@ def answers_of(runtime: ReplayingRuntime, asked: str) -> Iterator[bool]:
 
 
 def test_who_asks_the_same_follows_and_who_asks_something_else_goes_on_alone() -> None:
-    takes: list[PlantTrace] = []
-    assert trial(takes, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
+    cached: list[PlantTrace] = []
+    assert trial(cached, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
     assert Scripted.opened == 1
-    assert trial(takes, 0.3, "a") == ([True], 1.0, (0.0, 0.5))
-    assert trial(takes, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
-    assert trial(takes, 0.3, "") == ([], 0.0, (0.0, 1.0))
+    assert trial(cached, 0.3, "a") == ([True], 1.0, (0.0, 0.5))
+    assert trial(cached, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
+    assert trial(cached, 0.3, "") == ([], 0.0, (0.0, 1.0))
     assert Scripted.opened == 1
-    assert trial(takes, 0.3, "ac") == ([True, False], 2.0, (0.2, 0.5))
+    assert trial(cached, 0.3, "ac") == ([True, False], 2.0, (0.2, 0.5))
     assert Scripted.opened == 2
-    assert trial(takes, 0.3, "aca") == ([True, False, True], 3.0, (0.2, 0.5))
+    assert trial(cached, 0.3, "aca") == ([True, False, True], 3.0, (0.2, 0.5))
     assert Scripted.opened == 3
-    assert trial(takes, 0.3, "a-") == ([True, False], 2.0, (0.2, 0.5))
+    assert trial(cached, 0.3, "a-") == ([True, False], 2.0, (0.2, 0.5))
     assert Scripted.opened == 4
 
 
 def test_another_rate_follows_as_long_as_it_would_have_drawn_the_same() -> None:
-    takes: list[PlantTrace] = []
-    trial(takes, 0.3, "ab")
-    assert trial(takes, 0.1, "a") == ([True], 1.0, (0.0, 0.5))
-    assert trial(takes, 0.45, "ab") == ([True, False], 2.0, (0.2, 0.5))
+    cached: list[PlantTrace] = []
+    trial(cached, 0.3, "ab")
+    assert trial(cached, 0.1, "a") == ([True], 1.0, (0.0, 0.5))
+    assert trial(cached, 0.45, "ab") == ([True, False], 2.0, (0.2, 0.5))
     assert Scripted.opened == 1
-    assert trial(takes, 0.1, "ab") == ([True, True], 2.0, (0.0, 0.2))
+    assert trial(cached, 0.1, "ab") == ([True, True], 2.0, (0.0, 0.2))
     assert Scripted.opened == 2
-    assert trial(takes, 0.9, "a") == ([False], 1.0, (0.5, 1.0))
+    assert trial(cached, 0.9, "a") == ([False], 1.0, (0.5, 1.0))
     assert Scripted.opened == 3
     # On the very number between two draws, only the condition that has it follows itself.
-    assert trial(takes, 0.5, "a") == ([True], 1.0, (0.0, 0.5))
+    assert trial(cached, 0.5, "a") == ([True], 1.0, (0.0, 0.5))
     assert Scripted.opened == 4
-    assert trial(takes, 0.5, "a")[0] == [True]
+    assert trial(cached, 0.5, "a")[0] == [True]
     assert Scripted.opened == 4
 
 
 def test_a_plant_that_does_not_repeat_itself_is_noticed() -> None:
-    takes: list[PlantTrace] = []
-    trial(takes, 0.3, "ab")
-    with pytest.raises(InternalError, match="asked the same, a plant did something else"):
-        trial(takes, 0.3, "abc", slips=0.125)
-    assert len(takes) == 1
+    cached: list[PlantTrace] = []
+    trial(cached, 0.3, "ab")
+    with pytest.raises(InternalError, match="plant is not deterministic"):
+        trial(cached, 0.3, "abc", slips=0.125)
+    assert len(cached) == 1
 
 
 def test_a_trial_has_no_record() -> None:
-    takes: list[PlantTrace] = []
-    trial(takes, 0.3, "a")
-    luck = SeedRandomStream(0, 0.3)
-    with ReplayingRuntime(premises().configuration, takes, luck, lambda: pytest.fail("opened")) as runtime:
+    cached: list[PlantTrace] = []
+    trial(cached, 0.3, "a")
+    stream = SeedRandomStream(0, 0.3)
+    with ReplayingRuntime(premises().configuration, cached, stream, lambda: pytest.fail("opened")) as runtime:
         runtime.note("anything", {})
         assert (runtime.log_head(), runtime.events_since(EMPTY_LOG_HEAD)) == (EMPTY_LOG_HEAD, ())
         assert not runtime.is_stopped
@@ -166,34 +175,34 @@ def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
 ) -> None:
     clock = count()
     monkeypatch.setattr("aeros.experiments.plant_cache.process_time", lambda: next(clock))
-    takes: list[PlantTrace] = []
-    taken = []
+    cached: list[PlantTrace] = []
+    times = []
     for asked in ("ab", "ab", "abc"):
-        with following(takes, 0.3) as runtime:
+        with following(cached, 0.3) as runtime:
             list(answers_of(runtime, asked))
-        taken.append((runtime.is_live, runtime.cpu_time_s, runtime.unshared_cpu_time_s))
+        times.append((runtime.is_live, runtime.cpu_time_s, runtime.unshared_cpu_time_s))
     # A second passes from each look at the clock to the next: to prepare, which is not the trial's, to open,
     # for each of two questions a skill, to close; and for a plant of its own that is asked everything again,
     # as long as that goes on.
-    assert taken == [
+    assert times == [
         (True, 3 + 4 + 1, 1 + 4 + 1),
         (False, 0, 1 + 4 + 1),
         (True, 11 + 2 + 1, 1 + 6 + 1),
     ]
 
 
-def test_takes_are_kept_until_those_of_other_plants_are_asked_for() -> None:
-    takes = PlantTraceCache()
-    first = takes.traces("plants")
-    assert takes.traces("plants") is first
-    assert takes.traces("others") is not first
-    assert takes.traces("plants") is not first
+def test_traces_are_kept_until_another_group_is_asked_for() -> None:
+    cached = PlantTraceCache()
+    first = cached.traces("plants")
+    assert cached.traces("plants") is first
+    assert cached.traces("others") is not first
+    assert cached.traces("plants") is not first
 
 
 def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(KIND, "_takes", PlantTraceCache())  # those of other tests aside
+    monkeypatch.setattr(KIND, "_traces", PlantTraceCache())  # those of other tests aside
     seeds = range(6)
     rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
     conditions = [
@@ -215,7 +224,7 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
         for seed in seeds:
             # A kind that has run nothing, so that there is nothing to be followed.
             with TaskTrials().open(tried, premises()) as alone:
-                assert told(alone(seed), EQUIVALENT_INTERVAL) == told(
+                assert comparable_findings(alone(seed), EQUIVALENT_INTERVAL) == comparable_findings(
                     trials[condition_digest(tried, premises().digest), seed], EQUIVALENT_INTERVAL
                 )
 
@@ -225,12 +234,11 @@ def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
 ) -> None:
     opened: list[Plant] = []
 
-    class Counted(Executor):
-        def __init__(self, configuration: Any, gate: Any, plant: Plant, *more: Any) -> None:
-            opened.append(plant)
-            super().__init__(configuration, gate, plant, *more)
+    def counted(configuration: Any, plant: Plant, *more: Any, **named: Any) -> Executor:
+        opened.append(plant)
+        return build_executor(configuration, plant, *more, **named)
 
-    monkeypatch.setattr(task, "Executor", Counted)
+    monkeypatch.setattr(task, "build_executor", counted)
     needed = []
     with TaskTrials().open(condition(task="clean_table", rate="1/2"), premises()) as trial:
         for seed in range(8):
@@ -247,12 +255,12 @@ def test_nothing_is_compiled_in_what_trials_at_symbolic_plants_follow(
 
 def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None:
     class Fickle(SeedRandomStream):
-        def would_do(self, seen: Any) -> bool:
-            return super().reproduces(seen) and Scripted.opened < 2
+        def reproduces(self, draws: Any) -> bool:
+            return super().reproduces(draws) and Scripted.opened < 2
 
-    takes: list[PlantTrace] = []
-    trial(takes, 0.3, "ab")
-    luck = Fickle(0, 0.3)
+    cached: list[PlantTrace] = []
+    trial(cached, 0.3, "ab")
+    stream = Fickle(0, 0.3)
 
     @contextmanager
     def opened() -> Iterator[LivePlant]:
@@ -260,8 +268,8 @@ def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None
         yield LivePlant(cast(Runtime, plant), OpenPlant(cast(Any, plant), {"waits": 0}, plant.alike))
 
     with (
-        ReplayingRuntime(premises().configuration, takes, luck, opened) as runtime,
-        pytest.raises(InternalError, match="asked the same, a plant did something else"),
+        ReplayingRuntime(premises().configuration, cached, stream, opened) as runtime,
+        pytest.raises(InternalError, match="plant is not deterministic"),
     ):
         list(answers_of(runtime, "abc"))
 
@@ -270,7 +278,7 @@ def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None
 def test_on_physics_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(KIND, "_takes", PlantTraceCache())  # those of other tests aside
+    monkeypatch.setattr(KIND, "_traces", PlantTraceCache())  # those of other tests aside
     faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
     given = settings("fetch_object", faults=faults)
     named = (("flat", "1/10"), ("flat", "9/10"), ("behaviour_tree", "1/10"), ("behaviour_tree", "9/10"))
@@ -287,4 +295,6 @@ def test_on_physics_trials_that_share_find_what_each_finds_alone(
     for tried, one in list(zip(conditions, found, strict=True))[:2]:
         # A kind that has run nothing, so that there is nothing to be followed.
         with TaskTrials().open(tried, premises()) as alone:
-            assert told(alone(0), EQUIVALENT_INTERVAL) == told(one, EQUIVALENT_INTERVAL)
+            assert comparable_findings(alone(0), EQUIVALENT_INTERVAL) == comparable_findings(
+                one, EQUIVALENT_INTERVAL
+            )

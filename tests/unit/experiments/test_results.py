@@ -103,7 +103,7 @@ def test_pairs_are_tested_task_by_task(results: dict[str, Any]) -> None:
     assert all(0 < one["fisher"] <= 1 and 0 < one["mcnemar"] <= 1 for one in first["by_task"])
 
 
-def test_what_a_trial_takes_stands_beside_what_the_paper_says(results: dict[str, Any]) -> None:
+def test_times_of_trials_are_compared_with_the_paper(results: dict[str, Any]) -> None:
     one, four = results["experiments"]
     assert one["overhead"] == []
     assert [(row["title"], row["paper"]) for row in four["overhead"][:2]] == [
@@ -157,7 +157,7 @@ def text_of(results: dict[str, Any], folder: Path) -> str:
     return (folder / "report.md").read_text(encoding="utf-8")
 
 
-def test_what_is_marked_and_not_explained_is_said(results: dict[str, Any], tmp_path: Path) -> None:
+def test_marked_values_without_a_reason_are_listed(results: dict[str, Any], tmp_path: Path) -> None:
     changed = copy.deepcopy(results)
     row = changed["experiments"][1]["rows"][0]
     row["cells"]["success"]["misses"], row["unexplained"] = ["exact"], ["success: exact"]
@@ -187,7 +187,7 @@ def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any],
     assert f"Nothing is predicted of {row['id']}: it raises KeyError" in text_of(changed, tmp_path)
 
 
-def test_what_an_architecture_raised_is_told(tmp_path: Path) -> None:
+def test_an_exception_of_an_architecture_is_reported(tmp_path: Path) -> None:
     entry = EnteredArchitecture("tests.unit.experiments.entered:Raising")
     (experiment,) = select_rows(catalogue("symbolic", [entry]), ["4/Raising/clean_table"])
     conditions = [row.condition for row in experiment.rows]
@@ -200,7 +200,7 @@ def test_what_an_architecture_raised_is_told(tmp_path: Path) -> None:
     assert "In 4/Raising/clean_table an architecture raised: ZeroDivisionError: mine." in text
 
 
-def test_how_many_trials_had_a_plant_of_their_own_is_said(results: dict[str, Any], tmp_path: Path) -> None:
+def test_the_report_counts_trials_with_a_plant_of_their_own(results: dict[str, Any], tmp_path: Path) -> None:
     shared = copy.deepcopy(results)
     shared["work"] = {"trials": 600, "sharing": 0, "plants": 0, "processor_s": 5400.0}
     assert "a plant of their own" not in text_of(shared, tmp_path)
@@ -229,7 +229,7 @@ def test_a_trial_that_stands_for_others_counts_once() -> None:
     assert few["work"] == {"trials": 18, "sharing": 18, "plants": 2, "processor_s": 12.0}
 
 
-def test_chance_in_the_draws_is_told_from_all_else(results: dict[str, Any], tmp_path: Path) -> None:
+def test_chance_in_the_draws_is_separated_from_other_causes(results: dict[str, Any], tmp_path: Path) -> None:
     (experiment,) = select_rows(catalogue("physics"), ["8/behaviour_tree/make_dumplings/0.70"])
     (row,) = experiment.rows
     drawn = exact_at_sampled_rate(row.condition, [{"tries": 3, "failed_tries": 2}, TRIED], premises())
@@ -320,7 +320,7 @@ def test_a_report_is_called_by_what_is_in_it(numbers: list[int], title: str) -> 
     assert title_of(found) == title
 
 
-def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
+def test_results_of_layers_are_tabulated_and_drawn(tmp_path: Path) -> None:
     experiments = select_rows(catalogue("physics"), ["9/wide_envelope"])
     counts = {"actions": 3, "attenuated": 0, "denied": 0, "stopped": 0, "processor_s": 0.1}
     found: dict[str, dict[str, Any]] = {
@@ -353,7 +353,7 @@ def test_what_layers_came_to_is_told_and_drawn(tmp_path: Path) -> None:
     assert "| what was said |" in text
     assert "| AE750 cell-speed |" in text
     drawn = (tmp_path / "figures" / "experiment-9.svg").read_text(encoding="utf-8")
-    assert all(said in drawn for said in ("100 % violated, 0.9", "0 % violated, 0.2", "not installed"))
+    assert all(result in drawn for result in ("100 % violated, 0.9", "0 % violated, 0.2", "not installed"))
 
 
 def test_sessions_are_drawn_one_by_one(tmp_path: Path) -> None:

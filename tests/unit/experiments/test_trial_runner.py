@@ -36,7 +36,15 @@ from aeros.experiments.trial_store import TRIALS_FILE, TrialStore
 from aeros.experiments.trials import task
 from aeros.experiments.trials.task import TaskTrials
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
-from tests.unit.experiments.common import ROOT, WHERE, Here, condition, premises, settings, told
+from tests.unit.experiments.common import (
+    ROOT,
+    WHERE,
+    Here,
+    comparable_findings,
+    condition,
+    premises,
+    settings,
+)
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -47,20 +55,20 @@ FETCH = condition(task="fetch_object")
 def run(
     store: TrialStore, conditions: list[TrialCondition], trials: int, executor: Here | None = None
 ) -> list[RunProgress]:
-    told: list[RunProgress] = []
+    reports: list[RunProgress] = []
 
-    def tell(progress: RunProgress) -> None:
-        told.append(RunProgress(progress.done, progress.total, progress.start_time))
+    def on_progress(progress: RunProgress) -> None:
+        reports.append(RunProgress(progress.done, progress.total, progress.start_time))
 
-    run_trials(conditions, range(trials), WHERE, executor or Here(), 1, store, tell)
-    return told
+    run_trials(conditions, range(trials), WHERE, executor or Here(), 1, store, on_progress)
+    return reports
 
 
 def test_conditions_that_are_equal_share_their_trials(tmp_path: Path) -> None:
     with TrialStore(tmp_path) as store:
-        told = run(store, [FETCH, condition(task="fetch_object")], 3)
+        reports = run(store, [FETCH, condition(task="fetch_object")], 3)
         assert len(store.trials) == 3
-    assert (told[0].done, told[-1].done, told[-1].total) == (0, 3, 3)
+    assert (reports[0].done, reports[-1].done, reports[-1].total) == (0, 3, 3)
 
 
 def test_what_is_finished_is_not_run_again(tmp_path: Path) -> None:
@@ -80,7 +88,7 @@ RATES = ("1/10", "3/10", "1/2", "7/10", "9/10")
 def alone(one: TrialCondition, seed: int) -> dict[str, object]:
     """The trial by itself, but for what may differ: its time, and where it would have been the same."""
     with kind_of(one.kind).open(one, premises()) as trial:
-        return told(trial(seed), EQUIVALENT_INTERVAL)
+        return comparable_findings(trial(seed), EQUIVALENT_INTERVAL)
 
 
 @pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
@@ -96,7 +104,7 @@ def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
         assert len(ran) < 30
         for one in conditions:
             for seed in range(6):
-                assert told(
+                assert comparable_findings(
                     store.trials[condition_digest(one, premises().digest), seed], EQUIVALENT_INTERVAL
                 ) == alone(one, seed)
 
@@ -115,7 +123,7 @@ def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
         assert 12 < len(ran) < 36
         for one in conditions:
             for seed in range(12):
-                assert told(
+                assert comparable_findings(
                     store.trials[condition_digest(one, premises().digest), seed], EQUIVALENT_INTERVAL
                 ) == alone(one, seed)
 
@@ -132,7 +140,7 @@ def test_physics_shares_trials_alike(tmp_path: Path) -> None:
     # With seed 0 the object is missed at the highest rate alone.
     assert [one["failed_tries"] for one in found] == [0, 0, 1]
     assert found[0]["processor_s"] == found[1]["processor_s"]
-    assert told(found[1], EQUIVALENT_INTERVAL) == alone(conditions[1], 0)
+    assert comparable_findings(found[1], EQUIVALENT_INTERVAL) == alone(conditions[1], 0)
 
 
 def test_a_later_run_shares_what_an_earlier_one_kept(tmp_path: Path) -> None:
@@ -156,9 +164,9 @@ def interruptible() -> Iterator[None]:
 class Interrupted(Here):
     """A process in which Ctrl-C comes with the first chunk."""
 
-    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
         signal.raise_signal(signal.SIGINT)
-        return super().run_step(fn, *args, **kwargs)
+        return super().submit(fn, *args, **kwargs)
 
 
 @pytest.mark.usefixtures("interruptible")
@@ -181,11 +189,11 @@ def test_processes_find_what_this_one_finds(tmp_path: Path) -> None:
         there = dict(store.trials)
     assert here.keys() == there.keys()
     for key, found in here.items():
-        assert told(found) == told(there[key])
+        assert comparable_findings(found) == comparable_findings(there[key])
 
 
 def test_a_worker_with_other_premises_refuses(tmp_path: Path) -> None:
-    with pytest.raises(InputsMismatchError, match="other modules"):
+    with pytest.raises(InputsMismatchError, match="worker inputs differ"):
         run_chunk(Chunk(WHERE, "another digest", ((0, (FETCH,)),), tmp_path / "aside.jsonl"))
 
 
@@ -207,8 +215,8 @@ def test_a_worker_here_answers_in_one_piece_however_many_trials_it_has_finished(
 class Torn(Here):
     """A process of this machine whose files lose their last line."""
 
-    def run_step(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
-        answer = super().run_step(fn, *args, **kwargs)
+    def submit(self, fn: Callable[_P, _R], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_R]:
+        answer = super().submit(fn, *args, **kwargs)
         (chunk,) = args
         assert isinstance(chunk, Chunk)
         chunk.spill_path.write_bytes(chunk.spill_path.read_bytes()[:-1])
@@ -266,7 +274,7 @@ def _children(pid: int) -> list[int]:
     return [int(one) for one in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
-def _begun(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
+def _started_run(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
     """A long run that has finished some trials, and its workers."""
     command = [sys.executable, "-m", "aeros", "experiment", "4", "--plant", "symbolic", "--workers", "1"]
     process = subprocess.Popen(
@@ -300,7 +308,7 @@ def test_what_a_worker_has_finished_of_a_chunk_that_it_does_not_end_is_there_aga
 ) -> None:
     class EndsInTheThird(TaskTrials):
         @contextmanager
-        def opened(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
+        def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
             with super().open(condition, premises) as trial:
                 yield lambda seed: trial(seed) if seed < 2 else sys.exit("the third")
 
@@ -313,7 +321,7 @@ def test_what_a_worker_has_finished_of_a_chunk_that_it_does_not_end_is_there_aga
     with TrialStore(tmp_path) as store:
         assert run(store, [FETCH], 4)[-1].total == 2
         for (_, seed), found in store.trials.items():
-            assert told(found, EQUIVALENT_INTERVAL) == alone(FETCH, seed)
+            assert comparable_findings(found, EQUIVALENT_INTERVAL) == alone(FETCH, seed)
 
 
 def test_every_worker_has_a_part_of_every_company(tmp_path: Path) -> None:
@@ -324,21 +332,21 @@ def test_every_worker_has_a_part_of_every_company(tmp_path: Path) -> None:
 
 
 def test_a_worker_that_is_killed_ends_the_run_and_leaves_whole_trials(tmp_path: Path) -> None:
-    process, workers = _begun(tmp_path)
+    process, workers = _started_run(tmp_path)
     os.kill(workers[0], signal.SIGKILL)
-    _, said = process.communicate(timeout=60)
+    _, output = process.communicate(timeout=60)
     assert process.returncode == 1
-    assert "a worker process died" in said
-    assert f"continue with --out {tmp_path} --resume" in said
+    assert "a worker process died" in output
+    assert f"continue with --out {tmp_path} --resume" in output
     _assert_nothing_is_lost(tmp_path)
 
 
 _KILLED_AFTER_AN_INTERRUPTION = """\
 import os, signal, time
 from concurrent.futures import wait
-from aeros.experiments.trial_runner import local
+from aeros.experiments.trial_runner import local_executor
 
-with local(2) as (pool, _):
+with local_executor(2) as (pool, _):
     under_way = [one for one in [pool.submit(time.sleep, 600.0) for _ in range(4)] if not one.cancel()]
     os.kill(next(iter(pool._processes)), signal.SIGKILL)
     wait(under_way)[0].pop().result()
@@ -359,19 +367,19 @@ def test_a_worker_that_is_killed_after_others_were_cancelled_ends_the_run() -> N
 
 
 def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
-    process, workers = _begun(tmp_path)
+    process, workers = _started_run(tmp_path)
     # What is under way would go on for ever: whoever waited for it would not come back.
     os.kill(workers[0], signal.SIGSTOP)
     process.send_signal(signal.SIGINT)
     assert process.stderr is not None
-    said = ""
-    while "press Ctrl-C again to abort" not in said:
-        said += (line := process.stderr.readline())
+    output = ""
+    while "press Ctrl-C again to abort" not in output:
+        output += (line := process.stderr.readline())
         assert line
     process.send_signal(signal.SIGINT)
     _, more = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert "Traceback" not in said + more
+    assert "Traceback" not in output + more
     assert f"continue with --out {tmp_path} --resume" in more
     assert not any(map(_alive, workers))
     _assert_nothing_is_lost(tmp_path)
@@ -399,15 +407,15 @@ def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either(
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signals, tmp_path: Path) -> None:
-    process, workers = _begun(tmp_path)
+    process, workers = _started_run(tmp_path)
     latest = time.monotonic() + 60
     process.send_signal(how)
-    _, said = process.communicate(timeout=60)
+    _, output = process.communicate(timeout=60)
     assert process.returncode == (-signal.SIGKILL if how is signal.SIGKILL else 130)
-    assert "Traceback" not in said
+    assert "Traceback" not in output
     if how is signal.SIGINT:
-        assert "finishing running trials" in said
-        assert f"continue with --out {tmp_path} --resume" in said
+        assert "finishing running trials" in output
+        assert f"continue with --out {tmp_path} --resume" in output
     while any(map(_alive, workers)) and time.monotonic() < latest:
         time.sleep(0.05)
     assert not any(map(_alive, workers))

@@ -30,7 +30,7 @@ def test_a_torn_line_is_left_out_and_cut_off(tmp_path: Path) -> None:
     assert (tmp_path / TRIALS_FILE).read_bytes().count(b"\n") == 2
 
 
-def test_what_was_kept_aside_is_taken_in_once(tmp_path: Path) -> None:
+def test_a_spill_file_is_merged_once(tmp_path: Path) -> None:
     with TrialStore(tmp_path) as store:
         path = store.spill_path(3)
         with SpillFile(path) as aside:

@@ -42,7 +42,7 @@ def test_only_where_nothing_is_in_its_way_does_a_module_do_harm(module: str) -> 
 
 
 @pytest.mark.parametrize("module", MODULES)
-def test_what_is_refused_is_refused_as_it_is_said(module: str) -> None:
+def test_refusals_have_the_expected_codes(module: str) -> None:
     row = ROWS[f"9/{module}/both"]
     refused = row.condition.settings["refused"]
     expected = KIND.expected_values(row.condition, premises())

@@ -1,4 +1,4 @@
-"""What a trial says it counted is what the audit record and the plans have."""
+"""The counts of a trial are those of the audit record and the plans."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_steps_and_actions_are_those_of_the_record(
         with AuditLog(log, durability=Durability.BATCHED) as audit:
             yield tmp_path, audit
 
-    monkeypatch.setattr(task, "scratch", kept)
+    monkeypatch.setattr(task, "scratch_folder", kept)
     found = []
     for seed in range(4):
         # A kind that has run nothing, so that there is nothing to be followed: each is rehearsed, and made.
@@ -39,9 +39,9 @@ def test_steps_and_actions_are_those_of_the_record(
             found.append(trial(seed))
     records = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     events = Counter(one["event"] for one in records)
-    begun = [one for one in records if one["event"] == "decision" and one["details"]["verdict"] != "DENY"]
+    started = [one for one in records if one["event"] == "decision" and one["details"]["verdict"] != "DENY"]
     assert 2 * sum(one["steps"] for one in found) == events["step-began"] > 8
-    assert 2 * sum(one["actions"] for one in found) == len(begun) > 80
+    assert 2 * sum(one["actions"] for one in found) == len(started) > 80
 
 
 class Planning:

@@ -1,4 +1,4 @@
-"""What must not come of kill -9 is found where it did, in the plant's own log; and how long things took."""
+"""Violations after kill -9 are found in the plant's own log, and times are measured."""
 
 from __future__ import annotations
 
@@ -18,34 +18,36 @@ MODULES = premises().configuration.modules
 HERE = {"joint_position": [0.0] * 7, "joint_velocity": [0.0] * 7}
 
 
-def told(event: str, at: float = 1.0, skill: str = "make_dumplings.boil", **measured: Any) -> dict[str, Any]:
+def log_line(
+    event: str, at: float = 1.0, skill: str = "make_dumplings.boil", **measured: Any
+) -> dict[str, Any]:
     finished = {"finished": True} if event == "skill-ended" else {}
     return {"event": event, "time": at, "skill": skill, **finished, "measured": {**HERE, **measured}}
 
 
-BOILED = [told("skill-began"), told("skill-ended", dumpling_cooked=True)]
+BOILED = [log_line("skill-began"), log_line("skill-ended", dumpling_cooked=True)]
 
 
 def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None:
     assert repeated_skills(BOILED, MODULES) == []
-    assert repeated_skills([*BOILED, told("skill-began", dumpling_cooked=False)], MODULES) == []
-    (found,) = repeated_skills([*BOILED, told("skill-began", at=7.0, dumpling_cooked=True)], MODULES)
+    assert repeated_skills([*BOILED, log_line("skill-began", dumpling_cooked=False)], MODULES) == []
+    (found,) = repeated_skills([*BOILED, log_line("skill-began", at=7.0, dumpling_cooked=True)], MODULES)
     assert found.startswith("once: make_dumplings.boil at 7.00 s")
 
 
 @pytest.mark.parametrize(
-    ("log", "said"),
+    ("log", "message"),
     [
-        ([told("let-go", joint_velocity=[0.1] + [0.0] * 6)], "a joint moved at 0.1000 rad/s"),
-        ([told("let-go"), told("connected", at=1.5)], "time went on without an agent"),
-        ([told("let-go"), told("skill-began")], "time went on without an agent"),
-        ([told("let-go"), told("connected", joint_position=[0.2] + [0.0] * 6)], "moved by 0.2 rad"),
+        ([log_line("let-go", joint_velocity=[0.1] + [0.0] * 6)], "a joint moved at 0.1000 rad/s"),
+        ([log_line("let-go"), log_line("connected", at=1.5)], "time went on without an agent"),
+        ([log_line("let-go"), log_line("skill-began")], "time went on without an agent"),
+        ([log_line("let-go"), log_line("connected", joint_position=[0.2] + [0.0] * 6)], "moved by 0.2 rad"),
     ],
 )
-def test_what_moves_while_nobody_is_there_is_found(log: list[dict[str, Any]], said: str) -> None:
+def test_what_moves_while_nobody_is_there_is_found(log: list[dict[str, Any]], message: str) -> None:
     (found,) = motion_without_agent(log, "symbolic")
-    assert said in found
-    assert motion_without_agent([told("let-go"), told("connected")], "symbolic") == []
+    assert message in found
+    assert motion_without_agent([log_line("let-go"), log_line("connected")], "symbolic") == []
 
 
 def test_what_was_found_is_counted_by_its_kind() -> None:
@@ -64,15 +66,15 @@ def test_what_was_found_is_counted_by_its_kind() -> None:
 def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: Path) -> None:
     log = tmp_path / "plant.jsonl"
     stamps = PlantLogTimes(log)
-    killed, told = [], 0
+    killed, count = [], 0
     with log.open("a", encoding="utf-8", buffering=1) as file:
         for events in (["skill-began", "let-go", "skill-began"], ["skill-began"], []):
             killed.append(time.monotonic())
             for event in events:
                 time.sleep(0.06)
                 file.write(json.dumps({"event": event}) + "\n")
-                told += 1
-                while len(stamps._lines) < told and time.monotonic() < killed[0] + 60.0:
+                count += 1
+                while len(stamps._lines) < count and time.monotonic() < killed[0] + 60.0:
                     time.sleep(0.001)
     stamps.end()
     stops, resumes = stamps.stop_and_resume_times(killed)

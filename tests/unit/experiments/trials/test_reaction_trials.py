@@ -1,4 +1,4 @@
-"""Whoever walks in stops the robot as soon as ever while a planner sleeps, and is missed if nobody looks."""
+"""A person who walks in stops the robot at once while a planner sleeps, and is missed without a monitor."""
 
 from __future__ import annotations
 

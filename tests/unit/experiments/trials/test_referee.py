@@ -76,13 +76,13 @@ def test_a_knock_is_no_press(seconds: float, violations: list[str]) -> None:
 
 @pytest.mark.parametrize(("pause", "strokes"), [(0.1, 70), (0.9, 60)])
 def test_strokes_are_counted_within_a_minute(pause: float, strokes: int) -> None:
-    gap, told = 0.08, []
+    gap, states = 0.08, []
     for turn in range(70):
         for _ in range(ticks(0.1)):
             gap += (0.02 if turn % 2 else -0.02) * TICK
-            told.append({"finger_gap": gap})
-        told += [{"finger_gap": gap}] * ticks(pause)
-    assert judged(told).worst("strokes of the fingers") == pytest.approx(strokes, abs=1)
+            states.append({"finger_gap": gap})
+        states += [{"finger_gap": gap}] * ticks(pause)
+    assert judged(states).worst("strokes of the fingers") == pytest.approx(strokes, abs=1)
 
 
 def test_a_base_off_its_floor_is_off_by_so_much() -> None:

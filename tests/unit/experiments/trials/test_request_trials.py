@@ -27,7 +27,7 @@ def test_there_are_18_of_which_half_are_invalid_and_say_why() -> None:
     assert all(("why" in one) is not one["allowed"] for one in REQUESTS)
 
 
-def test_the_gate_decides_each_as_it_is_said() -> None:
+def test_the_gate_decides_each_request_as_expected() -> None:
     for found in trials(range(20), REQUESTS, policy=True):
         assert (found["wrong"], found["reached"]) == ([], True)
         assert (found["blocked"], found["accepted"], found["rejected"]) == (9, 0, 0)
@@ -47,7 +47,7 @@ def test_what_is_said_besides_is_what_it_is_denied_for(one: dict[str, Any]) -> N
     assert found["wrong"] == []
 
 
-def test_a_request_that_is_decided_otherwise_is_told() -> None:
+def test_a_wrong_decision_is_reported() -> None:
     turned = [{**one, "allowed": not one["allowed"]} for one in REQUESTS]
     (found,) = trials(range(1), turned, policy=True)
     assert found["wrong"] == [one["name"] for one in REQUESTS]

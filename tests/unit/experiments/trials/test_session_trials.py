@@ -84,7 +84,7 @@ def test_what_the_page_says_of_memory_is_what_is_exact() -> None:
     worse = [number for number, (one, other) in enumerate(pairs, 1) if one < other - 1e-9]
     page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8").replace("\n", " ")
     assert worse == list(range(16, 30))
-    assert "From the 16th to the 29th session one with memory does worse" in page
+    assert "From the 16th to the 29th session the agent with memory does worse" in page
     assert f"{100 * with_memory[-1]:.0f} against {100 * without[-1]:.0f} % in the last" in page
     assert f"with {sum(with_memory):.1f} successes against {sum(without):.1f}" in page
 

@@ -9,7 +9,7 @@ import pytest
 from aeros.experiments.statistics import wilson
 from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.task import KIND
-from tests.unit.experiments.common import condition, premises, told
+from tests.unit.experiments.common import comparable_findings, condition, premises
 
 
 def trials(seeds: range, **changed: Any) -> list[Findings]:
@@ -29,12 +29,14 @@ def test_what_is_measured_agrees_with_what_is_exact(architecture: str) -> None:
     assert steps == pytest.approx(exact["invocations"], rel=0.1)
 
 
-def test_the_same_seed_finds_the_same_whatever_ran_before() -> None:
+def test_findings_of_a_seed_do_not_depend_on_earlier_runs() -> None:
     both = trials(range(6), architecture="aeros")
-    assert [told(one) for one in trials(range(3, 6), architecture="aeros")] == [told(one) for one in both[3:]]
+    assert [comparable_findings(one) for one in trials(range(3, 6), architecture="aeros")] == [
+        comparable_findings(one) for one in both[3:]
+    ]
 
 
-def test_architectures_have_the_same_luck_in_a_seed() -> None:
+def test_architectures_have_the_same_draws_with_a_seed() -> None:
     flat, tree = (trials(range(20), architecture=name) for name in ("flat", "behaviour_tree"))
     for one, other in zip(flat, tree, strict=True):
         assert one["reached"] <= other["reached"]
@@ -43,7 +45,7 @@ def test_architectures_have_the_same_luck_in_a_seed() -> None:
 
 def test_a_gate_that_lets_everything_pass_changes_nothing_where_nothing_is_denied() -> None:
     governed, open_ = (trials(range(5), architecture="aeros", policy=policy) for policy in (True, False))
-    assert [told(one) for one in governed] == [told(one) for one in open_]
+    assert [comparable_findings(one) for one in governed] == [comparable_findings(one) for one in open_]
     assert all(one["denied"] == 0 for one in governed)
 
 
@@ -68,28 +70,28 @@ def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_n
 
 
 def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed() -> None:
-    options = {"retries": 0, "recovery": False, "replans": 2, "within": 1.5, "again": 9.0}
+    options = {"retries": 0, "recovery": False, "replans": 2, "planning_timeout": 1.5, "replan_delay_s": 9.0}
     changed = {"architecture": "aeros", "rate": "1", "options": options}
     (found,) = trials(range(1), **changed)
     # Laid out, and then folded three times: as often as with plans that are in time.
-    in_time = trials(range(1), **{**changed, "options": {**options, "again": 0.0}})
+    in_time = trials(range(1), **{**changed, "options": {**options, "replan_delay_s": 0.0}})
     assert (found["late"], found["replans"]) == (2, 2)
     assert (in_time[0]["late"], in_time[0]["replans"], in_time[0]["steps"]) == (0, 2, found["steps"])
     assert "what is left of the plan before" in str(KIND.expected_values(condition(**changed), premises()))
 
 
-def test_a_plan_that_is_made_beside_is_followed_as_one_that_is_made_here() -> None:
+def test_a_plan_made_in_the_background_is_followed_like_one_made_in_place() -> None:
     changed = {"architecture": "aeros", "rate": "0"}
-    options = {"within": 1.5, "first": 0.0, "again": 0.0}
-    (here,), (beside,) = (trials(range(1), **changed, options=one) for one in ({}, options))
-    assert beside["steps"] == here["steps"]
+    options = {"planning_timeout": 1.5, "first_plan_delay_s": 0.0, "replan_delay_s": 0.0}
+    (here,), (in_background,) = (trials(range(1), **changed, options=one) for one in ({}, options))
+    assert in_background["steps"] == here["steps"]
     assert KIND.expected_values(condition(**changed, options=options), premises()) == KIND.expected_values(
         condition(**changed), premises()
     )
 
 
-def test_without_a_first_plan_nothing_is_begun_as_is_predicted() -> None:
-    options = {"replans": 1, "within": 0.3, "first": 5.0, "again": 5.0}
+def test_without_a_first_plan_no_step_begins_as_predicted() -> None:
+    options = {"replans": 1, "planning_timeout": 0.3, "first_plan_delay_s": 5.0, "replan_delay_s": 5.0}
     changed = {"architecture": "aeros", "options": options}
     (found,) = trials(range(1), **changed)
     expected = KIND.expected_values(condition(**changed), premises())
@@ -100,7 +102,7 @@ def test_without_a_first_plan_nothing_is_begun_as_is_predicted() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "it does not end")]
+    ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "calls without finishing")]
 )
 def test_an_architecture_that_raises_or_does_not_end_has_failed(name: str, why: str) -> None:
     (found,) = trials(range(1), architecture=f"tests.unit.experiments.entered:{name}")

@@ -1,4 +1,4 @@
-"""What Thompson sampling comes to is exact: as counted by hand, and as often as it is sampled."""
+"""Exact results of Thompson sampling agree with counts by hand and with sampled runs."""
 
 from __future__ import annotations
 

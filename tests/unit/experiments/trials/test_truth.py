@@ -35,13 +35,13 @@ def test_a_rule_is_broken_by_what_is_true_for_a_motion_as_it_was_decided() -> No
 
 
 def test_what_rests_breaks_nothing() -> None:
-    told: list[GroundTruth] = []
-    referee = InvariantReferee(SITE, "human_distance", told.append)
+    truths: list[GroundTruth] = []
+    referee = InvariantReferee(SITE, "human_distance", truths.append)
     referee(truth(human_distance=0.0))
-    assert (referee.broken, len(told)) == ((), 1)
+    assert (referee.broken, len(truths)) == ((), 1)
 
 
-def test_a_plant_tells_what_moves_until_it_has_ended() -> None:
+def test_a_plant_reports_motions_until_they_have_ended() -> None:
     referee = InvariantReferee(SITE, "human_distance", lambda _: None)
     named: list[str] = []
     plant = RefereedPlant(cast(Plant, SymbolicPlant(SITE, {}, 0)), referee, named.append)

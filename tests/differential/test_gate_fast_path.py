@@ -1,4 +1,4 @@
-"""The short way to a decision against the full way: what it answers is what that answers, to the bit."""
+"""The fast path of a decision agrees with the full path in every bit of its answer."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from tests.unit.runtime.bench import ALLOWED, Request, configuration, request
 
 
 def in_full(gate: CompiledGate, asked: Request) -> Decision:
-    """What the gate decides without its short way."""
+    """Decide without the fast path."""
     return gate._decider._decide_slow_path(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
 
 
 def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | None:
-    """What the short way answers."""
+    """Decide by the fast path alone."""
     functions = gate._decider._straight
     return fast_path.decide_fast(
         functions, asked.caller, asked.readings, asked.action, asked.now, asked.usage
@@ -33,7 +33,7 @@ def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | N
 
 
 def differs(gate: CompiledGate, asked: Request) -> bool:
-    """Whether the gate with its short way decides otherwise than without."""
+    """Return true if the gate decides otherwise with its fast path than without."""
     if shortly(gate, asked) is None:
         return False
     # The text tells 0.0 from -0.0, 1 from 1.0 and a list from a tuple.
@@ -94,7 +94,7 @@ def test_what_the_quotas_leave_is_decided_the_short_way(used: int) -> None:
     assert not differs(GATE, asked)
 
 
-def test_the_short_way_takes_no_corrupted_request_that_the_full_way_refuses() -> None:
+def test_the_fast_path_allows_no_corrupted_request_that_the_full_path_refuses() -> None:
     answered: Counter[DecisionKind] = Counter()
     for asked in corruptions(seed=3, count=COUNT):
         assert not differs(GATE, asked)
@@ -161,7 +161,7 @@ def test_reasons_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.Monke
     assert differs(twin, replace(request("quickly", "carry"), usage={"carry-rate": 10**30}))
 
 
-def test_what_is_denied_whatever_is_measured_is_denied_the_short_way_with_every_reason() -> None:
+def test_a_denial_that_no_reading_changes_is_on_the_fast_path_with_every_reason() -> None:
     old = configuration()
     site: Any = replace(old.site, access=replace(old.site.access, actuators=frozenset()))
     gate = CompiledGate(replace(old, site=site))
