@@ -51,7 +51,10 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "approve": ("robot.approve", "list and approve what clients of `aeros mcp` ask for"),
     "migrate": ("project.migrate", "rewrite files of older AEROS versions to the current format"),
     "new": ("author.new", "start a module that is proved and runs as it stands"),
-    "schema": ("author.schema", "print the JSON Schema of manifests, site, people, faults and scene files, or reports"),
+    "schema": (
+        "author.schema",
+        "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
+    ),
 }
 """Module below `aeros.cli` and summary of each command; a module is imported only to run a command of it."""
 

@@ -47,6 +47,16 @@ class ArchitectureReport:
     reason: str = ""
     planning_timeouts: int = 0
 
+    def findings(self) -> dict[str, int | str]:
+        """Return what is kept of it in a trial, by the names that trial files have."""
+        return {
+            "retries": self.retries,
+            "recoveries": self.recoveries,
+            "replans": self.replans,
+            "reason": self.reason,
+            "late": self.planning_timeouts,
+        }
+
 
 class TrialContext(Protocol):
     """What a trial gives to each architecture alike: skills, plant, seed, and what planners know."""
@@ -112,7 +122,7 @@ class SelfPredicting(Protocol):
 
 
 BUILT_IN: Final[Mapping[str, str]] = {
-    "aeros": "aeros.experiments.architectures.aeros_agent:ShippedAgent",
+    "aeros": "aeros.experiments.architectures.aeros_agent:AerosAgent",
     "behaviour_tree": "aeros.experiments.architectures.behaviour_tree:BehaviourTree",
     "flat": "aeros.experiments.architectures.flat:FlatPipeline",
     "progprompt": "aeros.experiments.architectures.progprompt:ProgPrompt",

@@ -44,6 +44,12 @@ class Metric:
         return self.denominator != ""
 
 
+def _metric(name: str, data: Mapping[str, str]) -> Metric:
+    """Read a metric as the catalogue writes it."""
+    names = {"of": "denominator", "hits": "numerator", "most": "maximum"}
+    return Metric(name, **{names.get(key, key): value for key, value in data.items()})
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """A condition by its place in an experiment.
@@ -106,7 +112,7 @@ def catalogue(plant: str, entries: Sequence[EnteredArchitecture] = ()) -> dict[i
     for entry in entries:
         if entry.name in data["variant"] or [one.name for one in entries].count(entry.name) > 1:
             raise MisuseError(f"`{entry.architecture}`: another architecture is called `{entry.name}`, too")
-    metrics = {name: Metric(name, **one) for name, one in data["metric"].items()}
+    metrics = {name: _metric(name, one) for name, one in data["metric"].items()}
     found = {}
     for one in data["experiment"]:
         if plant not in one.get("plants", PLANTS):

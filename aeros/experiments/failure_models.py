@@ -29,7 +29,8 @@ _CHANNEL_IS_BAD: Final = t.Variable("channel is bad", BOOL, t.VariableRole.STATE
 
 def gilbert_elliott_of(settings: Mapping[str, Any]) -> GilbertElliottModel:
     """The channel of a condition with `bursts`; raises `MisuseError`."""
-    declared = {name: Fraction(value) for name, value in settings["bursts"].items()}
+    names = {"mean_length": "mean_burst_length", "within": "rate_in_bad", "between": "rate_in_good"}
+    declared = {names.get(name, name): Fraction(value) for name, value in settings["bursts"].items()}
     return GilbertElliottModel(Fraction(settings["rate"]), **declared)
 
 

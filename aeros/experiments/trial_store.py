@@ -139,7 +139,12 @@ class TrialStore:
 
 def _line(one: StoredTrial) -> str:
     return (
-        json.dumps({"schema": TRIALS.schema, **one._asdict()}, sort_keys=True, separators=(",", ":")) + "\n"
+        json.dumps(
+            {"schema": TRIALS.schema, "condition": one.condition, "seed": one.seed, "found": one.findings},
+            sort_keys=True,
+            separators=(",", ":"),
+        )
+        + "\n"
     )
 
 
@@ -159,7 +164,10 @@ def _read_trials(path: Path, whole: bytes) -> Iterator[StoredTrial]:
         try:
             kept = json.loads(line)
             TRIALS.require_current(kept, path)
-            yield StoredTrial(**{key: value for key, value in kept.items() if key != "schema"})
+            condition, seed, findings = (kept.pop(key, None) for key in ("condition", "seed", "found"))
+            if condition is None or seed is None or findings is None or kept.keys() - {"schema"}:
+                raise ValueError("it is no trial")
+            yield StoredTrial(condition, seed, findings)
         except FormatVersionError as error:
             raise UserError([Diagnostic("AE114", f"line {number}: {error}")]) from error
         except (AttributeError, ValueError, TypeError) as error:

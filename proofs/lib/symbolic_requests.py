@@ -43,7 +43,7 @@ PARAMETERS: Final = {
     )
 }
 INPUT: Final = _declared(
-    "inputs.size", RealType(NUMBER), t.VariableRole.INPUT, range=UNIT_RANGE, default=Fraction(1, 2)
+    "inputs.size", RealType(NUMBER), t.VariableRole.INPUT, range=UNIT_RANGE, default_value=Fraction(1, 2)
 )
 STATE: Final = {
     one.name: one

@@ -81,7 +81,7 @@ def _skill(name: str, precondition: t.Term | None, outcomes: list[Outcome], **ch
     given: dict[str, Any] = dict(  # noqa: C408 - reads as the call below
         id=name, module_name="", function="", inputs={}, precondition=clause,
         outcomes={one.id: one for one in outcomes}, envelope={}, actuators=frozenset(),
-        resources=frozenset(), risk=Risk.LOW, timeout=Fraction(1), gated={}, span=TEXT.span(0, 1),
+        resources=frozenset(), risk=Risk.LOW, timeout=Fraction(1), runtime_checked={}, span=TEXT.span(0, 1),
         risk_span=TEXT.span(0, 1), entry_span=TEXT.span(0, 1),
     )  # fmt: skip
     return Skill(**given | changes)

@@ -47,11 +47,11 @@ _LOOPS = [
         "aeros/runtime/gate/finite_layers.py": (
             "finite_objections",
             "_access_objections",
-            "_usage_objections",
+            "_malformed_usage_objections",
         ),
-        "aeros/runtime/gate/gate.py": ("_failing",),
-        "aeros/runtime/gate/request_check.py": ("take_given", "take_readings"),
-        "aeros/runtime/gate/joint_rules.py": ("objections", "of", "_shared_actuators"),
+        "aeros/runtime/gate/gate.py": ("_failed_reasons",),
+        "aeros/runtime/gate/request_check.py": ("unpack_arguments", "unpack_readings"),
+        "aeros/runtime/gate/joint_rules.py": ("objections", "rules_for_pair", "_shared_actuators"),
     }.items()
     for function in functions
 ]

@@ -14,7 +14,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import asdict
 from fractions import Fraction
 from math import dist
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -69,7 +68,7 @@ class BadSensorTrials:
                         counting = _SensorCounters(executor)
                         means = TrialContextImpl(counting, routed, seed)
                         told = build_architecture("aeros", {}).pursue(means)
-                        found = {"reached": means.is_goal_measured(), **asdict(told)}
+                        found = {"reached": means.is_goal_measured(), **told.findings()}
                         found |= {"simulated_s": plant.now(), **counting.findings(), **longest.findings()}
                 return {**found, "processor_s": time.process_time() - began}
 

@@ -14,7 +14,7 @@ import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from typing import Any, Final
@@ -228,7 +228,7 @@ def _run_architecture(
         told = ArchitectureReport(reason=raised)
     found = {
         "reached": means.is_goal_measured(),
-        **asdict(told),
+        **told.findings(),
         "raised": raised,
         "steps": counting.steps,
         "actions": counting.actions,

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from itertools import chain, pairwise
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from aeros.runtime.canonical_json import Encoded, decode_value, encode_with_size
 from aeros.runtime.gate.configuration import Configuration
@@ -243,16 +243,22 @@ def _body_from_json(encoded_value: Any) -> Any:
     return RobotBody(**read)
 
 
+_WRITTEN_NAMES: Final = {"dh_rows": "rows", "tool_offset": "tool", "joint_tolerance": "slack"}
+"""Names that records have for fields of `RobotBody` and `ServoBounds`, where they differ from the code's."""
+_CODE_NAMES: Final = {written: name for name, written in _WRITTEN_NAMES.items()}
+
+
 def _fields_to_json(value: RobotBody | ServoBounds) -> dict[str, Any]:
-    return {one.name: getattr(value, one.name) for one in fields(value)}
+    return {_WRITTEN_NAMES.get(one.name, one.name): getattr(value, one.name) for one in fields(value)}
 
 
 def _has_fields(encoded_value: Any, kind: type[RobotBody | ServoBounds]) -> bool:
-    return type(encoded_value) is dict and encoded_value.keys() == {one.name for one in fields(kind)}
+    names = {_WRITTEN_NAMES.get(one.name, one.name) for one in fields(kind)}
+    return type(encoded_value) is dict and encoded_value.keys() == names
 
 
 def _fields_from_json(encoded_value: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _lists_to_tuples(value) for name, value in encoded_value.items()}
+    return {_CODE_NAMES.get(name, name): _lists_to_tuples(value) for name, value in encoded_value.items()}
 
 
 def _lists_to_tuples(plain: Any) -> Any:

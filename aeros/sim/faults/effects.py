@@ -57,9 +57,9 @@ def physical_effect(
 
 def _bump(bump: ImpulseFault, source: Generator, stage: PlantParts) -> Iterator[Degradation]:
     way = _random_horizontal(source) if bump.direction is None else bump.direction
-    force = bump.impulse / (bump.duration_ticks * TICK)
+    force = bump.impulse / (bump.over * TICK)
     body = stage.scene.body(bump.thing)
-    for _ in range(bump.duration_ticks):
+    for _ in range(bump.over):
         stage.world.push(body, (force * way[0], force * way[1], force * way[2]))
         yield NO_DEGRADATION
 

@@ -112,7 +112,7 @@ def _fault(name: str, one: declared.Fault, around: FaultContext, sink: Diagnosti
             help=("what a camera sees goes wrong by looks, what bodies and motors do by skills or by time",),
         )
         return None
-    return Fault(name, at, process, kind, None if one.max_count is None else one.max_count.value)
+    return Fault(name, at, process, kind, None if one.at_most is None else one.at_most.value)
 
 
 def _exactly_one(

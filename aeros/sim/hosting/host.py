@@ -94,7 +94,7 @@ class PlantHost:
         for skill in self._skills:
             self._plant.skill_ended(skill, finished=False)
         self._skills.clear()
-        self._log("let-go", why=why, kills_in_motion=self._dead)
+        self._log("let-go", why=why, amid_motion=self._dead)
 
     def _answer(self, message: Mapping[str, Any]) -> None:
         doing = _HANDLERS.get(message.get("do", ""))

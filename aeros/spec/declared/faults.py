@@ -140,9 +140,7 @@ class ImpulseFault:
 
     thing: Annotated[str, Known("what is pushed, as in `thing: wrapper`", "things", "thing of the scene")]
     impulse: Annotated[float, Amount("how hard, as in `impulse: 0.04 N*s`", FORCE * TIME, _STRONGEST)]
-    duration_ticks: Annotated[
-        int, Duration("how long the push lasts; 50 ms if absent, as in `over: 100 ms`")
-    ] = 12
+    over: Annotated[int, Duration("how long the push lasts; 50 ms if absent, as in `over: 100 ms`")] = 12
     direction: Annotated[_UnitVector, _WAY] | None = None
 
 
@@ -151,7 +149,7 @@ class PadFrictionFault:
     """The finger pads are slippery for a while."""
 
     friction: Annotated[float, Share("the pads' friction then (1 else), as in `friction: 0.1`")]
-    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 500 ms`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 500 ms`")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,23 +159,23 @@ class GripForceFault:
     force: Annotated[
         float, Amount("the most that they grip with then, as in `force: 0 N`", FORCE, 10 * _STRONGEST)
     ]
-    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 300 ms`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 300 ms`")]
 
 
 @dataclass(frozen=True, slots=True)
 class TorqueFault:
     """The arm's motors have less torque for a while."""
 
-    torque_share: Annotated[float, Share("the share of it that is left, as in `torque: 0.2`")]
-    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    torque: Annotated[float, Share("the share of it that is left, as in `torque: 0.2`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
 
 
 @dataclass(frozen=True, slots=True)
 class CommandDelayFault:
     """The arm's motors follow commands late for a while."""
 
-    delay_ticks: Annotated[int, Duration("how late, as in `by: 100 ms`")]
-    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    by: Annotated[int, Duration("how late, as in `by: 100 ms`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +187,7 @@ class MissedDetectionFault:
 class DisplacedDetectionFault:
     """A picture's evaluation is off: what is looked for seems to be elsewhere."""
 
-    offset: Annotated[float, Amount("how far, as in `by: 60 mm`", LENGTH, _STRONGEST)]
+    by: Annotated[float, Amount("how far, as in `by: 60 mm`", LENGTH, _STRONGEST)]
     direction: Annotated[_UnitVector, _WAY] | None = None
 
 
@@ -197,11 +195,11 @@ class DisplacedDetectionFault:
 class SensorFault:
     """One measured quantity is noisy, late or interrupted for a while."""
 
-    quantity: Annotated[
+    of: Annotated[
         str,
         Known("which quantity of the site, as in `of: tool_position`", "quantities", "quantity of the site"),
     ]
-    duration_ticks: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
     noise: Annotated[float, Deviation("standard deviation of each number, as in `noise: 5 mm`")] = 0.0
     latency: Annotated[float, Amount("how late, as in `latency: 50 ms`", TIME, LONGEST)] = 0.0
     dropout: Annotated[float, Share("in which share of ticks nothing is read, as in `dropout: 0.2`")] = 0.0
@@ -278,7 +276,7 @@ class Fault:
     )
     rate: Probability = field(metadata={"doc": "in which share of these it happens, as in `rate: 0.3`"})
     description: TextField | None = field(default=None, metadata={"doc": "what it stands for, for people"})
-    max_count: Annotated[IntegerField, ValueBounds(1, 1_000_000)] | None = field(
+    at_most: Annotated[IntegerField, ValueBounds(1, 1_000_000)] | None = field(
         default=None, metadata={"doc": "how often in one run; without end if absent, as in `at_most: 1`"}
     )
     bursts: Bursts | None = field(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import NoReturn
+from collections.abc import Callable, Mapping
+from typing import Any, Final, NoReturn
 
 from aeros.spec.migrations.format import UnmigratableError
 
@@ -39,14 +40,104 @@ def to_3(text: str) -> str:
     Raises:
         UnmigratableError: it is damaged.
     """
+    return _rewritten(text, 3, lambda body: {**body, "ended": None})
+
+
+def to_4(text: str) -> str:
+    """Give classes and fields the names that the code has had since version 4.
+
+    Args:
+        text: checkpoint of version 3.
+
+    Returns:
+        The checkpoint in version 4.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
+    return _rewritten(text, 4, lambda body: _renamed_fields("Checkpoint", _renamed(body)))
+
+
+_CLASS_NAMES: Final = {
+    "Step": "PlanStep",
+    "Head": "LogHead",
+    "Table": "ConstantTable",
+    "Attempt": "AttemptResult",
+    "Begun": "UnfinishedAttempt",
+    "Tried": "AttemptHistory",
+}
+"""Classes by their names in version 3, with those in version 4."""
+
+_FIELD_NAMES: Final[Mapping[str, Mapping[str, str]]] = {
+    "Since": {"kept": "sustained", "reset": "trigger", "within": "window_s"},
+    "Occurrences": {"within": "window_s"},
+    "Attempt": {
+        "repeatable": "is_retryable",
+        "may_pass": "is_transient",
+        "hopeless": "no_retry_reason",
+        "stops": "ends_run",
+    },
+    "Tried": {"tries": "attempt_count", "begun": "unfinished", "last": "last_result"},
+    "Checkpoint": {
+        "head": "audit_head",
+        "waited": "waited_s",
+        "until": "deadline",
+        "denied": "denied_steps",
+        "avoided": "avoided_skills",
+        "barred": "uncertain_steps",
+        "rejected": "last_plan_problems",
+        "planned_in": "planning_states",
+        "tried": "attempts",
+        "settled": "done_paths",
+        "branches": "branch_choices",
+        "ended": "final_report",
+    },
+}
+"""Fields by the class and the name that they have in version 3, with their names in version 4."""
+
+
+def _renamed(value: Any) -> Any:
+    """Rename the classes in an encoded value, and their fields."""
+    if isinstance(value, list):
+        return [_renamed(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if value.keys() == {"class", "fields"}:
+        name = value["class"]
+        return {
+            "class": _CLASS_NAMES.get(name, name),
+            "fields": _renamed_fields(name, _renamed(value["fields"])),
+        }
+    return {key: _renamed(item) for key, item in value.items()}
+
+
+def _renamed_fields(name: str, held: Mapping[str, Any]) -> dict[str, Any]:
+    names = _FIELD_NAMES.get(name, {})
+    return {names.get(key, key): item for key, item in held.items()}
+
+
+def _rewritten(text: str, version: int, rewrite: Callable[[dict[str, Any]], Mapping[str, Any]]) -> str:
+    """Rewrite the body of a checkpoint if its digest is right.
+
+    Args:
+        text: checkpoint of the previous version.
+        version: version of the result.
+        rewrite: function from the old body to the new one.
+
+    Returns:
+        The checkpoint in that version.
+
+    Raises:
+        UnmigratableError: the file is damaged.
+    """
     try:
         envelope = json.loads(text)
         body = envelope["body"]
         if hashlib.sha256(body.encode()).hexdigest() != envelope["digest"]:
             raise UnmigratableError("it is damaged: its digest is another")
-        checkpoint = {**json.loads(body), "ended": None}
+        checkpoint = rewrite(json.loads(body))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise UnmigratableError("it is damaged: it is not laid out as a checkpoint is") from error
     body = json.dumps(checkpoint, sort_keys=True, allow_nan=False)
     digest = hashlib.sha256(body.encode()).hexdigest()
-    return json.dumps({"schema": 3, "digest": digest, "body": body}, indent=1)
+    return json.dumps({"schema": version, "digest": digest, "body": body}, indent=1)
