@@ -1,4 +1,4 @@
-"""Steps of `checkpoint.json`: the body is JSON in a text, and the file holds the digest of that text."""
+"""Migration steps of `checkpoint.json`: the body is JSON in a string, next to the digest of that string."""
 
 from __future__ import annotations
 
@@ -11,7 +11,17 @@ from aeros.spec.migrations.format import UnmigratableError
 
 
 def to_2(_text: str) -> NoReturn:
-    """Refuse: version 1 did not keep `barred`, and without it an action could be done twice."""
+    """Refuse: version 1 did not keep `barred`, and without it an action could be done twice.
+
+    Args:
+        _text: checkpoint of version 1.
+
+    Returns:
+        Nothing: it always raises.
+
+    Raises:
+        UnmigratableError: always.
+    """
     raise UnmigratableError(
         "version 1 did not keep which actions may have happened before a crash, so the task cannot be "
         "resumed safely; start it anew, without `--resume`"
@@ -107,19 +117,27 @@ def _renamed_fields(name: str, held: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _rewritten(text: str, version: int, rewrite: Callable[[dict[str, Any]], Mapping[str, Any]]) -> str:
-    """Rewrite the body of a checkpoint whose digest is right.
+    """Rewrite the body of a checkpoint if its digest is right.
+
+    Args:
+        text: checkpoint of the previous version.
+        version: version of the result.
+        rewrite: function from the old body to the new one.
+
+    Returns:
+        The checkpoint in that version.
 
     Raises:
         UnmigratableError: the file is damaged.
     """
     try:
-        kept = json.loads(text)
-        body = kept["body"]
-        if hashlib.sha256(body.encode()).hexdigest() != kept["digest"]:
+        envelope = json.loads(text)
+        body = envelope["body"]
+        if hashlib.sha256(body.encode()).hexdigest() != envelope["digest"]:
             raise UnmigratableError("it is damaged: its digest is another")
-        held = rewrite(json.loads(body))
+        checkpoint = rewrite(json.loads(body))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise UnmigratableError("it is damaged: it is not laid out as a checkpoint is") from error
-    body = json.dumps(held, sort_keys=True, allow_nan=False)
+    body = json.dumps(checkpoint, sort_keys=True, allow_nan=False)
     digest = hashlib.sha256(body.encode()).hexdigest()
     return json.dumps({"schema": version, "digest": digest, "body": body}, indent=1)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr.shortfall import UnmetBound
-
-_WRITTEN_NAMES: Final = {"location": "at", "required_op": "asked", "reason": "why"}
-"""Names of fields in records, which outlive the names in code."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +56,17 @@ def causes_to_json(causes: Iterable[Cause]) -> list[dict[str, Any]]:
         causes: causes, in order.
 
     Returns:
-        A JSON object for each, without its empty strings.
+        A JSON object for each, without its empty strings, under the field names of audit records.
     """
-    return [_written(asdict(cause)) for cause in causes]
+    return [
+        {name: value for name, value in asdict(cause, dict_factory=_written).items() if value != ""}
+        for cause in causes
+    ]
 
 
-def _written(cause: Mapping[str, Any]) -> dict[str, Any]:
-    named = {_WRITTEN_NAMES.get(name, name): value for name, value in cause.items() if value != ""}
-    named["shortfalls"] = tuple(
-        {_WRITTEN_NAMES.get(name, name): value for name, value in part.items()}
-        for part in cause["shortfalls"]
-    )
-    return named
+_WRITTEN_NAMES: Final = {"location": "at", "required_op": "asked", "reason": "why"}
+"""Names that records have for fields of `Cause` and `UnmetBound`, where they differ from the code's."""
+
+
+def _written(fields: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    return {_WRITTEN_NAMES.get(name, name): value for name, value in fields}
