@@ -6,7 +6,6 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -108,7 +107,7 @@ def _as_json(log: Path, why: CausalExplanation) -> str:
         [{"record": link.record, "said": link.text, "causes": causes_to_json(link.causes)} for link in links]
         for links in (why.chain, why.broken_assumptions)
     )
-    failed = [asdict(step) for step in why.failed]
+    failed = [_step_json(step) for step in why.failed]
     answer: dict[str, Any] = {
         "log": str(log),
         "headline": why.headline,
@@ -118,3 +117,14 @@ def _as_json(log: Path, why: CausalExplanation) -> str:
         "failed": failed,
     }
     return json.dumps(answer, indent=2)
+
+
+def _step_json(step: StepTrace) -> dict[str, Any]:
+    return {
+        "number": step.number,
+        "skill": step.skill,
+        "begin": step.start_index,
+        "end": step.end_index,
+        "failed": step.failed,
+        "reason": step.reason,
+    }

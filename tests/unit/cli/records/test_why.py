@@ -196,7 +196,7 @@ def test_a_log_that_was_altered_explains_nothing(tmp_path: Path, capsys: pytest.
     assert main(["why", str(path)]) == 1
     said = capsys.readouterr()
     assert said.out == ""
-    assert "it is not sound" in said.err
+    assert "log is not sound" in said.err
 
 
 def test_without_a_name_it_is_the_newest_run(
