@@ -196,15 +196,17 @@ def _complete_lines(content: bytes) -> bytes:
     return content[: content.rfind(b"\n") + 1]
 
 
+def _trial_from_json(condition: str, seed: int, found: Findings) -> StoredTrial:
+    """Take a trial by the names that trial files have."""
+    return StoredTrial(condition, seed, found)
+
+
 def _read_trials(path: Path, whole: bytes) -> Iterator[StoredTrial]:
     for number, line in enumerate(whole.splitlines(), 1):
         try:
             kept = json.loads(line)
             TRIALS.require_current(kept, path)
-            condition, seed, findings = (kept.pop(key, None) for key in ("condition", "seed", "found"))
-            if condition is None or seed is None or findings is None or kept.keys() - {"schema"}:
-                raise ValueError("it is no trial")
-            yield StoredTrial(condition, seed, findings)
+            yield _trial_from_json(**{key: value for key, value in kept.items() if key != "schema"})
         except FormatVersionError as error:
             raise UserError([Diagnostic("AE114", f"line {number}: {error}")]) from error
         except (AttributeError, ValueError, TypeError) as error:

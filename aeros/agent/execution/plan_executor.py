@@ -237,7 +237,8 @@ class PlanExecutor:
         attempt = self._progress.last_result(at) or (
             yield from self._invoke(StepRole.RECOVERY, recovery, scope, at)
         )
-        # A recovery that did not start is no obstacle: nothing moved, and the next attempt checks its precondition.
+        # A recovery that did not start is no obstacle: nothing moved, and the next attempt checks its
+        # precondition.
         if not attempt.failed or attempt.is_retryable or attempt.record is None:
             return None
         return self._failure_of(recovery, attempt)

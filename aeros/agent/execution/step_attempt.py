@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Final
 
-from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError
+from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError, ProviderOption
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
@@ -367,7 +367,7 @@ class StepRunner:
                 capability=f"{module}.{name}",
                 skill=f"{module}.{dispatch.request.skill}",
                 context=json.loads(dispatch.context),
-                options=[asdict(option) for option in dispatch.options],
+                options=[_option_to_json(option) for option in dispatch.options],
             )
 
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
@@ -395,3 +395,13 @@ class StepRunner:
             causes=causes_to_json(causes),
         )
         return AttemptResult(failed=True, reason=reason)
+
+
+def _option_to_json(option: ProviderOption) -> dict[str, Any]:
+    """Encode a provider by the field names that traces have."""
+    return {
+        "skill": option.skill,
+        "record": asdict(option.record),
+        "drawn": option.sampled_success,
+        "why_not": option.unavailable_reason,
+    }

@@ -128,7 +128,8 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
     yield finite_change(
         f"{subject}/timeout",
         bounds_relation(new.timeout > old.timeout, new.timeout < old.timeout),
-        f"the time-out of `{new.id}` was {format_number(old.timeout)} s and is {format_number(new.timeout)} s",
+        f"the time-out of `{new.id}` was {format_number(old.timeout)} s"
+        f" and is {format_number(new.timeout)} s",
         old.span,
         new.span,
     )

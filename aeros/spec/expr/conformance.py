@@ -77,7 +77,8 @@ def check_backend(
         Counts of the cases that the run met.
 
     Raises:
-        BackendConformanceError: a decision differs from the definition, or the run met no true condition, no false
+        BackendConformanceError: a decision differs from the definition, or the run met no true condition,
+            no false
             condition or no near tie.
     """
     coverage = CaseCoverage()

@@ -214,8 +214,7 @@ def check_mutants(
         code = ModuleSource(mutant)
         obligation = theorem.obligations[mutant.refuted_obligation](code)
         if mutant.module not in code.loaded:
-            raise InternalError(
-                f"`{mutant.refuted_obligation}` is not made of `{mutant.module}`, which `{mutant.name}` breaks"
-            )
+            name = mutant.refuted_obligation
+            raise InternalError(f"`{name}` is not made of `{mutant.module}`, which `{mutant.name}` breaks")
         checked.append(MutantResult(mutant, solvers.check(mutant.refuted_obligation, obligation)))
     return checked

@@ -12,6 +12,8 @@ UNDER_WAY = act("grip", force=10.0)
 ASKED = act("move", target=(0.3, 0.1, 0.05), speed=0.2)
 
 measured = {"human_distance": Reading(3.0, 9.98), "stop_pressed": Reading(False, 9.98)}
-one, other = (ActiveAction(action, measured, 10.0, record) for record, action in enumerate((ASKED, UNDER_WAY)))
+one, other = (
+    ActiveAction(action, measured, 10.0, record) for record, action in enumerate((ASKED, UNDER_WAY))
+)
 rules = JointRules(load_site("site.yaml", Diagnostics()), compiled=True)
 sys.stdout.write(" ".join(reason.code for reason in rules.objections(one, [other])))

@@ -6,7 +6,7 @@ from math import cos, sin
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.motion.merged import ConcurrentMotion
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import Ball, RobotBody, Reading, Trajectory
+from aeros.runtime.ports import Ball, Reading, RobotBody, Trajectory
 from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site

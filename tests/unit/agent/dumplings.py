@@ -105,7 +105,7 @@ def skill(
         precondition=None
         if precondition is None
         else ActionCondition(term(precondition), precondition, SPAN),
-        hold=None if hold is None else ActionCondition(term(hold), hold, SPAN),
+        hold_condition=None if hold is None else ActionCondition(term(hold), hold, SPAN),
         outcomes={one.id: one for one in outcomes},
         inputs=inputs or {},
         timeout=Fraction(60),
@@ -126,7 +126,9 @@ def module(name: str, skills: tuple[Skill, ...], *tasks: Task) -> Ecm:
 
 def site(retries: int = 3, replans: int = 10, *, stops_at_undeclared: bool = False) -> Site:
     limits = ModuleLimits(Fraction(60), retries, replans)
-    return build(Site, id="kitchen", state=STATE, limits=limits, stops_at_undeclared=stops_at_undeclared)
+    return build(
+        Site, id="kitchen", state=STATE, limits=limits, stops_on_undeclared_outcome=stops_at_undeclared
+    )
 
 
 SKILLS = (
