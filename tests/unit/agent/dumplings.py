@@ -105,7 +105,7 @@ def skill(
         precondition=None
         if precondition is None
         else ActionCondition(term(precondition), precondition, SPAN),
-        hold=None if hold is None else ActionCondition(term(hold), hold, SPAN),
+        hold_condition=None if hold is None else ActionCondition(term(hold), hold, SPAN),
         outcomes={one.id: one for one in outcomes},
         inputs=inputs or {},
         timeout=Fraction(60),
