@@ -51,7 +51,7 @@ class ArchitectureReport:
     reason: str = ""
     planning_timeouts: int = 0
 
-    def findings(self) -> dict[str, int | str]:
+    def findings(self) -> dict[str, Any]:
         """Return the report under the names that findings of trials have.
 
         Returns:
