@@ -70,7 +70,7 @@ def test_what_is_no_command_is_a_usage_error(
 def test_our_own_bug_is_told_without_a_traceback_unless_asked_for(
     debug: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(decide, "prove", raising(RuntimeError("gears")))
+    monkeypatch.setattr(decide, "prove_configuration", raising(RuntimeError("gears")))
     monkeypatch.delenv("AEROS_DEBUG", raising=False)
     if debug:
         monkeypatch.setenv("AEROS_DEBUG", "1")
@@ -93,13 +93,13 @@ def test_our_own_bug_is_told_without_a_traceback_unless_asked_for(
 def test_what_the_system_does_not_let_us_is_no_bug(
     error: OSError, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(decide, "prove", raising(error))
+    monkeypatch.setattr(decide, "prove_configuration", raising(error))
     assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.REJECTED
     assert capsys.readouterr().err == f"aeros: {said}\n"
 
 
 def test_an_interrupt_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(decide, "prove", raising(KeyboardInterrupt()))
+    monkeypatch.setattr(decide, "prove_configuration", raising(KeyboardInterrupt()))
     assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.INTERRUPTED
     assert capsys.readouterr().err == "interrupted\n"
 

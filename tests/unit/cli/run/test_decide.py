@@ -30,7 +30,7 @@ class Fed:
         self._monkeypatch = monkeypatch
         self._capsys = capsys
         # Proved once for all tests; that the command itself proves is tested below.
-        monkeypatch.setattr(decide, "prove", lambda *_, **__: proved())
+        monkeypatch.setattr(decide, "prove_configuration", lambda *_, **__: proved())
 
     def run(self, raw: bytes, *arguments: str) -> list[Any]:
         self._monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(raw)))
