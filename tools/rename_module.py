@@ -106,9 +106,9 @@ def _file_moves(asked: Mapping[str, str], files: list[str]) -> dict[str, str]:
         moves.update(_mirrored_tests(old, new, files))
     stay = set(files) - moves.keys()
     targets = list(moves.values())
-    taken = sorted({target for target in targets if target in stay or targets.count(target) > 1})
-    if taken:
-        raise ValueError(f"these targets are taken: {', '.join(taken)}")
+    occupied = sorted({target for target in targets if target in stay or targets.count(target) > 1})
+    if occupied:
+        raise ValueError(f"these targets are taken: {', '.join(occupied)}")
     return {old: new for old, new in moves.items() if old != new}
 
 
@@ -130,13 +130,13 @@ def _mirrored_tests(old: str, new: str, files: list[str]) -> Iterator[tuple[str,
         return
     here, there = Path(old), Path(new)
     folder = Path("tests/unit").joinpath(*here.parent.parts[1:])
-    beside = {Path(name).stem for name in files if Path(name).parent == here.parent}
+    siblings = {Path(name).stem for name in files if Path(name).parent == here.parent}
     for name in files:
         path = Path(name)
         if path.parent != folder or not path.stem.startswith("test_"):
             continue
         subject = path.stem.removeprefix("test_")
-        owners = [stem for stem in beside if subject == stem or subject.startswith(f"{stem}_")]
+        owners = [stem for stem in siblings if subject == stem or subject.startswith(f"{stem}_")]
         if owners and max(owners, key=len) == here.stem:
             renamed = f"test_{there.stem}{subject[len(here.stem) :]}.py"
             yield name, str(Path("tests/unit").joinpath(*there.parent.parts[1:], renamed))

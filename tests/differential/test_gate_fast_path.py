@@ -26,7 +26,7 @@ def in_full(gate: CompiledGate, asked: Request) -> Decision:
 
 def shortly(gate: CompiledGate, asked: Request) -> Decision | dict[str, Any] | None:
     """Decide by the fast path alone."""
-    functions = gate._decider._straight
+    functions = gate._decider._fast_paths
     return fast_path.decide_fast(
         functions, asked.caller, asked.readings, asked.action, asked.now, asked.usage
     )

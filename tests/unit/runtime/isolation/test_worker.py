@@ -65,10 +65,10 @@ class Talk:
         return self._ours.request(question(self._ours.token()), 20.0)
 
     def load(self, source: str, function: str = "lift", layers: tuple[str, ...] = ()) -> WorkerResponse:
-        content, inputs = source.encode(), {"height": 0.1}
+        content = source.encode()
         return self.ask(
             lambda token: LoadSkill(
-                token, layers, "m", "skills.py", "/m/skills.py", content, function, inputs
+                token, layers, "m", "skills.py", "/m/skills.py", content, function, {"height": 0.1}
             )
         )
 
