@@ -7,8 +7,8 @@ authors and operators choose: see `ClaimForm`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 from functools import cache, cached_property
 from itertools import takewhile
 from typing import Final
@@ -44,103 +44,28 @@ class _Segment:
         return self.word.startswith(other.word) or other.word.startswith(self.word)
 
 
-class ClaimForm(Enum):
-    """Every kind of claim, with the pattern of its text.
+class ClaimPattern:
+    """One kind of claim, by the pattern of its text; the members of `ClaimForm` are the only ones.
 
-    Call a member with a name for each slot of its pattern to make a `ClaimId`.  Some patterns overlap: the
-    text `safety/goal/move/effective` fits a task named `move`, and a skill named `goal` with an invariant
-    named `effective`.  The kind that is listed first keeps that text.  In the text of the other, each name is
-    written with its slot: `safety/skill=goal/action=move/invariant=effective`, which fits no pattern.
+    Attributes:
+        name: the member's name in `ClaimForm`.
+        value: the pattern, with each slot in braces, as in `safety/{skill}/can-start`.
     """
 
-    # Every state that a task's planning rules can reach.
-    RULES_ANALYSED = "closed-loop/{task}/analysed"
-    RULES_DISPATCH = "closed-loop/{task}/dispatch"
-    RULES_PROGRESS = "closed-loop/{task}/progress"
-    RULES_EFFECTIVE = "closed-loop/{task}/effective"
-    RULES_KEEP_INVARIANT = "closed-loop/{task}/invariant/{invariant}"
+    name: str
 
-    # Every path through a composition.
-    HANDLERS_ACYCLIC = "composition/{composition}/handlers"
-    PATHS_EXPLORED = "composition/{composition}/explored"
-    COMPOSITION_CAN_START = "composition/{composition}/can-start"
-    IF_COVERS = "composition/{composition}/if-{number}/covers"
-    IF_COVERS_CASE = "composition/{composition}/if-{number}/covers/{case}"
-    PAR_RESOURCES = "composition/{composition}/par-{number}/resources/{resource}"
-    PAR_ACTUATORS = "composition/{composition}/par-{number}/{first}/{second}/actuators"
-    PAR_EFFECTS = "composition/{composition}/par-{number}/{first}/{second}/effects"
-    PAR_JOINT_RULE = "composition/{composition}/par-{number}/joint/{first}/{second}/{invariant}"
-    STEP_FAILURE_HANDLED = "composition/{composition}/{step}/handled"
-    STEP_REACHABLE = "composition/{composition}/{step}/reachable"
-    STEP_READY = "composition/{composition}/{step}/ready"
-    STEP_READY_CASE = "composition/{composition}/{step}/ready/{case}"
-    INPUT_AVAILABLE = "composition/{composition}/{step}/{input}/there"
-    INPUT_FITS = "composition/{composition}/{step}/{input}/fits"
-    HANDLER_REACHABLE = "composition/{composition}/handler/{handler}/reachable"
-    HANDLER_READY = "composition/{composition}/handler/{handler}/ready"
-    HANDLER_READY_CASE = "composition/{composition}/handler/{handler}/ready/{case}"
+    def __init__(self, value: str) -> None:
+        self.value = value
 
-    # All modules together.
-    MODULE_UNIQUE = "configuration/identity/{module}"
-    CAPABILITY_UNIQUE = "configuration/capability/{capability}"
-    WORDS_UNAMBIGUOUS = "configuration/word/{words}"
-    EFFECTS_AGREE = "configuration/effect/{variable}"
-    VERSIONS_AGREE = "configuration/dependency/{module}"
-    GRANT_IS_USED = "configuration/grant/{module}"
-    BLOCK_IS_USED = "configuration/block/{block}"
+    def __set_name__(self, _owner: type, name: str) -> None:
+        self.name = name
 
-    # The AEROS version and the other modules that a module needs.
-    RUNTIME_SUITS = "dependencies/runtime"
-    DEPENDENCIES_ACYCLIC = "dependencies/acyclic"
-    DEPENDENCY_MET = "dependencies/{module}"
+    def __reduce__(self) -> tuple[Callable[[str], ClaimPattern], tuple[str]]:
+        # Another process has the same members: a copy would be none of them.
+        return claim_form, (self.name,)
 
-    # Skill code.
-    CODE_REACHES_NOTHING = "form/code/{path}"
-    CODE_ASKS_PLAINLY = "form/code/{path}/asking"
-    ENTRY_POINT = "form/{skill}/entry"
-    SKILL_ASKS_WITHIN_ENVELOPE = "form/{skill}/asks"
-
-    # Permissions of a module.
-    ACCESS_GRANTED = "permission/access/{device}"
-    NOT_BLOCKED = "permission/unblocked/{block}"
-    PERMISSION_NOT_EMPTY = "permission/{action}/not-empty"
-    SKILL_ACTUATORS_PERMITTED = "permission/{skill}/actuators"
-    SKILL_ACTUATORS_HELD = "permission/{skill}/held"
-    SKILL_RISK_UNDER_CEILING = "permission/{skill}/risk-ceiling"
-    SKILL_RISK_STATED = "permission/{skill}/risk-stated"
-    SKILL_SENSORS_PERMITTED = "permission/{skill}/sensors"
-    TASK_SENSORS_PERMITTED = "permission/task/{task}/sensors"
-    COMPOSITION_SENSORS_PERMITTED = "permission/composition/{composition}/sensors"
-    ENVELOPE_ACTUATORS_DECLARED = "permission/{skill}/{action}/actuators"
-    ENVELOPE_PERMITTED = "permission/{skill}/{action}"
-
-    # A site's policy.
-    JOINT_RULE_SATISFIABLE = "policy/joint/{invariant}/satisfiable"
-    JOINT_RULE_EFFECTIVE = "policy/joint/{invariant}/effective"
-    QUOTA_EFFECTIVE = "policy/quotas/{quota}/effective"
-    QUOTA_NEEDED = "policy/quotas/{quota}/needed"
-    RULES_SATISFIABLE = "policy/{action}/satisfiable"
-    STOP_ALLOWED = "policy/{action}/allowed/{invariant}"
-    STOP_NOT_BLOCKED = "policy/{action}/unblocked/{block}"
-    RULE_EFFECTIVE = "policy/{action}/effective/{invariant}"
-    RULE_NOT_SHADOWED = "policy/{action}/unshadowed/{invariant}"
-    ATTENUATION_ALLOWED = "policy/{action}/attenuation-allowed/{invariant}"
-    ATTENUATION_SHRINKS = "policy/{action}/attenuation-shrinks/{invariant}"
-
-    # A skill's envelope and a task's goal.
-    GOAL_SATISFIABLE = "safety/goal/{task}"
-    GOAL_EFFECTIVE = "safety/goal/{task}/effective"
-    SKILL_CAN_START = "safety/{skill}/can-start"
-    HOLD_SATISFIABLE = "safety/{skill}/hold"
-    HOLD_ALLOWS_SUCCESS = "safety/{skill}/hold/{outcome}"
-    ENVELOPE_NOT_EMPTY = "safety/{skill}/{action}/not-empty"
-    ENVELOPE_NOT_DEAD = "safety/{skill}/{action}/not-dead"
-    GATED_RULE_READS_STATE = "safety/{skill}/gated-{invariant}"
-    GATED_RULE_NEEDS_STATE = "safety/{skill}/gated-{invariant}/{action}"
-    ENVELOPE_OBEYS = "safety/{skill}/{action}/{invariant}"
-
-    # Differences of two manifests or sites.
-    DIFFERENCE = "difference/{subject}/{relation}"
+    def __repr__(self) -> str:
+        return f"ClaimForm.{self.name}"
 
     def __call__(self, *names: str | int) -> ClaimId:
         """Make the identity of a claim of this kind.
@@ -180,7 +105,7 @@ class ClaimForm(Enum):
         return "/".join(segment.word + ("%s" if segment.slot else "") for segment in self.segments)
 
     @cached_property
-    def rivals(self) -> tuple[tuple[int, str, ClaimForm], ...]:
+    def rivals(self) -> tuple[tuple[int, str, ClaimPattern], ...]:
         """The kinds listed before this one that share some text with it.
 
         Each comes with a quick test that most texts of this kind fail: the position of a part, and how that
@@ -200,7 +125,7 @@ class ClaimId:
         names: the things that it is about: a name for each slot of the form's pattern.
     """
 
-    form: ClaimForm
+    form: ClaimPattern
     names: tuple[str, ...]
 
     def __post_init__(self) -> None:
@@ -250,10 +175,134 @@ class ClaimId:
         return text
 
 
+class ClaimForm:
+    """Every kind of claim, with the pattern of its text.
+
+    Call a member with a name for each slot of its pattern to make a `ClaimId`.  Some patterns overlap: the
+    text `safety/goal/move/effective` fits a task named `move`, and a skill named `goal` with an invariant
+    named `effective`.  The kind that is listed first keeps that text.  In the text of the other, each name is
+    written with its slot: `safety/skill=goal/action=move/invariant=effective`, which fits no pattern.
+
+
+    A plain class, as an enumeration of so many members takes a thirtieth of the start of `aeros verify`.
+    """
+
+    # Every state that a task's planning rules can reach.
+    RULES_ANALYSED = ClaimPattern("closed-loop/{task}/analysed")
+    RULES_DISPATCH = ClaimPattern("closed-loop/{task}/dispatch")
+    RULES_PROGRESS = ClaimPattern("closed-loop/{task}/progress")
+    RULES_EFFECTIVE = ClaimPattern("closed-loop/{task}/effective")
+    RULES_KEEP_INVARIANT = ClaimPattern("closed-loop/{task}/invariant/{invariant}")
+
+    # Every path through a composition.
+    HANDLERS_ACYCLIC = ClaimPattern("composition/{composition}/handlers")
+    PATHS_EXPLORED = ClaimPattern("composition/{composition}/explored")
+    COMPOSITION_CAN_START = ClaimPattern("composition/{composition}/can-start")
+    IF_COVERS = ClaimPattern("composition/{composition}/if-{number}/covers")
+    IF_COVERS_CASE = ClaimPattern("composition/{composition}/if-{number}/covers/{case}")
+    PAR_RESOURCES = ClaimPattern("composition/{composition}/par-{number}/resources/{resource}")
+    PAR_ACTUATORS = ClaimPattern("composition/{composition}/par-{number}/{first}/{second}/actuators")
+    PAR_EFFECTS = ClaimPattern("composition/{composition}/par-{number}/{first}/{second}/effects")
+    PAR_JOINT_RULE = ClaimPattern("composition/{composition}/par-{number}/joint/{first}/{second}/{invariant}")
+    STEP_FAILURE_HANDLED = ClaimPattern("composition/{composition}/{step}/handled")
+    STEP_REACHABLE = ClaimPattern("composition/{composition}/{step}/reachable")
+    STEP_READY = ClaimPattern("composition/{composition}/{step}/ready")
+    STEP_READY_CASE = ClaimPattern("composition/{composition}/{step}/ready/{case}")
+    INPUT_AVAILABLE = ClaimPattern("composition/{composition}/{step}/{input}/there")
+    INPUT_FITS = ClaimPattern("composition/{composition}/{step}/{input}/fits")
+    HANDLER_REACHABLE = ClaimPattern("composition/{composition}/handler/{handler}/reachable")
+    HANDLER_READY = ClaimPattern("composition/{composition}/handler/{handler}/ready")
+    HANDLER_READY_CASE = ClaimPattern("composition/{composition}/handler/{handler}/ready/{case}")
+
+    # All modules together.
+    MODULE_UNIQUE = ClaimPattern("configuration/identity/{module}")
+    CAPABILITY_UNIQUE = ClaimPattern("configuration/capability/{capability}")
+    WORDS_UNAMBIGUOUS = ClaimPattern("configuration/word/{words}")
+    EFFECTS_AGREE = ClaimPattern("configuration/effect/{variable}")
+    VERSIONS_AGREE = ClaimPattern("configuration/dependency/{module}")
+    GRANT_IS_USED = ClaimPattern("configuration/grant/{module}")
+    BLOCK_IS_USED = ClaimPattern("configuration/block/{block}")
+
+    # The AEROS version and the other modules that a module needs.
+    RUNTIME_SUITS = ClaimPattern("dependencies/runtime")
+    DEPENDENCIES_ACYCLIC = ClaimPattern("dependencies/acyclic")
+    DEPENDENCY_MET = ClaimPattern("dependencies/{module}")
+
+    # Skill code.
+    CODE_REACHES_NOTHING = ClaimPattern("form/code/{path}")
+    CODE_ASKS_PLAINLY = ClaimPattern("form/code/{path}/asking")
+    ENTRY_POINT = ClaimPattern("form/{skill}/entry")
+    SKILL_ASKS_WITHIN_ENVELOPE = ClaimPattern("form/{skill}/asks")
+
+    # Permissions of a module.
+    ACCESS_GRANTED = ClaimPattern("permission/access/{device}")
+    NOT_BLOCKED = ClaimPattern("permission/unblocked/{block}")
+    PERMISSION_NOT_EMPTY = ClaimPattern("permission/{action}/not-empty")
+    SKILL_ACTUATORS_PERMITTED = ClaimPattern("permission/{skill}/actuators")
+    SKILL_ACTUATORS_HELD = ClaimPattern("permission/{skill}/held")
+    SKILL_RISK_UNDER_CEILING = ClaimPattern("permission/{skill}/risk-ceiling")
+    SKILL_RISK_STATED = ClaimPattern("permission/{skill}/risk-stated")
+    SKILL_SENSORS_PERMITTED = ClaimPattern("permission/{skill}/sensors")
+    TASK_SENSORS_PERMITTED = ClaimPattern("permission/task/{task}/sensors")
+    COMPOSITION_SENSORS_PERMITTED = ClaimPattern("permission/composition/{composition}/sensors")
+    ENVELOPE_ACTUATORS_DECLARED = ClaimPattern("permission/{skill}/{action}/actuators")
+    ENVELOPE_PERMITTED = ClaimPattern("permission/{skill}/{action}")
+
+    # A site's policy.
+    JOINT_RULE_SATISFIABLE = ClaimPattern("policy/joint/{invariant}/satisfiable")
+    JOINT_RULE_EFFECTIVE = ClaimPattern("policy/joint/{invariant}/effective")
+    QUOTA_EFFECTIVE = ClaimPattern("policy/quotas/{quota}/effective")
+    QUOTA_NEEDED = ClaimPattern("policy/quotas/{quota}/needed")
+    RULES_SATISFIABLE = ClaimPattern("policy/{action}/satisfiable")
+    STOP_ALLOWED = ClaimPattern("policy/{action}/allowed/{invariant}")
+    STOP_NOT_BLOCKED = ClaimPattern("policy/{action}/unblocked/{block}")
+    RULE_EFFECTIVE = ClaimPattern("policy/{action}/effective/{invariant}")
+    RULE_NOT_SHADOWED = ClaimPattern("policy/{action}/unshadowed/{invariant}")
+    ATTENUATION_ALLOWED = ClaimPattern("policy/{action}/attenuation-allowed/{invariant}")
+    ATTENUATION_SHRINKS = ClaimPattern("policy/{action}/attenuation-shrinks/{invariant}")
+
+    # A skill's envelope and a task's goal.
+    GOAL_SATISFIABLE = ClaimPattern("safety/goal/{task}")
+    GOAL_EFFECTIVE = ClaimPattern("safety/goal/{task}/effective")
+    SKILL_CAN_START = ClaimPattern("safety/{skill}/can-start")
+    HOLD_SATISFIABLE = ClaimPattern("safety/{skill}/hold")
+    HOLD_ALLOWS_SUCCESS = ClaimPattern("safety/{skill}/hold/{outcome}")
+    ENVELOPE_NOT_EMPTY = ClaimPattern("safety/{skill}/{action}/not-empty")
+    ENVELOPE_NOT_DEAD = ClaimPattern("safety/{skill}/{action}/not-dead")
+    GATED_RULE_READS_STATE = ClaimPattern("safety/{skill}/gated-{invariant}")
+    GATED_RULE_NEEDS_STATE = ClaimPattern("safety/{skill}/gated-{invariant}/{action}")
+    ENVELOPE_OBEYS = ClaimPattern("safety/{skill}/{action}/{invariant}")
+
+    # Differences of two manifests or sites.
+    DIFFERENCE = ClaimPattern("difference/{subject}/{relation}")
+
+
+CLAIM_FORMS: Final = tuple(form for form in vars(ClaimForm).values() if isinstance(form, ClaimPattern))
+"""Every kind of claim, in the order in which they are listed."""
+
+
+def claim_form(name: str) -> ClaimPattern:
+    """Return the kind of claim of a name.
+
+    Args:
+        name: name of a member of `ClaimForm`.
+
+    Returns:
+        The member.
+
+    Raises:
+        KeyError: there is none of that name.
+    """
+    form = vars(ClaimForm)[name]
+    if not isinstance(form, ClaimPattern):
+        raise KeyError(name)
+    return form
+
+
 @cache
-def _forms_of(group: str) -> tuple[ClaimForm, ...]:
+def _forms_of(group: str) -> tuple[ClaimPattern, ...]:
     """Return the kinds of claim of a group, in order."""
-    return tuple(form for form in ClaimForm if form.group == group)
+    return tuple(form for form in CLAIM_FORMS if form.group == group)
 
 
 def fits_slot(slot: str, name: str) -> bool:
@@ -272,12 +321,12 @@ def fits_slot(slot: str, name: str) -> bool:
     return slot != _PATH or name.endswith(".py")
 
 
-def _fits(form: ClaimForm, parts: list[str]) -> bool:
+def _fits(form: ClaimPattern, parts: list[str]) -> bool:
     """Tell whether a text, given by its parts between slashes, fits the pattern of `form`."""
     return all(segment.admits(part) for segment, part in zip(form.segments, parts, strict=True))
 
 
-def _overlap(one: ClaimForm, other: ClaimForm) -> bool:
+def _overlap(one: ClaimPattern, other: ClaimPattern) -> bool:
     """Tell whether some text fits both patterns; may say yes where there is none."""
     if _PATH in (*one.slots, *other.slots):  # a path has any number of parts, so the last ones must differ
         return one.segments[-1].overlaps(other.segments[-1])
@@ -286,7 +335,7 @@ def _overlap(one: ClaimForm, other: ClaimForm) -> bool:
     return all(mine.overlaps(its) for mine, its in zip(one.segments, other.segments, strict=True))
 
 
-def _difference(form: ClaimForm, rival: ClaimForm) -> tuple[int, str]:
+def _difference(form: ClaimPattern, rival: ClaimPattern) -> tuple[int, str]:
     """Return the first position at which `rival` has another fixed word or prefix, and that word."""
     pairs = enumerate(zip(form.segments, rival.segments, strict=True))
     return next(((at, its.word) for at, (own, its) in pairs if own.word != its.word and its.word), (0, ""))

@@ -34,7 +34,7 @@ from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.model import Declared, Ecm, Site, Skill
 from aeros.spec.model.step_graph import If, steps_of, walk_parts
-from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, ClaimPattern
 from aeros.spec.obligations.data_flow import data_obligations
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
 from aeros.spec.obligations.parallel import parallel_obligations
@@ -210,7 +210,7 @@ def _obligation(
 
 
 def _obligation_per_state(
-    forms: tuple[ClaimForm, ClaimForm],
+    forms: tuple[ClaimPattern, ClaimPattern],
     about: tuple[str | int, ...],
     term: t.Term,
     situations: SymbolicStates,

@@ -23,17 +23,15 @@ import aeros
 from aeros.spec.backends.package_versions import z3_version
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.migrations.formats import CERTIFICATE
-from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.text.digests import text_digest
 from aeros.spec.text.files import read_source
 
 if TYPE_CHECKING:
     from aeros.spec.model.model import Ecm, Site
     from aeros.spec.model.summary import ModuleSummary, SiteSummary
+    from aeros.spec.obligations.claim_id import ClaimId
 
 LOCK = "ecm.lock"
-SCHEMA = str(CERTIFICATE.schema)
 GUARDED: Final = "GUARDED"
 """Verdict on an obligation that the gate decides at run time."""
 
@@ -89,6 +87,9 @@ class Certificate:
         Returns:
             Names of the invariants.
         """
+        # Imported where they are needed: `aeros verify` of what is proved already starts without them.
+        from aeros.spec.obligations.claim_id import ClaimForm
+
         return frozenset(
             claim_id.name_of("invariant")
             for claim_id, verdict in self.obligations.items()
@@ -151,8 +152,10 @@ def certificate_for(
     Returns:
         The certificate, with the versions of this AEROS and this solver.
     """
+    from aeros.spec.migrations.formats import CERTIFICATE
+
     return Certificate(
-        SCHEMA,
+        str(CERTIFICATE.schema),
         ecm.id,
         ecm.version,
         ecm.manifest_digest,
@@ -188,6 +191,8 @@ def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
         found = json.loads(text)
     except (UserError, ValueError, RecursionError):
         return Diagnostic("AE903", f"`{path}` is not a certificate", help=cure)
+    from aeros.spec.migrations.formats import CERTIFICATE
+
     version = CERTIFICATE.version_of(found)
     if version is not None and version > CERTIFICATE.version:
         cause, newer = CERTIFICATE.refusal(version, path)

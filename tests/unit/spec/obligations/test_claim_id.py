@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, fits_slot
+from aeros.spec.obligations.claim_id import CLAIM_FORMS, ClaimForm, ClaimId, ClaimPattern, fits_slot
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.verify import verify
 
 CLASHING = Path(__file__).parents[2] / "runtime" / "data" / "clashing_names"
 
-WORDS = sorted({segment.word for form in ClaimForm for segment in form.segments})
+WORDS = sorted({segment.word for form in CLAIM_FORMS for segment in form.segments})
 """All fixed words and prefixes of patterns, the empty one included."""
 
 NAMES = st.one_of(
@@ -32,15 +32,15 @@ def _name_for(slot: str) -> st.SearchStrategy[str]:
     return NAMES if fits_slot(slot, "move") else st.sampled_from(["1", "2"])
 
 
-def _claim_ids(form: ClaimForm) -> st.SearchStrategy[ClaimId]:
+def _claim_ids(form: ClaimPattern) -> st.SearchStrategy[ClaimId]:
     return st.tuples(*map(_name_for, form.slots)).map(lambda names: ClaimId(form, names))
 
 
 def _of_group(group: str) -> st.SearchStrategy[ClaimId]:
-    return st.sampled_from([form for form in ClaimForm if form.group == group]).flatmap(_claim_ids)
+    return st.sampled_from([form for form in CLAIM_FORMS if form.group == group]).flatmap(_claim_ids)
 
 
-GROUPS = sorted({form.group for form in ClaimForm})
+GROUPS = sorted({form.group for form in CLAIM_FORMS})
 
 
 @given(st.sampled_from(GROUPS).flatmap(lambda group: st.sets(_of_group(group), min_size=2, max_size=16)))
@@ -48,14 +48,14 @@ def test_claims_that_differ_have_texts_that_differ(claim_ids: set[ClaimId]) -> N
     assert len({str(one) for one in claim_ids}) == len(claim_ids)
 
 
-@given(st.lists(st.sampled_from(ClaimForm).flatmap(_claim_ids), min_size=2, max_size=2, unique=True))
+@given(st.lists(st.sampled_from(CLAIM_FORMS).flatmap(_claim_ids), min_size=2, max_size=2, unique=True))
 def test_claims_of_any_two_groups_have_texts_that_differ(pair: list[ClaimId]) -> None:
     one, other = pair
     assert str(one) != str(other)
 
 
-@pytest.mark.parametrize("form", ClaimForm)
-def test_ordinary_names_stand_in_the_pattern_as_they_are(form: ClaimForm) -> None:
+@pytest.mark.parametrize("form", CLAIM_FORMS, ids=repr)
+def test_ordinary_names_stand_in_the_pattern_as_they_are(form: ClaimPattern) -> None:
     names = [
         {"path": "code/skills.py", "number": "1", "case": "2"}.get(slot, f"some_{slot}")
         for slot in form.slots
