@@ -28,7 +28,7 @@ class FakeGate:
     """Allows everything, unless told otherwise; remembers what it was asked."""
 
     def __init__(self, site: Site) -> None:
-        self.watched = MonitorRules(site)
+        self.monitor_rules = MonitorRules(site)
         self.answers: list[Decision | BaseException] = []
         self.asked: list[tuple[Caller, Readings, Action, float, Mapping[str, int]]] = []
 

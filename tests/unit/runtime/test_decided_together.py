@@ -124,7 +124,7 @@ def test_a_gate_whose_ways_disagree_about_both_halts_everything(
     def denying(*_: Any) -> Decision:
         return Decision(DecisionKind.DENY, None, ())
 
-    monkeypatch.setattr(shadow, "decide_beside", denying)
+    monkeypatch.setattr(shadow, "decide_jointly", denying)
     one.start("reach")
     one.start("drive")
     with pytest.raises(InternalError, match="compiled gate"):

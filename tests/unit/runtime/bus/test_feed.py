@@ -109,7 +109,7 @@ def test_a_hanging_bus_delays_nobody_and_states_are_dropped_before_records(
 ) -> None:
     monkeypatch.setattr(module, "_MAX_STATES", 5)
     monkeypatch.setattr(module, "_MAX_RECORDS", 8)
-    monkeypatch.setattr(module, "_PATIENCE", 0.05)
+    monkeypatch.setattr(module, "_CLOSE_TIMEOUT_S", 0.05)
     said: list[Message] = []
     busy, go_on = threading.Event(), threading.Event()
 

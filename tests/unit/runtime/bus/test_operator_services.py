@@ -48,7 +48,7 @@ def test_each_service_has_the_effect_of_its_command(
 def test_while_something_moves_it_is_not_said_that_nothing_does(
     bus: InProcessBus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "_PATIENCE", 0.05)
+    monkeypatch.setattr(module, "_WAIT_TIMEOUT_S", 0.05)
     with ControlPage(tmp_path) as live, live.hold_generation(live.generation):
         said = ask(bus, "stop")
         assert not said.success

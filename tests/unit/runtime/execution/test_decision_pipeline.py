@@ -29,7 +29,7 @@ SLOWER = act("move", speed=0.05)
 class Changeable(FakeGate):
     """A fake gate that follows a new configuration, and says which."""
 
-    def under(self, configuration: Configuration) -> Changeable:
+    def with_configuration(self, configuration: Configuration) -> Changeable:
         made = Changeable(configuration.site)
         made.answers, made.asked = self.answers, self.asked
         return made

@@ -112,20 +112,20 @@ def test_an_action_outside_the_permission_is_denied() -> None:
     permission = configuration().modules["handling"].permitted_actions
     skills = configuration().modules["handling"].skills
     narrow = skills["slowly"].envelope["move"]
-    strict = changed(ecm={"permission": {**permission, "move": narrow}, "manifest_digest": "other"})
+    strict = changed(ecm={"permitted_actions": {**permission, "move": narrow}, "manifest_digest": "other"})
     assert denied(request(speed=0.2), strict) == [("AE731", "move")]
     assert request(speed=0.05).decided_by(strict).kind is DecisionKind.ALLOW
 
 
 def test_a_kind_without_a_permission_is_denied() -> None:
-    assert denied(request(), changed(ecm={"permission": {}})) == [("AE731", "move")]
+    assert denied(request(), changed(ecm={"permitted_actions": {}})) == [("AE731", "move")]
 
 
 @pytest.mark.parametrize("layer", ["skill", "module", "site"])
 def test_an_actuator_that_any_layer_withholds_is_denied(layer: str) -> None:
     withheld = {
         "skill": lambda: skill_changed("quickly", actuators=frozenset()),
-        "module": lambda: changed(ecm={"access": Access()}),
+        "module": lambda: changed(ecm={"requested_access": Access()}),
         "site": lambda: changed(site={"access": Access()}),
     }[layer]()
     assert denied(request(), withheld) == [("AE740", "arm")]

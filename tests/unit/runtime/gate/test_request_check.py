@@ -95,7 +95,7 @@ def test_every_value_that_is_missing_unknown_or_malformed_is_an_objection() -> N
 def test_a_missing_value_takes_its_default_as_a_double_in_range() -> None:
     values: dict[str, Any] = {}
     third = Fraction(1, 3)
-    declared = {"speed": forms(default=third)["speed"]}
+    declared = {"speed": forms(default_value=third)["speed"]}
     assert list(unpack_arguments(declared, {}, "of `move`", values)) == []
     assert values == {"speed": float(third)}
     assert list(unpack_arguments(declared, {"speed": 0.25}, "of `move`", values)) == []

@@ -18,7 +18,7 @@ def _found(name: str, holder: str) -> Any:
 
 
 def question() -> Any:
-    return _found("question", "answer")
+    return _found("question", "handle")
 
 
 def channel() -> int:

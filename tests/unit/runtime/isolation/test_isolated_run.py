@@ -230,11 +230,10 @@ def test_a_zygote_that_cannot_start_says_why() -> None:
 _RUNTIME = """
 import sys, time
 from aeros.runtime.isolation.isolated_run import IsolatedRun
-from aeros.runtime.isolation.layers import PUT_ON
-from aeros.runtime.isolation.zygote_pool import Nursery
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.load import CertifiedCode
 text = b"def lift(o, i):\\n    while True: pass\\n    yield\\n"
-run = IsolatedRun(Nursery([]), (), CertifiedCode("m", "s.py", "/s.py", text, "lift"), {}, 600.0)
+run = IsolatedRun(ZygotePool([]), (), CertifiedCode("m", "s.py", "/s.py", text, "lift"), {}, 600.0)
 print("running", flush=True)
 run.resume({}, 600.0)
 """

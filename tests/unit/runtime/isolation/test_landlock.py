@@ -89,8 +89,8 @@ def host_version() -> int:
 
 SHUT = """
 from aeros.runtime.isolation.landlock import restrict_files
-from aeros.runtime.isolation.privileges import give_up_privileges
-give_up_privileges()
+from aeros.runtime.isolation.privileges import drop_privileges
+drop_privileges()
 kept = open("/etc/hostname")
 restrict_files()
 kept.read()

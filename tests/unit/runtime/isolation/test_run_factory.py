@@ -170,7 +170,7 @@ def test_numpy_is_preloaded_for_code_that_imports_it(
 
 class AllowAll:
     def __init__(self, configuration: Configuration) -> None:
-        self.watched = MonitorRules(configuration.site)
+        self.monitor_rules = MonitorRules(configuration.site)
 
     def decide(self, caller: Any, readings: Any, action: Action, now: float, usage: Any) -> Decision:
         return Decision(DecisionKind.ALLOW, action, ())

@@ -48,7 +48,7 @@ class Bench:
         )
         anything = ActionCondition(t.TRUE, "true", SPAN)
         skill = replace(ecm.skills["lift"], envelope={"move": anything})
-        ecm = replace(ecm, skills={"lift": skill}, permission={"move": anything}, access=arm)
+        ecm = replace(ecm, skills={"lift": skill}, permitted_actions={"move": anything}, requested_access=arm)
         self.configuration = configuration = Configuration(site, {"handling": ecm}, {}, "c" * 64)
         self.plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
         self.plant.duration = STEP

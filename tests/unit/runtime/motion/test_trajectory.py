@@ -104,18 +104,18 @@ def test_a_plant_that_moves_nothing_or_refuses_is_trusted() -> None:
         motion(duration=2),
         motion(angle=nan),
         motion(base=(0.0, nan, 0.0)),
-        motion(way=(0.0, 0.0)),
-        motion(paths=()),
-        motion(paths=((),)),
-        motion(paths=None),
-        motion(paths=motion().joint_paths * 2),
-        motion(paths=(((0.0,), (0.0,), (0.0,), (0.0,)),)),
-        motion(paths=((((0.0,), (0.1,), (0.2,)),),)),
-        motion(paths=((((0.0, 0.0),) * 4,),)),
+        motion(base_path=(0.0, 0.0)),
+        motion(joint_paths=()),
+        motion(joint_paths=((),)),
+        motion(joint_paths=None),
+        motion(joint_paths=motion().joint_paths * 2),
+        motion(joint_paths=(((0.0,), (0.0,), (0.0,), (0.0,)),)),
+        motion(joint_paths=((((0.0,), (0.1,), (0.2,)),),)),
+        motion(joint_paths=((((0.0, 0.0),) * 4,),)),
         # A jump of position, of slope, of bend.
-        motion(paths=(motion(0.2).joint_paths[0] * 2,)),
-        motion(paths=((((0.0,),) * 4, ((0.0,), (0.1,), (0.2,), (0.3,))),)),
-        motion(paths=((((0.0,),) * 4, ((0.0,), (0.0,), (0.1,), (0.3,))),)),
+        motion(joint_paths=(motion(0.2).joint_paths[0] * 2,)),
+        motion(joint_paths=((((0.0,),) * 4, ((0.0,), (0.1,), (0.2,), (0.3,))),)),
+        motion(joint_paths=((((0.0,),) * 4, ((0.0,), (0.0,), (0.1,), (0.3,))),)),
         motion(body=replace(BODY, dh_rows=BODY.dh_rows * 2)),
         motion(body=replace(BODY, tool_offset=cast("Vec3", (0.0, 0.0)))),
         motion(body=replace(BODY, balls=())),
@@ -125,7 +125,7 @@ def test_a_plant_that_moves_nothing_or_refuses_is_trusted() -> None:
         motion(body=replace(BODY, balls=(Ball("arm", 1, NOWHERE, nan),))),
         motion(servo=ServoBounds((), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
         motion(servo=ServoBounds((nan,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
-        motion(way=(1.0, 0.0, 0.0), servo=ServoBounds((0.1,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
+        motion(base_path=(1.0, 0.0, 0.0), servo=ServoBounds((0.1,), (1.0,), (1.0,), (1.0,), 0.1, 0.1, 0.1)),
     ],
 )
 def test_a_malformed_motion_is_denied(plan: Any) -> None:
@@ -135,7 +135,7 @@ def test_a_malformed_motion_is_denied(plan: Any) -> None:
 def test_a_motion_must_start_at_the_joints_and_end_at_the_target() -> None:
     assert decided(motion(), joint=0.02) == [("AE761", "joint_angle")]
     assert decided(motion(0.49)) == [("AE761", "target")]
-    drive = motion(0.0, 4.0, way=(0.5, 0.0, 0.0))
+    drive = motion(0.0, 4.0, base_path=(0.5, 0.0, 0.0))
     assert decided(drive, "drive", x=0.5) == []
     assert decided(drive, "drive", x=0.502) == [("AE761", "x")]
 
@@ -158,12 +158,15 @@ def test_unmeasured_joints_are_denied() -> None:
         # 0.5 rad in T: 0.9375/T, 2.887/T², 30/T³; the tool, 0.5 m out, half of each.
         ({"highest": (Fraction(49, 100),)}, ["joint-1"]),
         ({"lowest": (Fraction(1, 100),)}, ["joint-1"]),
-        ({"rates": ((Fraction(46, 100),), (Fraction(5),), (Fraction(500),))}, ["joint-1-speed"]),
-        ({"rates": ((Fraction(1),), (Fraction(72, 100),), (Fraction(500),))}, ["joint-1-acceleration"]),
-        ({"rates": ((Fraction(1),), (Fraction(5),), (Fraction(3),))}, ["joint-1-jerk"]),
+        ({"joint_limits": ((Fraction(46, 100),), (Fraction(5),), (Fraction(500),))}, ["joint-1-speed"]),
+        (
+            {"joint_limits": ((Fraction(1),), (Fraction(72, 100),), (Fraction(500),))},
+            ["joint-1-acceleration"],
+        ),
+        ({"joint_limits": ((Fraction(1),), (Fraction(5),), (Fraction(3),))}, ["joint-1-jerk"]),
         (
             {
-                "tool": ToolLimits(
+                "tool_limits": ToolLimits(
                     (Fraction(23, 100), Fraction(5), Fraction(500)), (Fraction(1), Fraction(5), Fraction(500))
                 )
             },
@@ -171,7 +174,7 @@ def test_unmeasured_joints_are_denied() -> None:
         ),
         (
             {
-                "tool": ToolLimits(
+                "tool_limits": ToolLimits(
                     (Fraction(1), Fraction(36, 100), Fraction(500)), (Fraction(1), Fraction(5), Fraction(500))
                 )
             },
@@ -179,7 +182,7 @@ def test_unmeasured_joints_are_denied() -> None:
         ),
         (
             {
-                "tool": ToolLimits(
+                "tool_limits": ToolLimits(
                     (Fraction(1), Fraction(5), Fraction(1)), (Fraction(1), Fraction(5), Fraction(500))
                 )
             },
@@ -187,7 +190,7 @@ def test_unmeasured_joints_are_denied() -> None:
         ),
         (
             {
-                "tool": ToolLimits(
+                "tool_limits": ToolLimits(
                     (Fraction(1), Fraction(5), Fraction(500)), (Fraction(46, 100), Fraction(5), Fraction(500))
                 )
             },
@@ -195,7 +198,7 @@ def test_unmeasured_joints_are_denied() -> None:
         ),
         (
             {
-                "tool": ToolLimits(
+                "tool_limits": ToolLimits(
                     (Fraction(1), Fraction(5), Fraction(500)), (Fraction(1), Fraction(72, 100), Fraction(500))
                 )
             },
@@ -203,7 +206,7 @@ def test_unmeasured_joints_are_denied() -> None:
         ),
         (
             {
-                "tool": ToolLimits(
+                "tool_limits": ToolLimits(
                     (Fraction(1), Fraction(5), Fraction(500)), (Fraction(1), Fraction(5), Fraction(3))
                 )
             },
@@ -219,7 +222,9 @@ def test_the_tool_must_keep_to_the_decided_speed() -> None:
     # The peak is 0.234375 m/s.
     assert decided(motion(), speed=0.2345) == []
     assert decided(motion(), speed=0.2343) == [("AE762", "speed")]
-    assert decided(motion(0.0, 4.0, way=(0.5, 0.0, 0.0)), "drive", x=0.5, speed=0.234) == [("AE762", "speed")]
+    assert decided(motion(0.0, 4.0, base_path=(0.5, 0.0, 0.0)), "drive", x=0.5, speed=0.234) == [
+        ("AE762", "speed")
+    ]
 
 
 def test_no_link_may_meet_a_barrier() -> None:
@@ -237,8 +242,8 @@ def servo(**changed: Any) -> ServoBounds:
 @pytest.mark.parametrize(
     ("changed", "rule"),
     [
-        ({"slack": (1.9,)}, ("AE762", "joint-1")),
-        ({"slack": (0.5,)}, ("AE763", "off-the-pillar")),
+        ({"joint_tolerance": (1.9,)}, ("AE762", "joint-1")),
+        ({"joint_tolerance": (0.5,)}, ("AE763", "off-the-pillar")),
         ({"speed": (1.1,)}, ("AE762", "joint-1-speed")),
         ({"tool_jerk": 501.0}, ("AE762", "tool-jerk")),
         ({"tool_speed": 0.26}, ("AE762", "speed")),
@@ -248,20 +253,20 @@ def test_motions_under_feedback_are_decided_by_their_bounds(
     changed: dict[str, Any], rule: tuple[str, str]
 ) -> None:
     paths = motion().joint_paths * 2
-    assert decided(motion(paths=paths, servo=servo()), "slide") == []
-    assert rule in decided(motion(paths=paths, servo=servo(**changed)), "slide")
+    assert decided(motion(joint_paths=paths, servo=servo()), "slide") == []
+    assert rule in decided(motion(joint_paths=paths, servo=servo(**changed)), "slide")
 
 
 def test_every_path_of_several_is_decided() -> None:
     paths = (*motion().joint_paths, *motion(1.5).joint_paths)
-    assert decided(motion(paths=paths, servo=servo()), "slide") == [("AE763", "off-the-pillar")]
+    assert decided(motion(joint_paths=paths, servo=servo()), "slide") == [("AE763", "off-the-pillar")]
 
 
 # Beside motions under way: the arm turns to 0.5 rad, 0.5 m from its axis; the base drives 0.4 m along x.
 
 REACH = act("move", target=(0.838791280945, 0.239712769302, 0.5), speed=0.5)
 DRIVE = act("drive", x=0.4, y=0.0, speed=0.2)
-DRIVING = motion(0.0, 4.0, way=(0.4, 0.0, 0.0))
+DRIVING = motion(0.0, 4.0, base_path=(0.4, 0.0, 0.0))
 WALL = AxisAlignedBox(
     (Fraction(85, 100), Fraction(1, 5), Fraction(0)), (Fraction(2), Fraction(2), Fraction(1))
 )
@@ -318,7 +323,7 @@ def test_the_base_keeps_to_its_own_speed() -> None:
 def test_the_base_keeps_to_its_limits() -> None:
     policy = replace(POLICY, base_limits=(Fraction(1, 2), Fraction(9, 10)))
     for way, found in ((0.5, []), (0.55, ["base-speed"]), (0.9, ["base-speed", "base-acceleration"])):
-        drive = motion(0.0, duration=2.0, way=(way, 0.0, 0.0))
+        drive = motion(0.0, duration=2.0, base_path=(way, 0.0, 0.0))
         said = decided(drive, "drive", policy, x=way, speed=1.0)
         assert [rule for code, rule in said if code == "AE762"] == found
         assert decided(drive, "drive", x=way, speed=1.0) == []
@@ -341,7 +346,7 @@ def test_limits_of_the_tool_are_kept_in_the_world(number: int) -> None:
 def test_motions_that_are_safe_alone_may_be_denied_together() -> None:
     # Stretched out along x the arm is clear of the wall; turned, where the base was; not turned there.
     assert decided(motion(), policy=WALLED) == []
-    assert decided(motion(0.0, 4.0, way=(0.4, 0.0, 0.0)), "drive", policy=WALLED, x=0.4) == []
+    assert decided(motion(0.0, 4.0, base_path=(0.4, 0.0, 0.0)), "drive", policy=WALLED, x=0.4) == []
     assert beside(REACH, motion(), driving(), WALLED) == [("AE763", "off-the-pillar")]
     assert beside(DRIVE, DRIVING, ConcurrentMotion(REACH, motion(base=(0.4, 0.0, 0.0)), 0.0), WALLED) == [
         ("AE763", "off-the-pillar")
@@ -350,7 +355,7 @@ def test_motions_that_are_safe_alone_may_be_denied_together() -> None:
 
 def test_the_completed_part_of_a_motion_under_way_is_not_decided_again() -> None:
     # It has passed the pillar, which only its first half is near.
-    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
+    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), base_path=(0.0, -0.6, 0.0))
     drive = act("drive", x=0.5, y=0.0, speed=0.3)
     reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
     assert beside(reach, motion(), ConcurrentMotion(drive, away, 0.0)) == [("AE763", "off-the-pillar")]
@@ -360,7 +365,7 @@ def test_the_completed_part_of_a_motion_under_way_is_not_decided_again() -> None
 
 @pytest.mark.parametrize("since", [nan, -inf, -1.0])
 def test_a_motion_with_an_invalid_clock_counts_as_not_begun(since: float) -> None:
-    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), way=(0.0, -0.6, 0.0))
+    away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), base_path=(0.0, -0.6, 0.0))
     companion = ConcurrentMotion(act("drive", x=0.5, y=0.0, speed=0.3), away, since)
     reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)
     assert beside(reach, motion(), companion) == [("AE763", "off-the-pillar")]
@@ -382,12 +387,12 @@ def test_a_motion_under_way_is_compared_at_its_current_position() -> None:
     [
         (motion(), ConcurrentMotion(REACH, motion(), 0.0)),
         (DRIVING, driving()),
-        (motion(way=(0.1, 0.0, 0.0)), driving()),
+        (motion(base_path=(0.1, 0.0, 0.0)), driving()),
         (motion(), driving(is_halting=True)),
         (motion(), driving(plan=replace(DRIVING, joint_paths=()))),
         (motion(), driving(plan=replace(DRIVING, duration=0.0))),
         (motion(), driving(plan=replace(DRIVING, body=replace(BODY, tool_offset=(0.4, 0.0, 0.5))))),
-        (motion(paths=motion().joint_paths * 2, servo=servo()), driving()),
+        (motion(joint_paths=motion().joint_paths * 2, servo=servo()), driving()),
         (DRIVING, ConcurrentMotion(act("slide", speed=0.25), motion(servo=servo()), 0.0)),
     ],
 )

@@ -68,10 +68,10 @@ def _said(
         "now": now,
         "readings": readings,
         "caller": caller,
-        "asked": asked,
+        "requested_action": asked,
         "usage": usage,
-        "beside": beside,
-        "halting": [],
+        "concurrent_records": beside,
+        "halting_records": [],
     }
 
 

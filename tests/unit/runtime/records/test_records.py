@@ -79,17 +79,17 @@ def test_what_else_a_plant_may_say_comes_back_too(plan: Any) -> None:
 BODY = motion().body
 NO_BALLS: dict[str, Any] = {"balls": None}
 MALFORMED: list[dict[str, Any]] = [
-    {"paths": ()},
-    {"paths": ((),)},
-    {"paths": None},
-    {"paths": (None,)},
-    {"paths": (((1.0,) * 4,),)},
-    {"paths": ((((1.0,), (1.0,), (1.0,)),),)},
-    {"paths": ((((1,), (1,), (1,), (1,)),),)},
-    {"paths": ((((True,), (1.0,), (1.0,), (1.0,)),),)},
-    {"paths": ((((), (), (), ()),),)},
-    {"paths": ((((1.0,), (1.0, 2.0), (1.0,), (1.0,)),),)},
-    {"paths": ((((1.0,),) * 4, ((2.0,),) * 4),)},
+    {"joint_paths": ()},
+    {"joint_paths": ((),)},
+    {"joint_paths": None},
+    {"joint_paths": (None,)},
+    {"joint_paths": (((1.0,) * 4,),)},
+    {"joint_paths": ((((1.0,), (1.0,), (1.0,)),),)},
+    {"joint_paths": ((((1,), (1,), (1,), (1,)),),)},
+    {"joint_paths": ((((True,), (1.0,), (1.0,), (1.0,)),),)},
+    {"joint_paths": ((((), (), (), ()),),)},
+    {"joint_paths": ((((1.0,), (1.0, 2.0), (1.0,), (1.0,)),),)},
+    {"joint_paths": ((((1.0,),) * 4, ((2.0,),) * 4),)},
     {"base": (1, 2)},
     {"duration": inf},
     {"duration": "long"},
@@ -110,17 +110,22 @@ def test_malformed_motions_decode_to_what_they_were(changed: dict[str, Any]) -> 
 
 @pytest.mark.parametrize("number", [nan, inf, -0.0, 5e-324])
 def test_every_double_comes_back(number: float) -> None:
-    one = motion(paths=((((number,), (1.0,), (1.0,), (number,)), ((number,), (1.0,), (1.0,), (2.0,))),))
+    one = motion(joint_paths=((((number,), (1.0,), (1.0,), (number,)), ((number,), (1.0,), (1.0,), (2.0,))),))
     assert repr(read(one)) == repr(one)
 
 
 def test_any_planned_motion_can_be_encoded() -> None:
     for strange in (object(), {1: 2}, [1.0], b"x"):
-        for changed in ("paths", "base", "way", "duration", "servo", "body"):
+        for changed, written in (
+            ("joint_paths", {"paths"}),
+            ("base", {"base"}),
+            ("base_path", {"way"}),
+            ("duration", {"duration"}),
+            ("servo", {"servo"}),
+            ("body", set()),
+        ):
             malformed: dict[str, Any] = {changed: strange}
-            assert json.loads(to_canonical_json(motion_to_json(motion(**malformed), ""))).keys() > {
-                changed
-            } - {"body"}
+            assert json.loads(to_canonical_json(motion_to_json(motion(**malformed), ""))).keys() > written
             json.loads(to_canonical_json(body_to_json(strange)))
         assert json.loads(to_canonical_json(motion_to_json(strange, ""))) is not None
 

@@ -103,9 +103,13 @@ def _let_ticks_pass(robot: Robot) -> None:
 
 CHANGES = {
     "deactivate": lambda registry: registry.deactivate("tidy"),
-    "block the skill": lambda registry: registry.block(OperatorOverride("one", "why", "tidy", "rest", None)),
-    "block the action": lambda registry: registry.block(OperatorOverride("one", "why", None, None, "wait")),
-    "another policy": lambda registry: registry.policy(_other_policy(registry)),
+    "block the skill": lambda registry: registry.add_override(
+        OperatorOverride("one", "why", "tidy", "rest", None)
+    ),
+    "block the action": lambda registry: registry.add_override(
+        OperatorOverride("one", "why", None, None, "wait")
+    ),
+    "another policy": lambda registry: registry.set_policy(_other_policy(registry)),
 }
 
 

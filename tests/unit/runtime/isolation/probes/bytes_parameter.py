@@ -9,6 +9,8 @@ from tests.unit.runtime.isolation.hostile import question, send
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:
-    send({"type": "Asked", "token": question().token, "kind": "ask", "parameters": {"speed": b"0.1"}})
+    send(
+        {"type": "ActionRequested", "token": question().token, "kind": "ask", "parameters": {"speed": b"0.1"}}
+    )
     time.sleep(60)
     yield act("never")

@@ -9,6 +9,6 @@ from tests.unit.runtime.isolation.hostile import question, send
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:
-    send({"type": "Finished", "token": question().token, "outputs": {f"o{i}": i for i in range(1000)}})
+    send({"type": "SkillFinished", "token": question().token, "outputs": {f"o{i}": i for i in range(1000)}})
     time.sleep(60)
     yield act("never")

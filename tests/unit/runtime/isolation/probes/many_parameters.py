@@ -11,7 +11,7 @@ from tests.unit.runtime.isolation.hostile import question, send
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:
     send(
         {
-            "type": "Asked",
+            "type": "ActionRequested",
             "token": question().token,
             "kind": "ask",
             "parameters": {f"p{i}": i for i in range(1000)},

@@ -9,6 +9,6 @@ from tests.unit.runtime.isolation.hostile import question, send
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:
-    send({"type": "Loaded", "token": question().token})
+    send({"type": "SkillLoaded", "token": question().token})
     time.sleep(60)
     yield act("never")

@@ -11,6 +11,6 @@ from tests.unit.runtime.isolation.hostile import question, send
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:
     first = question().token
     yield act("ask")
-    send({"type": "Asked", "token": first, "kind": "ask", "parameters": {}})
+    send({"type": "ActionRequested", "token": first, "kind": "ask", "parameters": {}})
     time.sleep(60)
     yield act("never")

@@ -9,6 +9,6 @@ from tests.unit.runtime.isolation.hostile import question, send
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:
-    send({"type": "Asked", "token": question().token, "kind": 7, "parameters": b"speed"})
+    send({"type": "ActionRequested", "token": question().token, "kind": 7, "parameters": b"speed"})
     time.sleep(60)
     yield act("never")
