@@ -38,8 +38,8 @@ STATE_OF_CHECKPOINT_3 = Path(__file__).parents[1] / "spec/migrations/data/state_
 """The folder of an agent that d66fafc ran, which died amid its second try to wrap (checkpoint of version 3).
 
 Its plan: prepare; recover; if `wrapper_aligned`, wrap (2 retries, and recover before each), else the same if
-a condition with `since`, `count within` and a constant family holds; boil. `final.json` is the checkpoint when
-that AEROS had resumed it to the goal.
+a condition with `since`, `count within` and a constant family holds; boil. `final.json` is the checkpoint
+after that AEROS had resumed it to the goal.
 """
 
 
