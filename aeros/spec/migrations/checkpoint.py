@@ -97,11 +97,13 @@ _FIELD_NAMES: Final[Mapping[str, Mapping[str, str]]] = {
 
 
 def _renamed(value: Any) -> Any:
-    """Rename the classes in an encoded value, and their fields."""
+    """Rename the classes in an encoded value, and their fields; the keys of a mapping stay."""
     if isinstance(value, list):
         return [_renamed(item) for item in value]
     if not isinstance(value, dict):
         return value
+    if value.keys() == {"map"}:
+        return {"map": {key: _renamed(item) for key, item in value["map"].items()}}
     if value.keys() == {"class", "fields"}:
         name = value["class"]
         return {

@@ -19,8 +19,8 @@ from aeros.agent.identity import Identity, acquire_identity, lock_folder
 HOLD = """
 import sys, time
 from pathlib import Path
-from aeros.agent.identity import sole_identity
-with sole_identity(Path(sys.argv[1]), "other"):
+from aeros.agent.identity import acquire_identity
+with acquire_identity(Path(sys.argv[1]), "other"):
     print("held", flush=True)
     time.sleep(60)
 """
@@ -113,15 +113,15 @@ def test_a_holder_that_has_not_said_who_it_is_still_holds(tmp_path: Path) -> Non
 RACE = """
 import sys, time
 from pathlib import Path
-from aeros.agent.errors import RefusedError
-from aeros.agent.identity import sole_identity
+from aeros.agent.errors import AgentError
+from aeros.agent.identity import acquire_identity
 print("ready", flush=True)
 sys.stdin.readline()
 try:
-    with sole_identity(Path(sys.argv[1]), "one of many", "task " + sys.argv[2]) as identity:
+    with acquire_identity(Path(sys.argv[1]), "one of many", "task " + sys.argv[2]) as identity:
         print("awake", identity.id, identity.sessions, flush=True)
         sys.stdin.readline()
-except RefusedError as refusal:
+except AgentError as refusal:
     print("refused", refusal, flush=True)
 """
 

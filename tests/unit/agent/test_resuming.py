@@ -34,6 +34,13 @@ from tests.unit.agent.fake_runtime import FakeRuntime
 
 STATE_OF_CHECKPOINT_2 = Path(__file__).parents[1] / "spec/migrations/data/state_of_checkpoint_2"
 """What the fixture `left` was before 5d9039d: of the same agent, in checkpoints of version 2."""
+STATE_OF_CHECKPOINT_3 = Path(__file__).parents[1] / "spec/migrations/data/state_of_checkpoint_3"
+"""The folder of an agent that d66fafc ran, which died amid its second try to wrap (checkpoint of version 3).
+
+Its plan: prepare; recover; if `wrapper_aligned`, wrap (2 retries, and recover before each), else the same if
+a condition with `since`, `count within` and a constant family holds; boil. `final.json` is the checkpoint
+after that AEROS had resumed it to the goal.
+"""
 
 
 class Killed(BaseException):
@@ -344,7 +351,7 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
         (lambda text: text.replace("recover", "rewover", 1), "its digest is another"),
         (
             lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
-            "`99` was written by a newer AEROS, and this one reads `3`; install a newer AEROS",
+            "`99` was written by a newer AEROS, and this one reads `4`; install a newer AEROS",
         ),
         (lambda text: "[]", "not laid out"),
     ],
@@ -384,6 +391,50 @@ def test_a_checkpoint_of_an_older_version_is_gone_on_from_once_it_is_migrated(
     path.write_text(rewrite(path, path.read_text(), CHECKPOINT).text)
     assert resume(folder, runtime).reached
     assert runtime.done == ["prepare", "recover", "wrap", "boil"]
+
+
+@pytest.fixture
+def left_amid_wrap(tmp_path: Path) -> tuple[Path, Mortal]:
+    """The run of `STATE_OF_CHECKPOINT_3` in this AEROS: its folder, runtime and plant when the agent died."""
+    aligned, wrap = term("wrapper_aligned"), do("wrap", retry=2, handler=do("recover"))
+    plan = Given(do("prepare"), do("recover"), If(aligned, "wrapper_aligned", wrap, wrap, SPAN), do("boil"))
+    runtime = Mortal(33, endings={"wrap": ["misaligned"]})
+    with pytest.raises(Killed), start_agent(tmp_path, "chef", runtime, plan) as agent:
+        agent.run("dumplings")
+    assert runtime.done == ["prepare", "recover", "wrap", "recover"]
+    assert runtime.said[-1].event == "step-began"
+    return tmp_path, runtime
+
+
+def test_a_checkpoint_of_version_3_is_gone_on_from_once_it_is_migrated(
+    left_amid_wrap: tuple[Path, Mortal],
+) -> None:
+    folder, runtime = left_amid_wrap
+    (folder / "checkpoint.previous.json").unlink()
+    for name in ("checkpoint.json", "identity.json", "phase.json"):
+        shutil.copy(STATE_OF_CHECKPOINT_3 / name, folder)
+    path = folder / "checkpoint.json"
+    with pytest.raises(AgentError, match=rf"`3` is an older format.+run `aeros migrate {path}`"):
+        resume(folder, runtime)
+    path.write_text(rewrite(path, path.read_text(), CHECKPOINT).text)
+    report = resume(folder, runtime)
+    assert report.reached
+    assert report.replans == 0
+    assert runtime.done == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
+
+
+def test_the_end_in_a_checkpoint_of_version_3_is_told_once_it_is_migrated(
+    left_amid_wrap: tuple[Path, Mortal],
+) -> None:
+    folder, runtime = left_amid_wrap
+    ended = resume(folder, runtime)
+    done = list(runtime.done)
+    shutil.copy(STATE_OF_CHECKPOINT_3 / "identity.json", folder)
+    path = folder / "checkpoint.json"
+    path.write_text(rewrite(path, (STATE_OF_CHECKPOINT_3 / "final.json").read_text(), CHECKPOINT).text)
+    assert ended.reached
+    assert resume(folder, runtime) == ended
+    assert runtime.done == done
 
 
 def test_a_checkpoint_of_another_robot_is_refused(left: tuple[Path, Mortal]) -> None:

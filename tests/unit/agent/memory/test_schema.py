@@ -90,7 +90,7 @@ def test_a_migration_is_killed_before_or_after_but_never_halfway(old: Path) -> N
         kill = f"""
 import os, signal, sqlite3, sys
 from pathlib import Path
-from aeros.agent import memory_schema
+from aeros.agent.memory import schema as memory_schema
 class Dying:
     def __init__(self, real): self.real, self.left = real, {statement}
     def execute(self, sql):

@@ -99,7 +99,7 @@ sys.path.insert(0, {os.getcwd()!r})
 from tests.unit.agent.memory.test_store import *
 with open_memory(Path({str(path)!r}), WHO) as memory:
     remember(memory)
-    memory.begin(STEP)
+    memory.start_episode(STEP)
     os.kill(os.getpid(), signal.SIGKILL)
 """
     assert subprocess.run([sys.executable, "-c", kill], check=False).returncode == -signal.SIGKILL

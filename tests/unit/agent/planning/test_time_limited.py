@@ -158,12 +158,12 @@ def test_who_thinks_ends_with_the_agent(tmp_path: Path) -> None:
 
 AGENT = """
 import os, pathlib, sys, time
-from aeros.agent.planning.time_limited import Beside
+from aeros.agent.planning.time_limited import PlannerProcess
 from tests.unit.agent.fake_runtime import FakeRuntime
 def think():
     pathlib.Path(sys.argv[1]).write_text(str(os.getpid()))
     time.sleep(1000)
-Beside(FakeRuntime(), within=1000)(think)
+PlannerProcess(FakeRuntime(), timeout_s=1000)(think)
 """
 
 
