@@ -38,11 +38,11 @@ def verify(*arguments: object) -> int:
 def _lies_of(monkeypatch: pytest.MonkeyPatch, truth: SatResult) -> None:
     """A cvc5 that says the opposite wherever `truth` is the answer."""
 
-    def answer(self: Cvc5, script: str) -> SolverAnswer:
+    def solve_script(self: Cvc5, script: str) -> SolverAnswer:
         said = _honest(self, script)
         return SolverAnswer(_OPPOSITE[said.result], {}) if said.result is truth else said
 
-    monkeypatch.setattr(Cvc5, "answer", answer)
+    monkeypatch.setattr(Cvc5, "solve_script", solve_script)
 
 
 @pytest.mark.parametrize("truth", [SatResult.SAT, SatResult.UNSAT])
@@ -72,7 +72,7 @@ def test_kept_answers_are_examined_too(
     lock = (module / LOCK).read_bytes()
 
     _lies_of(monkeypatch, SatResult.SAT)
-    monkeypatch.setattr(IncrementalSolver, "ask", None)  # Z3 is not asked again
+    monkeypatch.setattr(IncrementalSolver, "check_sat", None)  # Z3 is not asked again
     assert verify(module) == Exit.INTERNAL_ERROR
     assert f"about policy/wait/satisfiable ({SITE}):" in capsys.readouterr().err
     assert (module / LOCK).read_bytes() == lock
@@ -104,10 +104,11 @@ def test_agreement_is_told_and_changes_no_certificate(
 def test_what_is_beyond_the_second_solver_is_told_and_z3_stands(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Cvc5, "answer", lambda *_: SolverAnswer(SatResult.UNKNOWN, {}, "out of its depth"))
+    unknown = SolverAnswer(SatResult.UNKNOWN, {}, "out of its depth")
+    monkeypatch.setattr(Cvc5, "solve_script", lambda *_: unknown)
     assert verify(module) == Exit.SUCCESS
     shown = capsys.readouterr().out
-    assert re.search(r"agreed on 0 of (\d+) questions; \1 undecided by it, where Z3's word stands", shown)
+    assert re.search(r"agreed on 0 of (\d+) questions; \1 undecided by it \(Z3's verdict used\)", shown)
     assert re.search(r"^  safety/.*/slow-near-person \(.*ecm.yaml\): out of its depth$", shown, re.MULTILINE)
     assert (module / LOCK).exists()
     assert verify(module, "--format", "json") == Exit.SUCCESS

@@ -79,7 +79,7 @@ def test_trials_that_are_there_are_taken_only_where_that_is_said(
     assert run(tmp_path, ONE) == Exit.SUCCESS
     before = (tmp_path / TRIALS_FILE).read_bytes()
     assert run(tmp_path, ONE) == Exit.USAGE
-    assert "go on with --resume" in capsys.readouterr().err
+    assert "continue with --resume" in capsys.readouterr().err
     assert run(tmp_path, "--resume", "--trials", "5", ONE) == Exit.SUCCESS
     after = (tmp_path / TRIALS_FILE).read_bytes()
     assert after.startswith(before)

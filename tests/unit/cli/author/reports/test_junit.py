@@ -46,7 +46,7 @@ def test_each_subject_is_a_suite_and_each_obligation_a_case(run: str) -> None:
     for subject, suite in zip(result.subjects, suites, strict=False):
         ids = [one.id for one in subject.static_claims] + [one.obligation.id for one in subject.findings]
         cases = suite.findall("testcase")
-        assert [case.attrib["name"] for case in cases] == [*ids, "form/readable"]
+        assert [case.attrib["name"] for case in cases] == [*map(str, ids), "form/readable"]
         failed = [
             case for case in cases if case.find("failure") is not None or case.find("error") is not None
         ]
