@@ -50,7 +50,7 @@ class _Mark:
 
 @dataclass(frozen=True)
 class Known(_Mark):
-    """Name of a known object; `among` is the field of `Surroundings` that lists them."""
+    """Name of a known object; `among` is the field of `FaultContext` that lists them."""
 
     among: Literal["things", "quantities"]
     noun: str
