@@ -420,7 +420,7 @@ def _pair(
     site = _site(
         kinds=actions,
         rules=(Rule("phi", "", "", "", {"m": phi, "n": phi}, {}, span, span),),
-        joint=(JointRule("both", "", "", "", roles, rule, span, span),),
+        joint_rules=(JointRule("both", "", "", "", roles, rule, span, span),),
     )
     skills = {
         name: _skill(
