@@ -420,7 +420,7 @@ def _pair(
     site = _site(
         kinds=actions,
         rules=(Rule("phi", "", "", "", {"m": phi, "n": phi}, {}, span, span),),
-        joint=(JointRule("both", "", "", "", roles, rule, span, span),),
+        joint_rules=(JointRule("both", "", "", "", roles, rule, span, span),),
     )
     skills = {
         name: _skill(
@@ -528,7 +528,7 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
 def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     def in_sequence(self: Any, part: Par[Step], before: Any) -> Any:
         for branch in part.branches:
-            before = self.walk(branch, before)
+            before = self.execute(branch, before)
         return before
 
     fails = Outcome("o", {}, True, None, None)
@@ -565,6 +565,6 @@ def test_one_order_of_the_roles_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_guard_that_is_forgotten_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(symbolic_paths, "conjuncts", lambda term: frozenset())
+    monkeypatch.setattr(symbolic_paths, "split_conjunction", lambda term: frozenset())
     with pytest.raises(AssertionError):
         _composition_is_judged()

@@ -162,14 +162,14 @@ def test_a_motion_of_which_something_is_left_out_is_noticed(
     broken: Callable[[swept_volume.SweptMotion], swept_volume.SweptMotion], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = MergedMotion.swept_motion
-    monkeypatch.setattr(MergedMotion, "moving", lambda self: broken(whole(self)))
+    monkeypatch.setattr(MergedMotion, "swept_motion", lambda self: broken(whole(self)))
     with pytest.raises(AssertionError):
         _compare(range(400))
 
 
 def test_an_overestimated_distance_of_a_motion_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     made = merging._progress
-    monkeypatch.setattr(merging, "_progress", lambda other: made(other._replace(since=other.since + 0.2)))
+    monkeypatch.setattr(merging, "_progress", lambda other: made(other._replace(started_at=other.started_at + 0.2)))
     with pytest.raises(AssertionError):
         _compare(range(400))
 
@@ -203,7 +203,7 @@ def test_the_tool_carried_by_the_base_exceeds_none_of_its_bounds(seed: int) -> N
 
 
 def test_bounds_of_the_tool_without_what_carries_it_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kinematic_bounds, "added", lambda relative, carried: relative)
+    monkeypatch.setattr(kinematic_bounds, "add_rates", lambda relative, carried: relative)
     noticed = {name for seed in range(25) for name in _tool_exceeds(_moving_on(_pair(chance_of(seed))))}
     assert {"speed", "acceleration"} <= noticed
 

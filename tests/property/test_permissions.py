@@ -117,8 +117,8 @@ def _module(w: dict[str, Any]) -> Ecm:
         id="module",
         skills={"skill": skill},
         tasks={"task": Task("task", (), _reading(w["goal"]), "", (), {}, None, SPAN)},
-        access=w["asked"],
-        permission={kind: _clause(()) for kind in w["permitted"]},
+        requested_access=w["asked"],
+        permitted_actions={kind: _clause(()) for kind in w["permitted"]},
     )
 
 
