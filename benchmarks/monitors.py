@@ -188,7 +188,7 @@ def windows(sizes: Sequence[int], count: int, rounds: int, absent: Sequence[str]
                     name: statistics.median(getattr(one, field) for one in each)
                     for name, each in passes.items()
                 }
-                for field in ("us", "taking")
+                for field in ("us", "preparation_us")
             }
             rows.append({"operator": operator, "window": window, **medians})
     return rows
@@ -230,7 +230,7 @@ def main() -> None:
     print("µs of processor time per sample, and to make what is taken of one\n")
     print(f"| condition | {' | '.join(names)} |\n|---|{'--:|' * len(names)}")
     for row in rows:
-        cells = " | ".join(f"{row['us'][name]:.2f} + {row['taking'][name]:.2f}" for name in names)
+        cells = " | ".join(f"{row['us'][name]:.2f} + {row['preparation_us'][name]:.2f}" for name in names)
         print(f"| `{row['operator']}[0:{row['window']}]` | {cells} |")
     print("\n`historically` after a true sample:")
     for name, outputs in corrupted.items():

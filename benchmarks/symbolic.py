@@ -47,10 +47,14 @@ _REST: Final = "agent, executor and the rest"
 _PARTS: Final[tuple[Part, ...]] = (
     ("plant", SymbolicPlant, ("__init__", "observe", "plan", "begin", "advance", "skill_ended")),
     ("gate", CompiledGate, ("decide",)),
-    ("monitor", RuntimeMonitor, ("__init__", "__call__", "watch", "forget")),
+    ("monitor", RuntimeMonitor, ("__init__", "__call__", "add", "remove")),
     ("audit record", AuditLog, ("append",)),
-    ("a decision as its record has it", IncrementalDecisionEncoder, ("tell", "motion")),
-    ("agent's memory", Memory, ("begin", "end", "remember", "learn", "interrupt", "end_session")),
+    ("encoding decisions as records", IncrementalDecisionEncoder, ("encode", "encode_motion")),
+    (
+        "agent's memory",
+        Memory,
+        ("start_episode", "end_episode", "add_event", "set_fact", "mark_interrupted", "end_session"),
+    ),
     ("skill code", InProcessRun, ("resume",)),
 )
 

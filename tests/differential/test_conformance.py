@@ -44,7 +44,7 @@ def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it
         exact_calls += 1
         return is_true(term, env)
 
-    monkeypatch.setattr(compiled, "holds", counted)
+    monkeypatch.setattr(compiled, "is_true", counted)
     _check(Closure(), 250)
     assert exact_calls > 10
 

@@ -116,7 +116,7 @@ def _without(part: str, instead: str = "True") -> Mistake:
     def require(writer: fast_path._FastPathWriter, code: str) -> None:
         right(writer, code.replace(part, instead))
 
-    return lambda patch: patch.setattr(fast_path._FastPathWriter, "require", require)
+    return lambda patch: patch.setattr(fast_path._FastPathWriter, "write_guard", require)
 
 
 MISTAKES: dict[str, Mistake] = {
@@ -145,7 +145,7 @@ def test_a_check_left_out_of_the_short_way_is_noticed(mistake: str, monkeypatch:
 
 
 def test_conditions_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fast_path._FastPathWriter, "conditions", lambda _, terms, __: ["True"] * len(terms))
+    monkeypatch.setattr(fast_path._FastPathWriter, "condition_codes", lambda _, terms, __: ["True"] * len(terms))
     twin = CompiledGate(configuration())
     assert differs(twin, request(speed=5.0))
 
@@ -156,7 +156,7 @@ def test_reasons_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.Monke
     def deny(writer: fast_path._FastPathWriter, conditions: Sequence[str], criteria: Any, read: Any) -> None:
         right(writer, ["True"] * len(conditions), criteria, read)
 
-    monkeypatch.setattr(fast_path._FastPathWriter, "deny", deny)
+    monkeypatch.setattr(fast_path._FastPathWriter, "write_deny", deny)
     twin = CompiledGate(configuration())
     assert differs(twin, replace(request("quickly", "carry"), usage={"carry-rate": 10**30}))
 

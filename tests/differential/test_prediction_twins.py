@@ -65,9 +65,9 @@ def _replans_although_done(self: TransitionSystem, node: LoopState) -> list[Tran
 _after, _try = Invocation.after, TransitionSystem._attempt_transitions
 TWINS: dict[str, tuple[type, str, Callable[..., Any]]] = {
     "ignores failures": (Invocation, "after", _no_failures),
-    "takes another outcome than the one measured": (Invocation, "_measured", _as_drawn),
-    "forgets on_failure": (TransitionSystem, "_recover", _never_recovers),
-    "plans again although the step is done": (TransitionSystem, "_try", _replans_although_done),
+    "takes another outcome than the one measured": (Invocation, "_measured_outcome", _as_drawn),
+    "forgets on_failure": (TransitionSystem, "_recovery_transitions", _never_recovers),
+    "plans again although the step is done": (TransitionSystem, "_attempt_transitions", _replans_although_done),
 }
 
 
