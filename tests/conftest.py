@@ -62,7 +62,7 @@ MARKED: Final = {
         "unit/runtime/isolation/test_probes.py",
         "unit/runtime/isolation/test_zygote.py",
         "unit/runtime/registry/test_archive.py",
-        "unit/runtime/registry/test_past_configurations_configurations.py",
+        "unit/runtime/registry/test_past_configurations.py",
         "unit/runtime/registry/test_revocation.py",
         "unit/runtime/test_arm_and_base.py",
         "unit/runtime/audit/test_log_kills.py",

@@ -202,7 +202,7 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         The agent and its executor.
 
     Raises:
-        RefusedError: Another agent holds the state folder, it is in quarantine, or memory cannot be trusted.
+        AgentError: Another agent holds the state folder, it is in quarantine, or memory cannot be trusted.
         AuditError: The audit log cannot be written.
     """
     configuration, observe = setup.configuration, recorded.observe

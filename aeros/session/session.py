@@ -86,7 +86,7 @@ class Session:
             The result: `reached`, `reason` if it was not reached, `measured`, `steps`.
 
         Raises:
-            RefusedError: The instruction names no task or several, or the agent may not start.
+            AgentError: The instruction names no task or several, or the agent may not start.
             PlantSetupError: The plant cannot be opened.
             SkillRefusedError: This host isolates skill code less than the site requires.
             AuditError: The audit log cannot be written, so nothing moves.

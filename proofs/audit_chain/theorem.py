@@ -180,7 +180,7 @@ def _tampering_detected(_: ModuleSource) -> TheoremObligation:
     )
 
 
-# `scan` and `verify_log`: all lines in turn.
+# `read_prefix` and `verify_log`: all lines in turn.
 
 _LINES: Final = 3
 _SCAN_DECLARATIONS: Final = (

@@ -80,7 +80,7 @@ THEOREM = Theorem(
             "strangers",
             gate.GATE,
             "required = entry.required_state if entry else kind.required_state if kind else frozenset()",
-            "required_state = entry.required_state if entry else kind.required_state",
+            "required = entry.required_state if entry else kind.required_state",
         ),
         Mutant(
             "overlooks-the-upper-end-of-a-range",

@@ -39,7 +39,7 @@ CODEGEN: Final = "aeros.runtime.gate.compiled.codegen"
 SNAPSHOT_IS_UNPACKED: Final = "(=> moment.is-taken (and (not readings.strange-name){}))".format(
     "".join(f" (=> has.{name} formed.{name})" for name in STATE)
 )
-"""What `SnapshotCache.scalars` takes apart, is of its form: see `gate_moments.py`."""
+"""What `SnapshotCache.scalars` takes apart, is of its form: see `gate_snapshots.py`."""
 
 _QUOTA: Final = Quota("rate", frozenset(("a",)), 3, Fraction(60), cast("Any", None))
 

@@ -205,7 +205,7 @@ def type_stub(value: Any) -> Any:
 
 
 def integer_as_double(value: Any) -> Any:
-    """Stands for `writing._whole`: a whole number as the double that it is, else NaN."""
+    """Stands for `codegen._integer_as_double`: a whole number as the double that it is, else NaN."""
     if type_stub(value) is not int or not -(2**53) <= value <= 2**53:
         return float("nan")
     return _float(value)

@@ -578,7 +578,7 @@ THEOREM = Theorem(
             "traces-of-nested",
             past_time_monitors.PAST_TIME,
             "if name in self._kept:\n            return self._kept[name].declared.variable",
-            "if name and self._kept:\n            return self.kept[0].declared.variable",
+            "if name and self._kept:\n            return self.collected[0].declared.variable",
         ),
     ),
 )

@@ -26,7 +26,7 @@ _CLASSES: Final = (
     *(types.BoolType, types.RealType, types.IntegerType, types.VectorType, types.EnumType, types.FamilyType),
     *get_args(t.Term),
 )
-# Two enumerations are called `Role`.
+# Files name an enumeration by these keys, whatever its class is called.
 _ENUMS: Final[Mapping[str, type[Enum]]] = {"role": StepRole, "status": StepStatus, "variable": t.VariableRole}
 _ENUM_NAMES: Final = {kind: name for name, kind in _ENUMS.items()}
 

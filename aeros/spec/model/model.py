@@ -560,7 +560,7 @@ class PlanningRule:
 
 @dataclass(frozen=True)
 class TaskInvariant:
-    """Condition on the state that must hold from the start of a task to its end."""
+    """Task invariant: a condition on the state that must hold from the start of a task to its end."""
 
     id: str
     term: t.Term

@@ -16,24 +16,26 @@ from aeros.exit_codes import Exit
 _THEOREM = """
 from types import SimpleNamespace
 
-from aeros.spec.theorems.symbolic_execution import Symbol, explore
+from aeros.spec.theorems.symbolic_execution import SymbolicValue, execute_symbolically
 from aeros.spec.theorems.module_copies import Mutant
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 
 
 def risk(code):
     layers = code.module("aeros.runtime.gate.finite_layers")
 
     def run(ask):
-        kind, skill = (SimpleNamespace(name="n", id="n", risk=Symbol(one, ask)) for one in ("kind", "skill"))
-        site = SimpleNamespace(risk_ceiling=Symbol("site", ask))
+        kind, skill = (
+            SimpleNamespace(name="n", id="n", risk=SymbolicValue(one, ask)) for one in ("kind", "skill")
+        )
+        site = SimpleNamespace(risk_ceiling=SymbolicValue("site", ask))
         return str(not list(layers._risk_objections(site, skill, kind))).lower()
 
-    return Obligation(
+    return TheoremObligation(
         "No objection exactly where the risk is borne.",
         [f"(declare-const {one} Int)" for one in ("kind", "skill", "site")],
         "CONCLUSION",
-        tables=(Table("nothing", "Bool", explore(run)),),
+        tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),
         assumptions={"some": "ASSUMPTION"},
     )
 
@@ -142,7 +144,7 @@ def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
     [
         ({"CONCLUSION": "(= nothing (<= kind skill))"}, "REFUTED", "obligation risk is REFUTED"),
         ({"ASSUMPTION": "(< kind kind)"}, "VACUOUS", "obligation risk is VACUOUS"),
-        ({"BROKEN": "skill.risk >= site.risk_ceiling + 1"}, "PROVED", "also holds for the mutant"),
+        ({"BROKEN": "skill.risk >= site.risk_ceiling + 1"}, "PROVED", "the theorem also holds for"),
     ],
 )  # fmt: skip
 def test_what_is_no_theorem_fails(
