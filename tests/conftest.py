@@ -42,6 +42,8 @@ MARKED: Final = {
         "differential",
         "property",
         "repo/test_benchmarks.py",
+        "repo/test_ci_integration.py",
+        "repo/test_codes.py",
         "unit/agent/test_beside.py",
         "unit/agent/test_dispatcher.py",
         "unit/agent/test_llm_planner.py",
