@@ -338,4 +338,4 @@ def test_whatever_stands_in_a_record_is_no_more_than_a_disagreement(strange: Any
             unfound.append((number, path))
     # What a record says that could not be encoded is the same as anything that cannot be.
     assert unfound == [] or strange == {"unencodable": "x"}, unfound
-    assert len(unfound) <= 1
+    assert all(path[0] in ("decided", "reasons") for _, path in unfound)
