@@ -44,6 +44,8 @@ MARKED: Final = {
         "differential",
         "property",
         "repo/test_benchmarks.py",
+        "repo/test_ci_integration.py",
+        "repo/test_codes.py",
         "unit/agent/planning/test_time_limited.py",
         "unit/agent/execution/test_dispatcher.py",
         "unit/agent/planning/test_llm.py",

@@ -145,7 +145,9 @@ def test_a_check_left_out_of_the_short_way_is_noticed(mistake: str, monkeypatch:
 
 
 def test_conditions_left_out_of_the_short_way_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fast_path._FastPathWriter, "condition_codes", lambda _, terms, __: ["True"] * len(terms))
+    monkeypatch.setattr(
+        fast_path._FastPathWriter, "condition_codes", lambda _, terms, __: ["True"] * len(terms)
+    )
     twin = CompiledGate(configuration())
     assert differs(twin, request(speed=5.0))
 

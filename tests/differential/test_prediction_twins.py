@@ -67,7 +67,11 @@ TWINS: dict[str, tuple[type, str, Callable[..., Any]]] = {
     "ignores failures": (Invocation, "after", _no_failures),
     "takes another outcome than the one measured": (Invocation, "_measured_outcome", _as_drawn),
     "forgets on_failure": (TransitionSystem, "_recovery_transitions", _never_recovers),
-    "plans again although the step is done": (TransitionSystem, "_attempt_transitions", _replans_although_done),
+    "plans again although the step is done": (
+        TransitionSystem,
+        "_attempt_transitions",
+        _replans_although_done,
+    ),
 }
 
 

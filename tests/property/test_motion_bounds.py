@@ -195,7 +195,9 @@ def _without_bends(sweep: Sweep) -> Sweep:
 def test_an_enclosure_that_leaves_something_out_would_be_noticed(
     broken: Callable[[Sweep], Sweep], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ForwardKinematics, "chord_deviation_bound", broken(ForwardKinematics.chord_deviation_bound))
+    monkeypatch.setattr(
+        ForwardKinematics, "chord_deviation_bound", broken(ForwardKinematics.chord_deviation_bound)
+    )
     with pytest.raises(AssertionError):
         _assert_all_enclosed()
 

@@ -338,4 +338,4 @@ def test_a_malformed_record_is_a_mismatch_and_no_crash(strange: Any, tmp_path: P
             unfound.append((number, path))
     # What a record says that could not be encoded is the same as anything that cannot be.
     assert unfound == [] or strange == {"unencodable": "x"}, unfound
-    assert len(unfound) <= 1
+    assert all(path[0] in ("decided", "reasons") for _, path in unfound)
