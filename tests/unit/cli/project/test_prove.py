@@ -16,24 +16,24 @@ from aeros.exit_codes import Exit
 _THEOREM = """
 from types import SimpleNamespace
 
-from aeros.spec.theorems.symbolic_execution import Symbol, explore
+from aeros.spec.theorems.symbolic_execution import SymbolicValue, execute_symbolically
 from aeros.spec.theorems.module_copies import Mutant
-from aeros.spec.theorems.theorem import Obligation, Table, Theorem
+from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 
 
 def risk(code):
     layers = code.module("aeros.runtime.gate.finite_layers")
 
     def run(ask):
-        kind, skill = (SimpleNamespace(name="n", id="n", risk=Symbol(one, ask)) for one in ("kind", "skill"))
-        site = SimpleNamespace(risk_ceiling=Symbol("site", ask))
+        kind, skill = (SimpleNamespace(name="n", id="n", risk=SymbolicValue(one, ask)) for one in ("kind", "skill"))
+        site = SimpleNamespace(risk_ceiling=SymbolicValue("site", ask))
         return str(not list(layers._risk_objections(site, skill, kind))).lower()
 
-    return Obligation(
+    return TheoremObligation(
         "No objection exactly where the risk is borne.",
         [f"(declare-const {one} Int)" for one in ("kind", "skill", "site")],
         "CONCLUSION",
-        tables=(Table("nothing", "Bool", explore(run)),),
+        tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),
         assumptions={"some": "ASSUMPTION"},
     )
 
