@@ -25,7 +25,8 @@ def risk(code):
     layers = code.module("aeros.runtime.gate.finite_layers")
 
     def run(ask):
-        kind, skill = (SimpleNamespace(name="n", id="n", risk=SymbolicValue(one, ask)) for one in ("kind", "skill"))
+        risks = (SymbolicValue(one, ask) for one in ("kind", "skill"))
+        kind, skill = (SimpleNamespace(name="n", id="n", risk=risk) for risk in risks)
         site = SimpleNamespace(risk_ceiling=SymbolicValue("site", ask))
         return str(not list(layers._risk_objections(site, skill, kind))).lower()
 
