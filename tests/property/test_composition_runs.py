@@ -28,6 +28,7 @@ from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.model import Ecm, Site, Skill
 from tests.differential.real_loop import Forgetful
+from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.property.test_compositions import (
     STATE,
@@ -37,7 +38,6 @@ from tests.property.test_compositions import (
     _refuted,
     _site,
     _skills,
-    bounded,
 )
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -82,7 +82,7 @@ def _ends(
     return None if end is None else end.reason, runtime
 
 
-@bounded
+@examples(400, report_multiple_bugs=False)
 @given(_compositions(), _skills(), st.frozensets(st.sampled_from(SKILLS)), st.integers(0, 2**32))
 def _what_is_proved_happens(
     composition: Composition, skills: dict[str, Skill], anytime: frozenset[str], seed: int
