@@ -149,7 +149,7 @@ def test_a_state_folder_is_migrated_once(state: Path, capsys: pytest.CaptureFixt
     assert "aeros verify" not in said
     assert main(["migrate", str(state), "--check"]) == Exit.SUCCESS
     kept = json.loads((state / "checkpoint.json").read_text())
-    assert kept["schema"] == 3
+    assert kept["schema"] == 4
 
 
 def test_where_an_agent_is_at_work_nothing_is_rewritten(

@@ -143,7 +143,11 @@ def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
     [
         ({"CONCLUSION": "(= nothing (<= kind skill))"}, "REFUTED", "obligation risk is REFUTED"),
         ({"ASSUMPTION": "(< kind kind)"}, "VACUOUS", "obligation risk is VACUOUS"),
-        ({"BROKEN": "skill.risk >= site.risk_ceiling + 1"}, "PROVED", "the theorem also holds for the mutant"),
+        (
+            {"BROKEN": "skill.risk >= site.risk_ceiling + 1"},
+            "PROVED",
+            "the theorem also holds for the mutant bears-any-risk",
+        ),
     ],
 )  # fmt: skip
 def test_what_is_no_theorem_fails(
