@@ -147,7 +147,7 @@ def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
         (
             {"BROKEN": "skill.risk >= site.risk_ceiling + 1"},
             "PROVED",
-            "the theorem also holds for the mutant",
+            "the theorem also holds for the mutant bears-any-risk",
         ),
     ],
 )
