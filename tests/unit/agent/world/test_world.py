@@ -262,7 +262,7 @@ def test_only_readings_make_a_world() -> None:
         for path in PYTHON
         if path.parts[:2] == ("aeros", "agent")
         for node in ast.walk(ast.parse(text_of(path)))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "World"
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "WorldModel"
     ]
     assert sorted(made) == ["aeros/agent/world/incremental.py", *["aeros/agent/world/world.py"] * 2]
 
