@@ -241,7 +241,7 @@ def test_an_instruction_or_resume_and_not_both(
 def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["run", "make dumplings", "--watchdog", "--bag", str(tmp_path / "bag"), "--state", str(tmp_path)]
     assert main(asked) == Exit.USAGE
-    assert "do not go with --watchdog" in capsys.readouterr().err
+    assert "cannot be combined with --watchdog" in capsys.readouterr().err
 
 
 @pytest.mark.physics
