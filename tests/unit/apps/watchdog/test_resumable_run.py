@@ -61,7 +61,7 @@ def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_read_is_refused(content: str | bytes, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_bytes(content.encode() if isinstance(content, str) else content)
-    with pytest.raises(AgentError, match="cannot be read"):
+    with pytest.raises(AgentError, match="cannot read run options from"):
         load_run_options(asked(tmp_path))
 
 
