@@ -16,9 +16,16 @@ from aeros.apps.mcp.approvals import Approvals
 from aeros.apps.mcp.plan_review import ClientPlanChecker
 from aeros.apps.mcp.robot import ClientPlanner, LatestMeasurements, McpRobotThread, RobotParts
 from aeros.apps.mcp.tools import Tools
-from aeros.cli.arguments import existing_path, find_key_file, parse_seed, print_warning, writable_path
+from aeros.cli.arguments import (
+    add_command,
+    existing_path,
+    find_key_file,
+    parse_seed,
+    print_warning,
+    writable_path,
+)
 from aeros.cli.latest_run import save_latest_run
-from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.exit_codes import Exit
 from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.control_page import request_command
@@ -60,12 +67,7 @@ def add_to(commands: Subparsers) -> None:
     Args:
         commands: Subparsers of `aeros`.
     """
-    parser = commands.add_parser(
-        "mcp",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "mcp", __doc__, _EXAMPLES)
     parser.add_argument("instruction", help='the task for which the robot is set up, as in "make dumplings"')
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")

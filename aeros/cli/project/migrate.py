@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import undisturbed
-from aeros.cli.arguments import existing_path
-from aeros.exit_codes import EXIT_CODES, Exit
+from aeros.cli.arguments import add_command, existing_path
+from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -76,12 +76,7 @@ def add_to(commands: Subparsers) -> None:
     Args:
         commands: Subparsers of `aeros`.
     """
-    parser = commands.add_parser(
-        "migrate",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "migrate", __doc__, _EXAMPLES)
     parser.add_argument("paths", nargs="+", type=existing_path, metavar="PATH", help="a file, or a folder")
     parser.add_argument(
         "--check", action="store_true", help="write nothing; exit with 1 if a file has an older version"

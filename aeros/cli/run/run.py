@@ -16,11 +16,19 @@ from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.goal import parse_goal
 from aeros.apps.watchdog.resumable_run import load_run_options, save_run_options
 from aeros.apps.watchdog.watchdog import run_watchdog
-from aeros.cli.arguments import existing_path, find_key_file, mcap_path, parse_seed, video_path, writable_path
+from aeros.cli.arguments import (
+    add_command,
+    existing_path,
+    find_key_file,
+    mcap_path,
+    parse_seed,
+    video_path,
+    writable_path,
+)
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.run_plant import PlantSetup, load_scene_extras, open_outputs, serve_plant
 from aeros.cli.run.run_task import RunRequest, run_task
-from aeros.exit_codes import EXIT_CODES, Exit, UsageError
+from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
@@ -80,12 +88,7 @@ def add_to(commands: Subparsers) -> None:
     Args:
         commands: Subparsers of `aeros`.
     """
-    parser = commands.add_parser(
-        "run",
-        description=__doc__,
-        epilog=f"{_EXAMPLES}\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(commands, "run", __doc__, _EXAMPLES)
     parser.add_argument("instruction", nargs="?", help='what to do, as in "make dumplings"')
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
