@@ -170,7 +170,7 @@ def test_a_motion_of_which_something_is_left_out_is_noticed(
 def test_an_overestimated_distance_of_a_motion_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     made = merging._progress
     monkeypatch.setattr(
-        merging, "_progress", lambda other: made(other._replace(started_at=other.started_at + 0.2))
+        merging, "_progress", lambda other: made(other._replace(elapsed_s=other.elapsed_s + 0.2))
     )
     with pytest.raises(AssertionError):
         _compare(range(400))

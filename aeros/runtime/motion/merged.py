@@ -30,13 +30,13 @@ class ConcurrentMotion(NamedTuple):
 
     action: the action, parameters in SI.
     plan: its motion.
-    started_at: the time since it began, s.
+    elapsed_s: the time since it began, s.
     is_halting: it comes to rest before its end.
     """
 
     action: Action
     plan: Trajectory
-    started_at: float
+    elapsed_s: float
     is_halting: bool = False
 
 
@@ -172,7 +172,7 @@ def commanded_joint_position(concurrent_motion: ConcurrentMotion) -> JointVector
 
 def _progress(concurrent_motion: ConcurrentMotion) -> float:
     """Return the least fraction of its path that a motion has completed; 0 if its clock cannot be used."""
-    u = concurrent_motion.started_at / concurrent_motion.plan.duration
+    u = concurrent_motion.elapsed_s / concurrent_motion.plan.duration
     if not u > 0.0:
         return 0.0
     if u >= 1.0:

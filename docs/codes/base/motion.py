@@ -26,6 +26,6 @@ motion = Trajectory(body, (path,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DURATION)
 target = (0.5 * cos(ASKED), 0.5 * sin(ASKED), 0.5)
 allowed = Decision(DecisionKind.ALLOW, act("move", target=target, speed=0.25), ())
 decider = MotionDecider(load_site("site.yaml", Diagnostics()).motion)
-others = [ConcurrentMotion(allowed.action, motion, started_at=0.5)] if ANOTHER_MOVES else []
+others = [ConcurrentMotion(allowed.action, motion, elapsed_s=0.5)] if ANOTHER_MOVES else []
 decided = decider.decide(allowed, motion, {"joint_angle": Reading((MEASURED,), 10.0)}, others)
 sys.stdout.write(" ".join(reason.code for reason in decided.reasons))
