@@ -32,8 +32,8 @@ def test_every_test_that_is_named_is_there() -> None:
     assert [path for path in named if not (ROOT / path).is_file()] == []
 
 
-def test_of_everything_that_is_assumed_it_says_what_that_breaks_and_what_watches_it() -> None:
-    table = text_of(_PAGE).partition("## What is assumed")[2]
+def test_each_assumption_says_what_it_would_break_and_what_watches_it() -> None:
+    table = text_of(_PAGE).partition("## Assumptions")[2]
     rows = [line.strip("|").split("|") for line in table.splitlines() if line.startswith("| ")][1:]
     assert rows
     assert [row for row in rows if len(row) != 3 or not all(cell.strip() for cell in row)] == []
