@@ -21,7 +21,7 @@ PLACES: dict[str, Callable[[RandomSource], Vector3]] = {
     "cube": lambda chance: sample_table_layout(chance).cube.position,
     "can, upright": lambda chance: sample_table_layout(chance).can.position,
     "station, before the first stand": lambda chance: sample_room_layout(chance).station,
-    "second stand, and on it the place to bring it to": lambda chance: sample_room_layout(chance).delivery,
+    "second stand, with the place of delivery on it": lambda chance: sample_room_layout(chance).delivery,
 }
 
 STATED = re.compile(r"x (-?[\d.]+) to (-?[\d.]+) m, y (-?[\d.]+) to (-?[\d.]+) m")
