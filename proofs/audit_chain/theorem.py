@@ -411,7 +411,7 @@ def _verify_signed(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "edited, deleted, inserted and moved audit records are found; with an anchor, cut and rewritten logs too",
+    "edited, deleted, inserted and moved audit records are detected; with an anchor, also cuts and rewrites",
     {
         "same-line": _same_line,
         "same-hash": _same_hash,

@@ -348,7 +348,7 @@ _START_ATTEMPT: Final = (
 _START_STEP: Final = "        started = self._attempts.start(role, step.module, step.skill, inputs)\n"
 
 THEOREM = Theorem(
-    "a resumed agent repeats no step that was acknowledged, nor one that happened before it crashed",
+    "a resumed agent repeats no step that was acknowledged or that happened before the crash",
     {"base": _base, "step": _step, "crash": _crash, "claim": _claim},
     (
         Mutant(

@@ -349,7 +349,7 @@ def _concurrent_steps(branches: tuple[Any, Any], *, handled: bool) -> set[frozen
 
 
 THEOREM = Theorem(
-    "what runs in parallel obeys Φ each by itself, and the joint rules together; seq and cond add nothing",
+    "parallel actions obey Φ individually and the joint rules together; seq and cond need no joint check",
     {
         "beside": _joint_rule_obligation,
         "decided-beside": _joint_decision_obligation,

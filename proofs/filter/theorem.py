@@ -254,7 +254,7 @@ _OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
 }
 
 THEOREM = Theorem(
-    "wherever the gate's floating-point filter answers, the exact comparison has that answer",
+    "if the gate's floating-point filter gives a result, the exact comparison gives the same result",
     _OBLIGATIONS,
     (
         Mutant(

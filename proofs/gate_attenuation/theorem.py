@@ -145,7 +145,7 @@ def _rounding_is_inwards(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "what an action is attenuated to is allowed, in no parameter larger, and attenuated no further",
+    "an attenuated action is allowed, larger in no parameter, and not attenuated further",
     {
         "allowed": _attenuated_is_allowed,
         "no-larger": _attenuated_is_smaller,

@@ -44,7 +44,7 @@ def _criteria(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "what is well-formed, in the envelope, permitted, and allowed by Φ and every site rule, is allowed",
+    "a well-formed, permitted action in the envelope that Φ and every site rule allow is allowed",
     {
         "decision": _decision,
         "objections": _objections,

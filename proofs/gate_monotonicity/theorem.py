@@ -124,7 +124,7 @@ _OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
 }
 
 THEOREM = Theorem(
-    "an override wins; a rule, override, quota or module that is added allows nothing more",
+    "an override wins; an added rule, override, quota or module allows nothing more",
     {
         "override": _override,
         "denied": _denied,

@@ -206,7 +206,7 @@ def _claim_name_collision(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "the gate that leaves out what is proved decides as the gate that evaluates everything",
+    "a gate that skips proved conditions decides as a gate that evaluates all conditions",
     {
         "everything": _full_evaluation,
         "same-reasons": _decisions_agree,

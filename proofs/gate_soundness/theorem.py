@@ -59,7 +59,7 @@ _OBLIGATIONS: Final = {
 }
 
 THEOREM = Theorem(
-    "what is forwarded satisfies Φ, P_i, the envelope and every site rule; all else is ⊥",
+    "forwarded actions satisfy Φ, P_i, the envelope and every site rule; all others become ⊥",
     _OBLIGATIONS,
     (
         Mutant(

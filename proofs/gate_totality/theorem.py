@@ -46,7 +46,7 @@ def _strangers(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "every input has a decision; what is malformed, unknown or not in the envelope is denied",
+    "every input has a decision; malformed or unknown input, or input outside the envelope, is denied",
     {
         "decision": _decision,
         "objections": _objections,

@@ -11,7 +11,7 @@ from proofs.lib.registry_changes import GOVERNING, change_obligations
 from proofs.lib.revocation import CONTROL_PAGE, REGISTRY, REGISTRY_STORE, revocation_obligations
 
 THEOREM = Theorem(
-    "only skills of active modules are dispatched, and nothing revoked moves once a change has returned",
+    "only skills of active modules are dispatched, and nothing revoked moves after a change has returned",
     {
         **table_obligations(),
         **executor_obligations(),

@@ -217,7 +217,7 @@ _TIMED: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
 }
 
 THEOREM = Theorem(
-    "the peaks of the motion profile and the bounds in time that the gate decides by are upper bounds",
+    "the gate's bounds on speed, acceleration and jerk of a timed motion are upper bounds",
     {
         **{f"peak-{order}": partial(_peak_bound, order) for order in (1, 2, 3)},
         "profile": _profile_derivatives,

@@ -486,7 +486,7 @@ _OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
 }
 
 THEOREM = Theorem(
-    "a history that is known is what the definition says along the whole trace, in bounded memory",
+    "every known history has the value of its definition along the whole trace, in bounded memory",
     _OBLIGATIONS,
     (
         Mutant(

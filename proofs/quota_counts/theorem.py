@@ -177,7 +177,7 @@ def _initial_obligation(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "a quota counts the actions that its window holds, exactly and in bounded memory",
+    "a quota counts exactly the actions in its time window, in bounded memory",
     {
         "begins": _initial_obligation,
         "executed": _executed,

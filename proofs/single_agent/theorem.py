@@ -204,7 +204,7 @@ def _is_awake(path: StepPath) -> bool:
 
 
 THEOREM = Theorem(
-    "at most one agent holds a state folder, whoever is killed when",
+    "at most one agent holds a state folder, even if processes are killed at any time",
     {
         "base": _base,
         **{f"step-{who}": _step(who) for who in (*_AGENTS, "kernel")},

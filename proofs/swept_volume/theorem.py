@@ -9,7 +9,7 @@ from proofs.lib.ball_enclosures import BEZIER, SWEEP, ball_obligations
 from proofs.lib.sweep_search import search_obligations
 
 THEOREM = Theorem(
-    "what the sweep calls clear, no ball of a moving body comes near, wherever on the motion",
+    "if the sweep reports a motion clear, no ball of a moving body comes near, at any point of the motion",
     {**ball_obligations(), **search_obligations()},
     (
         Mutant(

@@ -397,7 +397,7 @@ def _path(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "no tool moves or turns faster, nor any more suddenly, than the bounds that the gate decides by",
+    "no tool moves or turns faster or more abruptly than the bounds that the gate uses",
     {
         **{name: partial(_motion, name) for name in _MOTION},
         "third": _third,
