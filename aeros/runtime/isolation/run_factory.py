@@ -142,7 +142,7 @@ def _format_unavailable(modules: Iterable[str], lacking: Mapping[str, str]) -> s
     return (
         f"{names} may not run here: the site requires isolation that this host lacks "
         f"({_format_missing_layers(lacking)}); run it where there is more, or let the site trust it "
-        "(`policy.isolation.trusted_modules`) or only warn (`policy.isolation.missing: warn`)"
+        "(`policy.isolation.trusted`) or only warn (`policy.isolation.missing: warn`)"
     )
 
 
