@@ -39,9 +39,10 @@ class Handler:
     inputs: Named[ExpressionField] = field(
         default=MappingField(), metadata={"doc": "its inputs, as in `inputs: {force: 8 N}`"}
     )
-    retry: Retry | None = field(default=None, metadata={"doc": "how often it is tried again itself"})
+    retry: Retry | None = field(default=None, metadata={"doc": "how many times it is retried itself"})
     on_failure: Identifier | None = field(
-        default=None, metadata={"doc": "the handler between two of its own tries; never one that leads back"}
+        default=None,
+        metadata={"doc": "the handler between two of its own tries; it must not lead back to this one"},
     )
 
 
@@ -51,31 +52,34 @@ class Part:
 
     span: SourceSpan
     seq: tuple[Part, ...] | None = field(
-        default=None, metadata={"doc": "parts that run one after the other, each when the last has succeeded"}
+        default=None,
+        metadata={"doc": "parts that run in sequence, each after the previous one has succeeded"},
     )
     par: tuple[Part, ...] | None = field(
-        default=None, metadata={"doc": "parts that run at the same time; it succeeds when all of them have"}
+        default=None, metadata={"doc": "parts that run in parallel; this part succeeds when all of them have"}
     )
     if_: ExpressionField | None = field(
         default=None, metadata={"doc": "a condition on the state, as in `if: object_detected`"}
     )
-    then: Part | None = field(default=None, metadata={"doc": "what runs where the condition is measured"})
+    then: Part | None = field(default=None, metadata={"doc": "the part that runs if the condition holds"})
     else_: Part | ChoiceField[Literal["nothing"]] | None = field(
         default=None,
-        metadata={"doc": "what runs where it is not, or `nothing`; left out only where it always is"},
+        metadata={
+            "doc": "the part that runs otherwise, or `nothing`; optional only if the condition always holds"
+        },
     )
     skill: Identifier | None = field(default=None, metadata={"doc": "the skill that this step runs"})
     id: Identifier | None = field(
-        default=None, metadata={"doc": "the step's own name; that of its skill if left out"}
+        default=None, metadata={"doc": "the step's name; the skill's name if absent"}
     )
     inputs: Named[ExpressionField | OutputReference] = field(
         default=MappingField(),
         metadata={"doc": "its inputs, as in `inputs: {force: 8 N, width: {from: measure.width}}`"},
     )
-    retry: Retry | None = field(default=None, metadata={"doc": "how often a failed step is tried again"})
+    retry: Retry | None = field(default=None, metadata={"doc": "how many times a failed step is retried"})
     on_failure: Identifier | None = field(
         default=None,
-        metadata={"doc": "the handler or skill run between two tries, or `stop`: the composition then fails"},
+        metadata={"doc": "the handler or skill that runs between two tries; `stop`: the composition fails"},
     )
 
 
@@ -84,10 +88,10 @@ class Composition:
     """Skills put together so that they are proved together."""
 
     span: SourceSpan
-    description: TextField = field(metadata={"doc": "what it does"})
+    description: TextField = field(metadata={"doc": "the composition's purpose, for people"})
     do: Part = field(metadata={"doc": "the graph, as in `do: {seq: [{skill: fetch}, {skill: tidy}]}`"})
     precondition: ExpressionField | None = field(
-        default=None, metadata={"doc": "what must be measured before it starts"}
+        default=None, metadata={"doc": "the condition that must hold before it starts"}
     )
     handlers: Named[Handler] = field(
         default=MappingField(), metadata={"doc": "named handlers that `on_failure` refers to"}

@@ -29,7 +29,7 @@ class Input(Quantity):
     """A typed input of a skill."""
 
     default: ExpressionField | None = field(
-        default=None, metadata={"doc": "its value when a step gives none, as in `default: 200 mm/s`"}
+        default=None, metadata={"doc": "its value if a step gives none, as in `default: 200 mm/s`"}
     )
 
 
@@ -40,17 +40,15 @@ class Outcome:
     span: SourceSpan
     effects: Named[ExpressionField] = field(
         default=MappingField(),
-        metadata={"doc": "what is then measured, as in `effects: {wrapper_aligned: true}`"},
+        metadata={"doc": "the state after this outcome, as in `effects: {wrapper_aligned: true}`"},
     )
     failure: BooleanField | None = field(
-        default=None, metadata={"doc": "`true` if the skill has then failed"}
+        default=None, metadata={"doc": "`true` if this outcome is a failure"}
     )
     probability: NumberField | None = field(
-        default=None, metadata={"doc": "how likely it is, between 0 and 1"}
+        default=None, metadata={"doc": "its probability, between 0 and 1"}
     )
-    duration: TextField | None = field(
-        default=None, metadata={"doc": "how long it usually takes, as in `12 s`"}
-    )
+    duration: TextField | None = field(default=None, metadata={"doc": "its usual duration, as in `12 s`"})
 
 
 @dataclass(frozen=True)
@@ -58,36 +56,40 @@ class Skill:
     """An atomic executable and everything it may ask for."""
 
     span: SourceSpan
-    description: TextField = field(metadata={"doc": "what the skill does"})
+    description: TextField = field(metadata={"doc": "the skill's purpose, for people"})
     entry: Annotated[TextField, Pattern("entry")] = field(
         metadata={"doc": "the generator function, as in `entry: skills:wrap`"}
     )
-    outcomes: Named[Outcome] = field(metadata={"doc": "every way in which it may end"})
+    outcomes: Named[Outcome] = field(metadata={"doc": "all its possible outcomes"})
     envelope: Named[ExpressionField] = field(
-        metadata={"doc": "which actions it may ask for, as in `grip: force <= 12 N`"}
+        metadata={"doc": "the actions that it may ask for, as in `grip: force <= 12 N`"}
     )
     risk: RiskWord = field(metadata={"doc": "`low`, `medium` or `high`"})
-    timeout: TextField = field(metadata={"doc": "when it is halted, as in `timeout: 60 s`"})
+    timeout: TextField = field(metadata={"doc": "the time after which it is halted, as in `timeout: 60 s`"})
     inputs: Named[Input] = field(default=MappingField(), metadata={"doc": "typed inputs"})
     outputs: Named[Quantity] = field(
-        default=MappingField(), metadata={"doc": "what it may return at its end"}
+        default=MappingField(), metadata={"doc": "the values that it may return at its end"}
     )
     idempotent: BooleanField | None = field(
         default=None,
-        metadata={"doc": "`true` if running it twice does no more than once, so that it may follow a crash"},
+        metadata={
+            "doc": "`true` if running it twice has the effect of once, so a crashed run may be repeated"
+        },
     )
     precondition: ExpressionField | None = field(
-        default=None, metadata={"doc": "what must be measured before it starts"}
+        default=None, metadata={"doc": "the condition that must hold before it starts"}
     )
     hold: ExpressionField | None = field(
         default=None,
-        metadata={"doc": "what must be measured as long as it runs; it is halted once it is not"},
+        metadata={"doc": "the condition that must hold while it runs; otherwise it is halted"},
     )
-    actuators: tuple[Identifier, ...] = field(default=(), metadata={"doc": "what it moves"})
-    resources: tuple[Identifier, ...] = field(default=(), metadata={"doc": "what it holds while it runs"})
+    actuators: tuple[Identifier, ...] = field(default=(), metadata={"doc": "the actuators that it moves"})
+    resources: tuple[Identifier, ...] = field(
+        default=(), metadata={"doc": "the resources that it holds while it runs"}
+    )
     gated: tuple[Slug, ...] = field(
         default=(),
-        metadata={"doc": "invariants that its envelope does not imply: the gate decides them, each time"},
+        metadata={"doc": "invariants that its envelope does not imply; the gate checks them at run time"},
     )
 
 
@@ -96,7 +98,7 @@ class Capability:
     """Something that skills provide; a step that names it runs any one of them, so each must do alone."""
 
     span: SourceSpan
-    description: TextField = field(metadata={"doc": "what the robot can then do"})
+    description: TextField = field(metadata={"doc": "the ability that it gives the robot, for people"})
     provided_by: tuple[Identifier, ...] = field(
         metadata={"doc": "skills or compositions, as in `provided_by: [wrap]`"}
     )
@@ -107,15 +109,17 @@ class PlanningRule:
     """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`."""
 
     span: SourceSpan
-    unless: ExpressionField = field(metadata={"doc": "the step is left out where this is measured"})
-    do: Identifier = field(metadata={"doc": "the skill of the step, or a capability: any one of its skills"})
+    unless: ExpressionField = field(metadata={"doc": "the step is skipped if this condition holds"})
+    do: Identifier = field(metadata={"doc": "the skill of the step, or a capability: one of its skills runs"})
     inputs: Named[ExpressionField] = field(
         default=MappingField(), metadata={"doc": "inputs, as in `inputs: {force: 8 N}`"}
     )
     retry: Annotated[IntegerField, ValueBounds(0, 100)] | None = field(
-        default=None, metadata={"doc": "how often a failed step is tried again"}
+        default=None, metadata={"doc": "how many times a failed step is retried"}
     )
-    on_failure: Identifier | None = field(default=None, metadata={"doc": "the skill run between two tries"})
+    on_failure: Identifier | None = field(
+        default=None, metadata={"doc": "the skill that runs between two tries"}
+    )
 
 
 @dataclass(frozen=True)
@@ -124,7 +128,7 @@ class TaskInvariant:
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "its name, as in `wrapped-before-cooked`"})
-    require: ExpressionField = field(metadata={"doc": "what is measured in every state that can be reached"})
+    require: ExpressionField = field(metadata={"doc": "the condition that holds in every reachable state"})
 
 
 @dataclass(frozen=True)
@@ -132,16 +136,16 @@ class Task:
     """Something a person can ask for, and how to get there from any state."""
 
     span: SourceSpan
-    description: TextField = field(metadata={"doc": "what the person gets"})
+    description: TextField = field(metadata={"doc": "the task's result, for people"})
     words: tuple[TextField, ...] = field(metadata={"doc": "the words that route an instruction to this task"})
-    goal: ExpressionField = field(metadata={"doc": "what must be measured at the end"})
+    goal: ExpressionField = field(metadata={"doc": "the condition that must hold at the end"})
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
     initial: Named[ExpressionField] = field(
         default=MappingField(),
-        metadata={"doc": "what is typically measured at the start, as in `door_open: true`"},
+        metadata={"doc": "the typical state at the start, as in `door_open: true`"},
     )
     invariants: tuple[TaskInvariant, ...] = field(
-        default=(), metadata={"doc": "what stays measured from the start to the end, proved of every path"}
+        default=(), metadata={"doc": "conditions that hold from the start to the end, proved for every path"}
     )
     scene: Identifier | None = field(
         default=None, metadata={"doc": "the simulated scene in which the task can be rehearsed"}
@@ -153,9 +157,9 @@ class Tool:
     """A model or tool adapter that skills use."""
 
     span: SourceSpan
-    description: TextField = field(metadata={"doc": "what it is for"})
+    description: TextField = field(metadata={"doc": "its purpose, for people"})
     kind: Literal["model", "tool"] = field(metadata={"doc": "`model` or `tool`"})
-    file: TextField | None = field(default=None, metadata={"doc": "a file of this module it is read from"})
+    file: TextField | None = field(default=None, metadata={"doc": "the file of this module that contains it"})
 
 
 @dataclass(frozen=True)
@@ -163,7 +167,10 @@ class Permissions(Access):
     """`P`: what the module asks to be permitted, and which actions at most."""
 
     actions: Named[ExpressionField] = field(
-        kw_only=True, metadata={"doc": "which actions at most, as in `grip: force <= 15 N`"}
+        kw_only=True,
+        metadata={
+            "doc": "the widest set of actions that its skills may ask for, as in `grip: force <= 15 N`"
+        },
     )
 
 
@@ -172,7 +179,9 @@ class Dependencies:
     """Versions of AEROS and other modules that the module needs."""
 
     span: SourceSpan
-    aeros: TextField = field(metadata={"doc": 'the runtimes it works with, as in `aeros: ">=0.1,<0.2"`'})
+    aeros: TextField = field(
+        metadata={"doc": 'the versions of AEROS that it works with, as in `aeros: ">=0.1,<0.2"`'}
+    )
     modules: Named[TextField] = field(
         default=MappingField(), metadata={"doc": "other modules and their versions"}
     )
@@ -186,14 +195,14 @@ class Ecm:
     schema: Literal["aeros/ecm/1"] = field(metadata={"doc": "`schema: aeros/ecm/1`"})
     id: Identifier = field(metadata={"doc": "the module's name, the name of its folder"})
     version: TextField = field(metadata={"doc": "its semantic version, as in `version: 1.0.0`"})
-    description: TextField = field(metadata={"doc": "what it is, for people"})
+    description: TextField = field(metadata={"doc": "the module's purpose, for people"})
     license: TextField = field(metadata={"doc": "an SPDX expression, as in `license: Apache-2.0`"})
-    capabilities: Named[Capability] = field(metadata={"doc": "what it makes the robot able to do"})
+    capabilities: Named[Capability] = field(metadata={"doc": "the capabilities that it gives the robot"})
     skills: Named[Skill] = field(metadata={"doc": "its skills"})
-    permissions: Permissions = field(metadata={"doc": "the most it may ever do"})
-    dependencies: Dependencies = field(metadata={"doc": "what it needs around it"})
+    permissions: Permissions = field(metadata={"doc": "the actions and access that it may use at most"})
+    dependencies: Dependencies = field(metadata={"doc": "the versions and modules that it requires"})
     compositions: Named[Composition] = field(
-        default=MappingField(), metadata={"doc": "skills put together, proved together"}
+        default=MappingField(), metadata={"doc": "graphs of skills that are proved together"}
     )
-    tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "what a person can ask for"})
+    tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "tasks that a person can ask for"})
     models: Named[Tool] = field(default=MappingField(), metadata={"doc": "models and tool adapters"})

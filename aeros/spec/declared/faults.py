@@ -131,16 +131,18 @@ class Written(Generic[_T]):
 # Kinds of faults.
 
 _UnitVector = tuple[float, float, float]
-_WAY: Final = Direction("which way, in W; any level way if absent, as in `direction: [0, 1, 0]`")
+_WAY: Final = Direction("direction in W; a random horizontal one if absent, as in `direction: [0, 1, 0]`")
 
 
 @dataclass(frozen=True, slots=True)
 class ImpulseFault:
     """A thing is pushed: an impulse on it, in one direction."""
 
-    thing: Annotated[str, Known("what is pushed, as in `thing: wrapper`", "things", "thing of the scene")]
-    impulse: Annotated[float, Amount("how hard, as in `impulse: 0.04 N*s`", FORCE * TIME, _STRONGEST)]
-    over: Annotated[int, Duration("how long the push lasts; 50 ms if absent, as in `over: 100 ms`")] = 12
+    thing: Annotated[
+        str, Known("the object that is pushed, as in `thing: wrapper`", "things", "scene object")
+    ]
+    impulse: Annotated[float, Amount("the impulse, as in `impulse: 0.04 N*s`", FORCE * TIME, _STRONGEST)]
+    over: Annotated[int, Duration("duration of the push; 50 ms if absent, as in `over: 100 ms`")] = 12
     direction: Annotated[_UnitVector, _WAY] | None = None
 
 
@@ -148,8 +150,8 @@ class ImpulseFault:
 class PadFrictionFault:
     """The finger pads are slippery for a while."""
 
-    friction: Annotated[float, Share("the pads' friction then (1 else), as in `friction: 0.1`")]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 500 ms`")]
+    friction: Annotated[float, Share("the pads' friction meanwhile (otherwise 1), as in `friction: 0.1`")]
+    lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 500 ms`")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,25 +159,25 @@ class GripForceFault:
     """The fingers grip with less force for a while."""
 
     force: Annotated[
-        float, Amount("the most that they grip with then, as in `force: 0 N`", FORCE, 10 * _STRONGEST)
+        float, Amount("the greatest grip force meanwhile, as in `force: 0 N`", FORCE, 10 * _STRONGEST)
     ]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 300 ms`")]
+    lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 300 ms`")]
 
 
 @dataclass(frozen=True, slots=True)
 class TorqueFault:
     """The arm's motors have less torque for a while."""
 
-    torque: Annotated[float, Share("the share of it that is left, as in `torque: 0.2`")]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    torque: Annotated[float, Share("the remaining share of the torque, as in `torque: 0.2`")]
+    lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
 
 
 @dataclass(frozen=True, slots=True)
 class CommandDelayFault:
     """The arm's motors follow commands late for a while."""
 
-    by: Annotated[int, Duration("how late, as in `by: 100 ms`")]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    by: Annotated[int, Duration("the delay, as in `by: 100 ms`")]
+    lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +189,7 @@ class MissedDetectionFault:
 class DisplacedDetectionFault:
     """A picture's evaluation is off: what is looked for seems to be elsewhere."""
 
-    by: Annotated[float, Amount("how far, as in `by: 60 mm`", LENGTH, _STRONGEST)]
+    by: Annotated[float, Amount("the error of the position, as in `by: 60 mm`", LENGTH, _STRONGEST)]
     direction: Annotated[_UnitVector, _WAY] | None = None
 
 
@@ -197,12 +199,12 @@ class SensorFault:
 
     of: Annotated[
         str,
-        Known("which quantity of the site, as in `of: tool_position`", "quantities", "quantity of the site"),
+        Known("the affected quantity, as in `of: tool_position`", "quantities", "quantity of the site"),
     ]
-    lasts: Annotated[int, Duration("for how long, as in `lasts: 2 s`")]
+    lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
     noise: Annotated[float, Deviation("standard deviation of each number, as in `noise: 5 mm`")] = 0.0
-    latency: Annotated[float, Amount("how late, as in `latency: 50 ms`", TIME, LONGEST)] = 0.0
-    dropout: Annotated[float, Share("in which share of ticks nothing is read, as in `dropout: 0.2`")] = 0.0
+    latency: Annotated[float, Amount("the latency, as in `latency: 50 ms`", TIME, LONGEST)] = 0.0
+    dropout: Annotated[float, Share("the share of ticks without a reading, as in `dropout: 0.2`")] = 0.0
 
 
 KINDS: Final[dict[str, type[Any]]] = {
@@ -238,14 +240,15 @@ class FaultTrigger:
         metadata={"doc": "with `look`: while this skill runs, as in `during: fetch_object.detect`"},
     )
     every: TextField | None = field(
-        default=None, metadata={"doc": "each such span of time on the plant's clock, as in `every: 1 s`"}
+        default=None,
+        metadata={"doc": "each interval of this length on the plant's clock, as in `every: 1 s`"},
     )
     once: ChoiceField[Literal["holding"]] | None = field(
         default=None,
-        metadata={"doc": "with `skill`: from the first hold, as in `once: holding`"},
+        metadata={"doc": "with `skill`: from when the hand first holds something, as in `once: holding`"},
     )
     after: TextField | None = field(
-        default=None, metadata={"doc": "with `skill`: and then so long, as in `after: 500 ms`"}
+        default=None, metadata={"doc": "with `skill`: after this further delay, as in `after: 500 ms`"}
     )
 
 
@@ -255,7 +258,7 @@ class Bursts:
 
     span: SourceSpan
     mean_length: Annotated[NumberField, ValueBounds(1, 1_000_000)] = field(
-        metadata={"doc": "how many opportunities the bad state lasts on average, as in `mean_length: 4`"}
+        metadata={"doc": "the mean number of opportunities in the bad state, as in `mean_length: 4`"}
     )
     within: Probability | None = field(
         default=None, metadata={"doc": "the rate in the bad state; 1 if absent, as in `within: 0.9`"}
@@ -272,32 +275,42 @@ class Fault:
     span: SourceSpan
     key_span: SourceSpan
     at: FaultTrigger = field(
-        metadata={"doc": "what the rate is per", "example": "{skill: make_dumplings.wrap}"}
+        metadata={
+            "doc": "the opportunities that the rate refers to",
+            "example": "{skill: make_dumplings.wrap}",
+        }
     )
-    rate: Probability = field(metadata={"doc": "in which share of these it happens, as in `rate: 0.3`"})
-    description: TextField | None = field(default=None, metadata={"doc": "what it stands for, for people"})
+    rate: Probability = field(
+        metadata={"doc": "the share of opportunities at which it happens, as in `rate: 0.3`"}
+    )
+    description: TextField | None = field(default=None, metadata={"doc": "the fault's meaning, for people"})
     at_most: Annotated[IntegerField, ValueBounds(1, 1_000_000)] | None = field(
-        default=None, metadata={"doc": "how often in one run; without end if absent, as in `at_most: 1`"}
+        default=None,
+        metadata={"doc": "the greatest number in one run; unlimited if absent, as in `at_most: 1`"},
     )
     bursts: Bursts | None = field(
-        default=None, metadata={"doc": "how those that happen come together; independent if absent"}
+        default=None, metadata={"doc": "clustering of occurrences; independent if absent"}
     )
-    bump: Written[ImpulseFault] | None = field(default=None, metadata={"doc": "a thing is pushed"})
+    bump: Written[ImpulseFault] | None = field(default=None, metadata={"doc": "an object is pushed"})
     slip: Written[PadFrictionFault] | None = field(
         default=None, metadata={"doc": "the finger pads are slippery"}
     )
     loosen: Written[GripForceFault] | None = field(default=None, metadata={"doc": "the fingers grip less"})
-    weaken: Written[TorqueFault] | None = field(default=None, metadata={"doc": "the arm is weak"})
-    delay: Written[CommandDelayFault] | None = field(default=None, metadata={"doc": "the arm is late"})
-    misread: Written[SensorFault] | None = field(default=None, metadata={"doc": "a sensor reads badly"})
+    weaken: Written[TorqueFault] | None = field(default=None, metadata={"doc": "the arm has less torque"})
+    delay: Written[CommandDelayFault] | None = field(
+        default=None, metadata={"doc": "the arm follows commands late"}
+    )
+    misread: Written[SensorFault] | None = field(
+        default=None, metadata={"doc": "a sensor is noisy, late or interrupted"}
+    )
     enter: Person | None = field(
-        default=None, metadata={"doc": "somebody comes, who is declared as in a people file"}
+        default=None, metadata={"doc": "a person comes, declared as in a people file"}
     )
     miss: Written[MissedDetectionFault] | None = field(
         default=None, metadata={"doc": "with `look`: nothing is detected"}
     )
     misplace: Written[DisplacedDetectionFault] | None = field(
-        default=None, metadata={"doc": "with `look`: what is detected is off"}
+        default=None, metadata={"doc": "with `look`: the detected position is wrong"}
     )
 
 
@@ -310,4 +323,4 @@ class Faults:
     faults: Annotated[MappingField[Fault], Pattern("identifier"), LengthBounds(1, 1000)] = field(
         metadata={"doc": "the faults, by name"}
     )
-    description: TextField | None = field(default=None, metadata={"doc": "what is tried, for people"})
+    description: TextField | None = field(default=None, metadata={"doc": "the file's purpose, for people"})

@@ -22,14 +22,14 @@ class Waypoint:
         metadata={"doc": "x and y in W", "example": "[1.5 m, 0.4 m]"}
     )
     speed: TextField | None = field(
-        default=None, metadata={"doc": "how fast they walk there, as in `speed: 1.2 m/s`"}
+        default=None, metadata={"doc": "walking speed to this place, as in `speed: 1.2 m/s`"}
     )
     arrive: TextField | None = field(
         default=None,
-        metadata={"doc": "when they are there instead, on the plant's clock, as in `arrive: 8 s`"},
+        metadata={"doc": "instead of `speed`: time of arrival on the plant's clock, as in `arrive: 8 s`"},
     )
     stay: TextField | None = field(
-        default=None, metadata={"doc": "how long they stand there, as in `stay: 5 s`; the last stay for good"}
+        default=None, metadata={"doc": "time spent there, as in `stay: 5 s`; unlimited at the last place"}
     )
 
 
@@ -39,19 +39,19 @@ class Person:
 
     span: SourceSpan
     path: Annotated[tuple[Waypoint, ...], LengthBounds(1, 1000)] = field(
-        metadata={"doc": "where they are at first, and where they walk from there in straight lines"}
+        metadata={"doc": "the start, then the places to walk to in straight lines"}
     )
-    height: TextField | None = field(default=None, metadata={"doc": "how tall they are; 1.75 m if absent"})
+    height: TextField | None = field(default=None, metadata={"doc": "their height; 1.75 m if absent"})
     radius: TextField | None = field(default=None, metadata={"doc": "half their width; 250 mm if absent"})
     floor: TextField | None = field(
-        default=None, metadata={"doc": "height in W of what they stand on; 0 m if absent"}
+        default=None, metadata={"doc": "height in W of the floor under them; 0 m if absent"}
     )
     spread: TextField | None = field(
         default=None,
-        metadata={"doc": "how far each place may be from where it is declared, in x and in y, by the seed"},
+        metadata={"doc": "greatest random offset of each place in x and in y, drawn by the seed"},
     )
     delay: TextField | None = field(
-        default=None, metadata={"doc": "how much longer they may stay at the first place, by the seed"}
+        default=None, metadata={"doc": "greatest random delay at the first place, drawn by the seed"}
     )
 
 
@@ -61,5 +61,5 @@ class People:
 
     span: SourceSpan
     schema: Literal["aeros/people/1"] = field(metadata={"doc": "`schema: aeros/people/1`"})
-    description: TextField = field(metadata={"doc": "what happens, for people"})
-    people: Annotated[Named[Person], LengthBounds(1, 100)] = field(metadata={"doc": "who is there, by name"})
+    description: TextField = field(metadata={"doc": "the scenario, for readers of the file"})
+    people: Annotated[Named[Person], LengthBounds(1, 100)] = field(metadata={"doc": "the people, by name"})

@@ -21,7 +21,7 @@ class SceneBody:
 
     span: SourceSpan
     at: Annotated[tuple[TextField, ...], LengthBounds(3, 3)] = field(
-        metadata={"doc": "x, y and z in W of its middle, or of the frame of its `urdf`"}
+        metadata={"doc": "x, y and z in W of its centre, or of the frame of its `urdf`"}
     )
     box: Annotated[tuple[TextField, ...], LengthBounds(3, 3)] | None = field(
         default=None, metadata={"doc": "full lengths of its edges along its own x, y and z"}
@@ -35,15 +35,15 @@ class SceneBody:
     )
     yaw: TextField | None = field(
         default=None,
-        metadata={"doc": "how far it is turned about z of W; 0 deg if absent, as in `yaw: 30 deg`"},
+        metadata={"doc": "rotation about z of W; 0 deg if absent, as in `yaw: 30 deg`"},
     )
     mass: TextField | None = field(
-        default=None, metadata={"doc": "what a box or cylinder weighs; it is fixed to W if absent"}
+        default=None, metadata={"doc": "mass of a box or cylinder; fixed to W if absent"}
     )
     loose: BooleanField | None = field(
         default=None,
         metadata={
-            "doc": "with `urdf`: whether its base can move; if absent it is fixed to W, as in `loose: true`"
+            "doc": "with `urdf`: `true` if its base can move; fixed to W if absent, as in `loose: true`"
         },
     )
     friction: Annotated[NumberField, ValueBounds(0, 10)] | None = field(
@@ -60,7 +60,5 @@ class Scene:
 
     span: SourceSpan
     schema: Literal["aeros/scene/1"] = field(metadata={"doc": "`schema: aeros/scene/1`"})
-    description: TextField = field(metadata={"doc": "what is there, for people"})
-    bodies: Annotated[Named[SceneBody], LengthBounds(1, 100)] = field(
-        metadata={"doc": "what is there, by name"}
-    )
+    description: TextField = field(metadata={"doc": "the scene's purpose, for people"})
+    bodies: Annotated[Named[SceneBody], LengthBounds(1, 100)] = field(metadata={"doc": "the bodies, by name"})

@@ -41,7 +41,7 @@ class Quantity:
     range: tuple[NumberField, ...] | None = field(
         default=None, metadata={"doc": "lowest and highest value, as in `range: [0, 3]`"}
     )
-    description: TextField | None = field(default=None, metadata={"doc": "what it is, for people"})
+    description: TextField | None = field(default=None, metadata={"doc": "its meaning, for people"})
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class StateVariable(Quantity):
         default=None, metadata={"doc": "one value for each member of this enum, as in `index: joints`"}
     )
     sensor: Identifier = field(
-        kw_only=True, metadata={"doc": "what measures it, as in `sensor: area_scanner`"}
+        kw_only=True, metadata={"doc": "the sensor that measures it, as in `sensor: area_scanner`"}
     )
     max_age: TextField = field(
         kw_only=True, metadata={"doc": "older values are unknown, as in `max_age: 100 ms`"}
@@ -70,7 +70,7 @@ class Constant:
     values: tuple[NumberField, ...] | None = field(
         default=None, metadata={"doc": "one value for each member, in order"}
     )
-    source: TextField | None = field(default=None, metadata={"doc": "where the number comes from"})
+    source: TextField | None = field(default=None, metadata={"doc": "the source of the number"})
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Volume:
     upper: tuple[TextField, ...] = field(
         metadata={"doc": "upper corner, as in `upper: [0.8 m, 0.6 m, 0.9 m]`"}
     )
-    description: TextField | None = field(default=None, metadata={"doc": "what it is, for people"})
+    description: TextField | None = field(default=None, metadata={"doc": "its meaning, for people"})
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,10 @@ class ActionKind:
     """One kind of action that a skill may ask for."""
 
     span: SourceSpan
-    description: TextField = field(metadata={"doc": "what the plant does on it"})
-    risk: RiskWord = field(metadata={"doc": "the least risk a skill that asks for it must declare"})
+    description: TextField = field(metadata={"doc": "the plant's reaction, for people"})
+    risk: RiskWord = field(metadata={"doc": "the least risk that a skill must declare to ask for it"})
     actuators: tuple[Identifier, ...] = field(
-        default=(), metadata={"doc": "what it moves, as in `actuators: [arm]`"}
+        default=(), metadata={"doc": "the actuators that it moves, as in `actuators: [arm]`"}
     )
     protective: BooleanField | None = field(
         default=None, metadata={"doc": "`true` for the protective stop, which every state must allow"}
@@ -110,14 +110,14 @@ class Invariant:
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: workspace`"})
     require: ExpressionField = field(metadata={"doc": "the condition, as in `require: speed <= 250 mm/s`"})
-    rationale: TextField = field(metadata={"doc": "why the rule is there"})
-    source: TextField = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
+    rationale: TextField = field(metadata={"doc": "the reason for the rule"})
+    source: TextField = field(metadata={"doc": "its source: a standard, data sheet or assessment"})
     on: tuple[Identifier, ...] | None = field(
         default=None, metadata={"doc": "the action kinds it governs; all but the protective stop if absent"}
     )
     attenuate: Named[ExpressionField] = field(
         default=MappingField(),
-        metadata={"doc": "what a violating parameter is reduced to, as in `speed: min(speed, 0.25 m/s)`"},
+        metadata={"doc": "the reduced value of a violating parameter, as in `speed: min(speed, 0.25 m/s)`"},
     )
 
 
@@ -133,8 +133,8 @@ class JointInvariant:
     require: ExpressionField = field(
         metadata={"doc": "the condition, as in `require: a.speed + b.speed <= 500 mm/s`"}
     )
-    rationale: TextField = field(metadata={"doc": "why the rule is there"})
-    source: TextField = field(metadata={"doc": "the standard, data sheet or assessment it comes from"})
+    rationale: TextField = field(metadata={"doc": "the reason for the rule"})
+    source: TextField = field(metadata={"doc": "its source: a standard, data sheet or assessment"})
 
 
 @dataclass(frozen=True)
@@ -143,19 +143,19 @@ class MotionKind:
 
     span: SourceSpan
     tool_ends_at: Identifier | None = field(
-        default=None, metadata={"doc": "the parameter that says where in W the tool ends"}
+        default=None, metadata={"doc": "the parameter with the tool's final position in W"}
     )
     joints_end_at: tuple[Identifier, ...] | None = field(
         default=None,
-        metadata={"doc": "the parameters that say where each joint ends, in order, as in `[q1, q2]`"},
+        metadata={"doc": "the parameters with the final joint positions, in order, as in `[q1, q2]`"},
     )
     base_ends_at: tuple[Identifier, ...] | None = field(
-        default=None, metadata={"doc": "the parameters that say where in W the base ends, as in `[x, y]`"}
+        default=None, metadata={"doc": "the parameters with the base's final position in W, as in `[x, y]`"}
     )
     peak_speed: Identifier | None = field(
         default=None,
         metadata={
-            "doc": "the parameter that the speed in W of the tool never exceeds; of the base, if alone"
+            "doc": "the parameter that bounds the tool's speed in W; the base's, if only the base moves"
         },
     )
 
@@ -201,13 +201,15 @@ class Barrier:
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: into-the-bench`"})
     volume: Identifier = field(metadata={"doc": "a volume of the site"})
-    keep: ChoiceField[Literal["out", "in"]] = field(metadata={"doc": "out of it, or inside it"})
-    rationale: TextField = field(metadata={"doc": "why the barrier is there"})
+    keep: ChoiceField[Literal["out", "in"]] = field(
+        metadata={"doc": "`out`: links stay outside; `in`: they stay inside"}
+    )
+    rationale: TextField = field(metadata={"doc": "the reason for the barrier"})
     frame: ChoiceField[Literal["world", "base"]] | None = field(
-        default=None, metadata={"doc": "what the volume's corners are measured from; `world` if absent"}
+        default=None, metadata={"doc": "the frame of the volume's corners; `world` if absent"}
     )
     links: tuple[Identifier, ...] | None = field(
-        default=None, metadata={"doc": "the links that heed it; all if absent"}
+        default=None, metadata={"doc": "the links that it applies to; all if absent"}
     )
 
 
@@ -219,12 +221,14 @@ class MotionPolicy:
     on: Named[MotionKind] = field(metadata={"doc": "the action kinds that move the robot"})
     starts_at: Identifier = field(metadata={"doc": "the state variable that measures the joints"})
     starts_within: TextField = field(
-        metadata={"doc": "a motion starts this near to what is measured, as in `50 mrad`"}
+        metadata={"doc": "greatest distance from the measured joints to a motion's start, as in `50 mrad`"}
     )
-    ends_within: TextField = field(metadata={"doc": "and ends this near to what is asked for, as in `1 mm`"})
+    ends_within: TextField = field(
+        metadata={"doc": "greatest distance from the target to a motion's end, as in `1 mm`"}
+    )
     joints: JointLimits = field(metadata={"doc": "limits of the joints"})
     tool: ToolLimits = field(metadata={"doc": "limits of the tool point"})
-    clearance: TextField = field(metadata={"doc": "what links keep from every barrier, as in `20 mm`"})
+    clearance: TextField = field(metadata={"doc": "the distance of links from every barrier, as in `20 mm`"})
     base: BaseLimits | None = field(default=None, metadata={"doc": "limits of a base that drives"})
     barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})
 
@@ -247,7 +251,7 @@ class OperatorOverride:
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: press-under-repair`"})
-    reason: TextField = field(metadata={"doc": "why, for whoever is refused"})
+    reason: TextField = field(metadata={"doc": "the reason that denials show"})
     module: Identifier | None = field(default=None, metadata={"doc": "the module it blocks"})
     skill: Identifier | None = field(default=None, metadata={"doc": "the skill of that module it blocks"})
     action: Identifier | None = field(default=None, metadata={"doc": "the action kind it blocks"})
@@ -261,10 +265,10 @@ class Quota:
     id: Slug = field(metadata={"doc": "a short name, as in `id: grip-rate`"})
     on: tuple[Identifier, ...] = field(metadata={"doc": "the action kinds it counts, as in `on: [grip]`"})
     at_most: Annotated[IntegerField, ValueBounds(1, 1_000_000)] = field(
-        metadata={"doc": "how many, as in `at_most: 60`"}
+        metadata={"doc": "the greatest number of actions, as in `at_most: 60`"}
     )
-    within: TextField = field(metadata={"doc": "the window, as in `within: 60 s`"})
-    rationale: TextField = field(metadata={"doc": "why the quota is there"})
+    within: TextField = field(metadata={"doc": "the time window, as in `within: 60 s`"})
+    rationale: TextField = field(metadata={"doc": "the reason for the quota"})
 
 
 @dataclass(frozen=True)
@@ -273,17 +277,17 @@ class ModuleLimits:
 
     span: SourceSpan
     skill_timeout: TextField = field(
-        metadata={"doc": "the longest skill time-out, as in `skill_timeout: 120 s`"}
+        metadata={"doc": "the longest timeout of a skill, as in `skill_timeout: 120 s`"}
     )
     retries: Annotated[IntegerField, ValueBounds(0, 100)] = field(
         metadata={"doc": "the largest retry budget of a step"}
     )
     replans: Annotated[IntegerField, ValueBounds(0, 1000)] = field(
-        metadata={"doc": "how often a task may be re-planned"}
+        metadata={"doc": "the greatest number of re-plans of a task"}
     )
     planning: TextField | None = field(
         default=None,
-        metadata={"doc": "how long a planner may take for a plan, as in `planning: 5 s`; 30 s without this"},
+        metadata={"doc": "the time limit for planning, as in `planning: 5 s`; 30 s if absent"},
     )
 
 
@@ -294,9 +298,9 @@ class AuditPolicy:
     span: SourceSpan
     durability: ChoiceField[Literal["every-record", "before-motion", "batched"]] = field(
         metadata={
-            "doc": "when records have reached the medium: each before anything else happens, which is what "
-            "holds without this field; each before anything moves; or many at a time, so that with the power "
-            "the record of what has moved may be lost; as in `durability: before-motion`"
+            "doc": "when records reach the disk: each at once (if absent), each before anything moves, or "
+            "many at a time, so that a power failure may lose the records of past motions; as in "
+            "`durability: before-motion`"
         }
     )
 
@@ -308,7 +312,7 @@ class IsolationPolicy:
     span: SourceSpan
     require: tuple[ChoiceField[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
         default=None,
-        metadata={"doc": "layers without which isolation is too weak; all but bubblewrap if absent"},
+        metadata={"doc": "the required isolation layers; all but bubblewrap if absent"},
     )
     missing: ChoiceField[Literal["refuse", "warn"]] | None = field(
         default=None,
@@ -319,7 +323,7 @@ class IsolationPolicy:
     )
     answer_within: TextField | None = field(
         default=None,
-        metadata={"doc": "how long skill code may compute before each action, as in `answer_within: 5 s`"},
+        metadata={"doc": "the time limit for skill code before each action, as in `answer_within: 5 s`"},
     )
 
 
@@ -331,16 +335,16 @@ class McpPolicy:
     execute: ChoiceField[Literal["approval", "allowed", "denied"]] | None = field(
         default=None,
         metadata={
-            "doc": "plans that were verified: each needs the operator's `aeros approve` (if absent), or is "
-            "executed when a client asks for it, or never is; as in `execute: denied`"
+            "doc": "execution of verified plans: after the operator's `aeros approve` (if absent), on the "
+            "client's request, or never; as in `execute: denied`"
         },
     )
     most_steps: Annotated[IntegerField, ValueBounds(1, 100)] | None = field(
-        default=None, metadata={"doc": "steps of one plan at most; 20 if absent"}
+        default=None, metadata={"doc": "the greatest number of steps in a plan; 20 if absent"}
     )
     skills: tuple[TextField, ...] | None = field(
         default=None,
-        metadata={"doc": "skills a plan may have, as in `[make_dumplings.boil]`; every active one if absent"},
+        metadata={"doc": "the skills that a plan may use, as in `[make_dumplings.boil]`; all if absent"},
     )
 
 
@@ -349,22 +353,22 @@ class Policy:
     """Π beside Φ: operator overrides, access, risk, quotas."""
 
     span: SourceSpan
-    access: Access = field(metadata={"doc": "what every module may be permitted to touch"})
+    access: Access = field(metadata={"doc": "the access that every module may be permitted"})
     risk_ceiling: RiskWord = field(metadata={"doc": "the highest risk a skill may have"})
-    limits: ModuleLimits = field(metadata={"doc": "bounds on time-outs, retries and re-plans"})
+    limits: ModuleLimits = field(metadata={"doc": "bounds on timeouts, retries and re-plans"})
     grants: Named[Access] = field(default=MappingField(), metadata={"doc": "further access, by module"})
     blocks: tuple[OperatorOverride, ...] = field(default=(), metadata={"doc": "operator overrides"})
     quotas: tuple[Quota, ...] = field(default=(), metadata={"doc": "rate limits"})
-    audit: AuditPolicy | None = field(default=None, metadata={"doc": "how the audit record is kept"})
+    audit: AuditPolicy | None = field(default=None, metadata={"doc": "the durability of the audit log"})
     isolation: IsolationPolicy | None = field(
-        default=None, metadata={"doc": "where the code of modules runs: isolated, if absent"}
+        default=None, metadata={"doc": "the isolation of skill code; isolated if absent"}
     )
-    mcp: McpPolicy | None = field(default=None, metadata={"doc": "what clients of `aeros mcp` may have done"})
+    mcp: McpPolicy | None = field(default=None, metadata={"doc": "the rights of MCP clients (`aeros mcp`)"})
     undeclared_outcome: ChoiceField[Literal["stop", "replan"]] | None = field(
         default=None,
         metadata={
-            "doc": "what becomes of a task once a skill has run to its end and come to what it does not "
-            "declare: `stop` ends it, as it does if absent, `replan` plans again"
+            "doc": "reaction to an undeclared outcome of a skill: `stop` ends the task (if absent), "
+            "`replan` plans again"
         },
     )
 
@@ -376,22 +380,23 @@ class Site:
     span: SourceSpan
     schema: Literal["aeros/site/1"] = field(metadata={"doc": "`schema: aeros/site/1`"})
     id: Identifier = field(metadata={"doc": "the site's name, as in `id: panda_cell`"})
-    description: TextField = field(metadata={"doc": "what the site is, for people"})
-    state: Named[StateVariable] = field(metadata={"doc": "the measured vocabulary"})
+    description: TextField = field(metadata={"doc": "the site's purpose, for people"})
+    state: Named[StateVariable] = field(metadata={"doc": "the measured state variables"})
     actions: Named[ActionKind] = field(metadata={"doc": "the action kinds"})
-    invariants: tuple[Invariant, ...] = field(metadata={"doc": "the rules of Φ"})
-    policy: Policy = field(metadata={"doc": "the rest of Π"})
+    invariants: tuple[Invariant, ...] = field(metadata={"doc": "the invariants Φ"})
+    policy: Policy = field(metadata={"doc": "the policy Π"})
     enums: Named[tuple[Identifier, ...]] = field(
         default=MappingField(), metadata={"doc": "closed enumerations"}
     )
     constants: Named[Constant] = field(default=MappingField(), metadata={"doc": "named constants"})
     volumes: Named[Volume] = field(default=MappingField(), metadata={"doc": "named boxes in W"})
     joint: tuple[JointInvariant, ...] = field(
-        default=(), metadata={"doc": "rules of Φ about two actions at the same time"}
+        default=(), metadata={"doc": "invariants about two actions at the same time"}
     )
     resources: Named[Annotated[IntegerField, ValueBounds(1, 1_000_000)]] = field(
-        default=MappingField(), metadata={"doc": "what skills hold while they run, and how many there are"}
+        default=MappingField(),
+        metadata={"doc": "resources that skills hold while they run, with their numbers"},
     )
     motion: MotionPolicy | None = field(
-        default=None, metadata={"doc": "what whole motions are decided by; without it none is"}
+        default=None, metadata={"doc": "limits for whole motions; if absent, motions are not checked"}
     )
