@@ -32,7 +32,7 @@ class OutputReference:
 
 @dataclass(frozen=True)
 class Handler:
-    """A skill that runs between two tries of a step that failed."""
+    """A skill that runs before each retry of a failed step."""
 
     span: SourceSpan
     skill: Identifier = field(metadata={"doc": "the skill that runs, as in `skill: recover`"})
@@ -85,7 +85,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Composition:
-    """Skills put together so that they are proved together."""
+    """A graph of skills that is proved as a whole."""
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the composition's purpose, for people"})

@@ -35,7 +35,7 @@ class Input(Quantity):
 
 @dataclass(frozen=True)
 class Outcome:
-    """One way in which a skill may end."""
+    """One possible end of a skill."""
 
     span: SourceSpan
     effects: Named[ExpressionField] = field(
@@ -53,7 +53,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Skill:
-    """An atomic executable and everything it may ask for."""
+    """An atomic executable, and the actions that it may ask for."""
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the skill's purpose, for people"})
@@ -95,7 +95,7 @@ class Skill:
 
 @dataclass(frozen=True)
 class Capability:
-    """Something that skills provide; a step that names it runs any one of them, so each must do alone."""
+    """An ability. A step that names it runs one of the skills that provide it, so each must suffice."""
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the ability that it gives the robot, for people"})
@@ -124,7 +124,7 @@ class PlanningRule:
 
 @dataclass(frozen=True)
 class TaskInvariant:
-    """Condition that stays measured all through a task, whatever outcomes its skills have."""
+    """Condition that holds from the start of a task to its end, for all outcomes of its skills."""
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "its name, as in `wrapped-before-cooked`"})
@@ -133,7 +133,7 @@ class TaskInvariant:
 
 @dataclass(frozen=True)
 class Task:
-    """Something a person can ask for, and how to get there from any state."""
+    """A goal that a person can ask for, and the rules that lead to it from any state."""
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the task's result, for people"})
@@ -164,7 +164,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Permissions(Access):
-    """`P`: what the module asks to be permitted, and which actions at most."""
+    """Permissions (P): the access that the module asks for, and the largest set of its actions."""
 
     actions: Named[ExpressionField] = field(
         kw_only=True,

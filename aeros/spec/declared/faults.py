@@ -136,7 +136,7 @@ _WAY: Final = Direction("direction in W; a random horizontal one if absent, as i
 
 @dataclass(frozen=True, slots=True)
 class ImpulseFault:
-    """A thing is pushed: an impulse on it, in one direction."""
+    """A push: an impulse on an object, in one direction."""
 
     thing: Annotated[
         str, Known("the object that is pushed, as in `thing: wrapper`", "things", "scene object")
@@ -182,12 +182,12 @@ class CommandDelayFault:
 
 @dataclass(frozen=True, slots=True)
 class MissedDetectionFault:
-    """A picture is evaluated as if what is looked for were not on it."""
+    """A picture is evaluated as if it showed no object."""
 
 
 @dataclass(frozen=True, slots=True)
 class DisplacedDetectionFault:
-    """A picture's evaluation is off: what is looked for seems to be elsewhere."""
+    """All objects in a picture are detected with the same displacement."""
 
     by: Annotated[float, Amount("the error of the position, as in `by: 60 mm`", LENGTH, _STRONGEST)]
     direction: Annotated[_UnitVector, _WAY] | None = None
@@ -226,7 +226,7 @@ KINDS: Final[dict[str, type[Any]]] = {
 
 @dataclass(frozen=True)
 class FaultTrigger:
-    """Opportunities that a fault's rate counts: exactly one of `skill`, `look` and `every`."""
+    """Opportunities of a fault: exactly one of `skill`, `look` and `every`."""
 
     span: SourceSpan
     skill: Annotated[TextField, Pattern("dotted")] | None = field(
@@ -254,7 +254,7 @@ class FaultTrigger:
 
 @dataclass(frozen=True)
 class Bursts:
-    """Faults that come in bursts, by a chain of two states (Gilbert–Elliott)."""
+    """Bursts of faults, by a Markov chain with two states (Gilbert–Elliott)."""
 
     span: SourceSpan
     mean_length: Annotated[NumberField, ValueBounds(1, 1_000_000)] = field(
@@ -270,7 +270,7 @@ class Bursts:
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault: when it can happen, how often it does, and exactly one kind of what happens."""
+    """One fault: its opportunities, its rate, and exactly one kind of effect."""
 
     span: SourceSpan
     key_span: SourceSpan

@@ -15,7 +15,7 @@ from aeros.spec.text.fields import LengthBounds, TextField
 
 @dataclass(frozen=True)
 class Waypoint:
-    """One place on somebody's way: reached at a speed or by a time, and stayed at."""
+    """One place on a person's path, reached at a speed or at a given time."""
 
     span: SourceSpan
     at: Annotated[tuple[TextField, ...], LengthBounds(2, 2)] = field(
@@ -35,7 +35,7 @@ class Waypoint:
 
 @dataclass(frozen=True)
 class Person:
-    """An upright person, as the capsule that encloses them, and their way."""
+    """An upright person, modelled as a capsule, and their path."""
 
     span: SourceSpan
     path: Annotated[tuple[Waypoint, ...], LengthBounds(1, 1000)] = field(

@@ -105,7 +105,7 @@ class ActionKind:
 
 @dataclass(frozen=True)
 class Invariant:
-    """A rule of Φ: must hold of every state and action."""
+    """A rule of the site (Φ): a condition that must hold for every state and action."""
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: workspace`"})
@@ -162,7 +162,7 @@ class MotionKind:
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Names of constants with one value for each joint."""
+    """Names of constants with the limits of the joints, one value for each joint."""
 
     span: SourceSpan
     lowest: Identifier = field(metadata={"doc": "lowest positions"})
@@ -174,7 +174,7 @@ class JointLimits:
 
 @dataclass(frozen=True)
 class ToolLimits:
-    """Names of constants: what the tool point may do."""
+    """Names of constants with the limits of the tool point."""
 
     span: SourceSpan
     speed: Identifier = field(metadata={"doc": "greatest speed"})
@@ -187,7 +187,7 @@ class ToolLimits:
 
 @dataclass(frozen=True)
 class BaseLimits:
-    """Names of constants: what the base may do."""
+    """Names of constants with the limits of the base."""
 
     span: SourceSpan
     speed: Identifier = field(metadata={"doc": "greatest speed"})
@@ -196,7 +196,7 @@ class BaseLimits:
 
 @dataclass(frozen=True)
 class Barrier:
-    """A volume that links keep out of, or inside of, during the whole of every motion."""
+    """A volume that links must stay out of, or inside, during every motion."""
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: into-the-bench`"})
@@ -215,7 +215,7 @@ class Barrier:
 
 @dataclass(frozen=True)
 class MotionPolicy:
-    """Limits by which the whole trajectory of an action is decided, before anything moves."""
+    """Limits that the gate checks on the whole trajectory of an action before it starts."""
 
     span: SourceSpan
     on: Named[MotionKind] = field(metadata={"doc": "the action kinds that move the robot"})
@@ -247,7 +247,7 @@ class Access:
 
 @dataclass(frozen=True)
 class OperatorOverride:
-    """An operator override: nothing that matches it is allowed, whatever else permits it."""
+    """An operator override: it blocks everything that matches, even if all other rules permit it."""
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: press-under-repair`"})
@@ -259,7 +259,7 @@ class OperatorOverride:
 
 @dataclass(frozen=True)
 class Quota:
-    """At most so many actions within any window of time."""
+    """A limit on the number of actions within any time window."""
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: grip-rate`"})
@@ -273,7 +273,7 @@ class Quota:
 
 @dataclass(frozen=True)
 class ModuleLimits:
-    """Bounds on what a module may declare about its own running."""
+    """Limits on timeouts, retries, re-plans and planning time."""
 
     span: SourceSpan
     skill_timeout: TextField = field(
@@ -307,7 +307,7 @@ class AuditPolicy:
 
 @dataclass(frozen=True)
 class IsolationPolicy:
-    """Isolation of module code: where it runs, and behind which layers."""
+    """Isolation of module code: its process, and the layers around it."""
 
     span: SourceSpan
     require: tuple[ChoiceField[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
@@ -350,7 +350,7 @@ class McpPolicy:
 
 @dataclass(frozen=True)
 class Policy:
-    """Π beside Φ: operator overrides, access, risk, quotas."""
+    """The operator's policy (Π): access, risk ceiling, limits, overrides, quotas."""
 
     span: SourceSpan
     access: Access = field(metadata={"doc": "the access that every module may be permitted"})
