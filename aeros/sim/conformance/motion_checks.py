@@ -132,7 +132,7 @@ def _speeds(places: Sequence[Sequence[float]], period: float) -> list[float]:
 
 
 def advance_stops_at_until(subject: PlantUnderTest) -> None:
-    """Check that `advance` returns nothing by `until`, not long before it, and goes on when called again.
+    """Check that `advance` returns nothing at `until`, not long before it, and continues at the next call.
 
     Args:
         subject: the plant under test.

@@ -46,7 +46,7 @@ def planning_moves_nothing(subject: PlantUnderTest) -> None:
 
 
 def a_planned_motion_begins_where_the_robot_is(subject: PlantUnderTest) -> None:
-    """Check that a `Trajectory` takes time, joins its pieces, and starts at the measured joint positions.
+    """Check that a `Trajectory` has a duration, connected pieces, and starts at the measured joints.
 
     Args:
         subject: the plant under test.
@@ -91,7 +91,7 @@ def nothing_moves_before_time_goes_on(subject: PlantUnderTest) -> None:
 
 
 def a_stale_plan_is_refused(subject: PlantUnderTest) -> None:
-    """Check that an action is refused with a plan that was made in another state.
+    """Check that `begin` refuses a plan that was made in another state.
 
     A plan that moves nothing is valid everywhere.
 
