@@ -21,7 +21,7 @@ _IDLE_S: Final = 1.0  # s
 
 
 def the_clock_never_goes_back(subject: PlantUnderTest) -> None:
-    """Check that neither `now` nor the times that the monitor sees ever decrease, whatever is called.
+    """Check that neither `now` nor the times that the monitor sees ever decrease, for any sequence of calls.
 
     Args:
         subject: the plant under test.
