@@ -98,7 +98,7 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
         (one(at="{look: roof}", rest="miss: {}"), "AE122", "`roof` is not a camera of the scene"),
         (one(at="{look: mast}"), "AE208", "`slip` is only valid with `skill` or `every`"),
         (one(rest="miss: {}"), "AE208", "`miss` is only valid with `look`"),
-        (one(rest="bump: {thing: table, impulse: 1 N*s}"), "AE122", "`table` is not a thing of the scene"),
+        (one(rest="bump: {thing: table, impulse: 1 N*s}"), "AE122", "`table` is not a scene object"),
         (one(rest="bump: {thing: wrapper, impulse: 1 N}"), "AE204", "found N"),
         (one(rest="bump: {thing: wrapper, impulse: -1 N*s}"), "AE111", "`-1 N*s` is outside its bounds"),
         (
