@@ -47,6 +47,9 @@ from aeros.spec.model.model import Ecm
 LONGEST_TASK: Final = 600.0
 """Real seconds from the last kill after which a task counts as endless."""
 
+_SHUTDOWN_S: Final = 2.0
+"""Real seconds that a plant has to end by itself once its task has ended."""
+
 VICTIMS: Final = ("agent", "worker", "watchdog")
 
 _POLL_INTERVAL_S: Final = 0.005
@@ -161,9 +164,20 @@ class _SupervisedTask:
                     with suppress(ProcessLookupError):
                         os.kill(pid, signal.SIGKILL)
             self._watchdog.wait()
+        self._end_plant_host()
         self._output.close()
         self.stamps.end()
         self._trial.stop_times_s, self._trial.resume_times_s = self.stamps.stop_and_resume_times(self._killed)
+
+    def _end_plant_host(self) -> None:
+        """End a plant that an agent killed in its last moments has left behind: nobody will come for it."""
+        latest = time.monotonic() + _SHUTDOWN_S
+        while (host := _holder_of(self.state / "plant")) > 0:
+            if time.monotonic() > latest:
+                with suppress(ProcessLookupError):
+                    os.kill(host, signal.SIGKILL)
+                return
+            time.sleep(_POLL_INTERVAL_S)
 
     def lost_records(self) -> list[str]:
         """List losses: records that the log held at a kill and does not hold any more."""

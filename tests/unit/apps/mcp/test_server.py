@@ -114,7 +114,8 @@ def test_a_signal_ends_a_server_whose_client_says_nothing(number: int, tmp_path:
         ) as server,
     ):  # fmt: skip
         latest = time.monotonic() + 60
-        while "answers on" not in told.read_text() and time.monotonic() < latest:
+        while "serving MCP" not in told.read_text():
+            assert time.monotonic() < latest, told.read_text()
             time.sleep(0.05)
         server.send_signal(number)
         assert server.wait(60) == Exit.INTERRUPTED
