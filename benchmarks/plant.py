@@ -365,7 +365,7 @@ def main(argv: list[str]) -> None:
     arguments = parser.parse_args(argv)
     tasks, rounds, trials = arguments.tasks, arguments.rounds, arguments.trials
     if arguments.quick:
-        tasks, rounds, trials = ["fetch_object"], 1, 1
+        tasks, rounds, trials = ["fetch_object"], 1, min(trials, 1)
     common = prepare()
     is_text = arguments.format != "json"
     found = []

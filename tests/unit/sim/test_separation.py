@@ -100,9 +100,9 @@ def stops(records: list[dict[str, Any]]) -> list[str]:
     return [one["reason"] for one in ended if one["reason"].startswith("monitor:")]
 
 
-@pytest.mark.parametrize(("instruction", "person", "_"), APPROACHES)
+@pytest.mark.parametrize(("instruction", "person", "until"), fetch_each_push(APPROACHES))
 def test_the_robot_stops_for_a_person_and_goes_on_to_its_goal(
-    instruction: str, person: str, _: int, run: Run
+    instruction: str, person: str, until: int, run: Run
 ) -> None:
     code, referee, records = run(instruction, person)
     assert referee.distances.min() < of_the_site("walking_speed") * of_the_site("arm_stopping_time") + 0.4

@@ -201,9 +201,11 @@ def test_less_isolation_than_the_site_requires_is_refused_before_anything_starts
 
 
 @pytest.mark.physics
-def test_a_dumpling_is_made_on_physics_and_filmed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert _run(tmp_path, "--seed", "3") == Exit.SUCCESS
-    assert "measured on the physics plant: dumpling_cooked = true" in capsys.readouterr().out
+def test_an_object_is_fetched_on_physics_and_filmed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(tmp_path, "--seed", "3", instruction="fetch the object") == Exit.SUCCESS
+    assert "measured on the physics plant: object_delivered = true" in capsys.readouterr().out
     assert (tmp_path / "out" / "run.webp").read_bytes()[8:12] == b"WEBP"
 
 

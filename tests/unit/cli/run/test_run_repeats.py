@@ -52,13 +52,13 @@ CASES = {
         "--plant",
         "physics",
         "--timeout",
-        "6",
+        "4",
         "--faults",
         "FAULTS",
         "--person",
         "PERSON",
     ),
-    "kinematic": ("clean the table", "--plant", "kinematic", "--timeout", "6"),
+    "kinematic": ("clean the table", "--plant", "kinematic", "--timeout", "3"),
     "symbolic": ("make dumplings", "--plant", "symbolic"),
 }
 """Instructions on each plant; people and faults where there are any."""
