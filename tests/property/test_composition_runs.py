@@ -82,7 +82,7 @@ def _ends(
     return None if end is None else end.reason, runtime
 
 
-@examples(400, report_multiple_bugs=False)
+@examples(200, report_multiple_bugs=False)
 @given(_compositions(), _skills(), st.frozensets(st.sampled_from(SKILLS)), st.integers(0, 2**32))
 def _what_is_proved_happens(
     composition: Composition, skills: dict[str, Skill], anytime: frozenset[str], seed: int

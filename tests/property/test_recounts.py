@@ -20,7 +20,7 @@ looks = st.lists(st.tuples(steps, values), max_size=3)
 decisions = st.lists(st.tuples(steps, values, st.booleans(), looks), min_size=1, max_size=6)
 
 
-@examples(400)
+@examples(150)
 @given(conditions(), decisions, st.randoms(use_true_random=False))
 def test_histories_as_they_were_kept_are_not_objected_to(
     term: t.Term, made: list[tuple[float, Seen, bool, list[tuple[float, Seen]]]], chance: Any

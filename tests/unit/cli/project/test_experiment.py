@@ -116,6 +116,7 @@ def test_kills_are_tried_on_real_processes(tmp_path: Path) -> None:
 
 
 @pytest.mark.physics
+@pytest.mark.deep
 def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "2", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", "14/latency/0", "14/latency/0.2", *options]) == Exit.SUCCESS
@@ -127,6 +128,7 @@ def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
 
 
 @pytest.mark.physics
+@pytest.mark.deep
 def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", "15/person/0", "15/person/1.5", *options]) == Exit.SUCCESS
