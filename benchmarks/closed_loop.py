@@ -23,7 +23,8 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import ActionCondition, Ecm, Outcome, PlanningRule, Site, Task
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, PlanningRule, Task
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from benchmarks.command import build_parser, print_json
 

@@ -36,7 +36,7 @@ from aeros.runtime.skills.in_process_run import CachedRunFactory, InProcessRun
 from aeros.session.assembly import build_executor
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import Durability
+from aeros.spec.model.policy import Durability
 from aeros.spec.text.discovery import reference_site_path
 from benchmarks.profiler import Part, measure_shares
 

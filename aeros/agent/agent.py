@@ -26,7 +26,7 @@ from aeros.agent.recovery.lifecycle import Lifecycle, LifecycleEvent, Phase
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.agent.task_loop import TaskLoop
 from aeros.runtime.ports import EMPTY_LOG_HEAD, AuditEvent, Runtime, StepStatus
-from aeros.spec.model.model import ActionCondition
+from aeros.spec.model.ecm import ActionCondition
 
 MEMORY_FILE: Final = "memory.sqlite3"
 """The file of the agent's memory, in its folder."""

@@ -11,7 +11,8 @@ from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.expressions import elaborate_condition, elaborate_constant
 from aeros.spec.elaborate.scopes import constant_scope, state_scope
-from aeros.spec.model.model import ActionCondition, Site
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.site import Site
 from aeros.spec.text.fields import ExpressionField
 from aeros.spec.text.nodes import ScalarNode
 

@@ -25,7 +25,7 @@ from aeros.apps.report_page.run_data import (
 )
 from aeros.apps.report_page.series import ClosestApproach, build_series
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 _HISTORY_LENGTH: Final = 50
 _READ_CHUNK_BYTES: Final = 1 << 20  # bytes

@@ -30,7 +30,8 @@ from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime
 from aeros.spec.closed_loop.markov_chain import Prediction
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Ecm, Site, Task
+from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.site import Site
 
 
 @dataclass(frozen=True, slots=True)

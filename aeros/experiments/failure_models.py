@@ -21,7 +21,8 @@ from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities, 
 from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import ActionCondition, Declared, Ecm, Outcome, Skill
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill
+from aeros.spec.model.variables import Declared
 
 _CHANNEL_IS_BAD: Final = t.Variable("channel is bad", BOOL, t.VariableRole.STATE)
 """The name is not valid in a vocabulary, so no module reads it."""

@@ -30,7 +30,8 @@ from aeros.runtime.ports import (
     StepResult,
 )
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
 
 

@@ -9,7 +9,7 @@ from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 
 
 class SlowPlanner:

@@ -16,7 +16,7 @@ from aeros.experiments.architecture import MAX_CALLS, CallLimitError
 from aeros.runtime.ports import EndedStep, Readings, Runtime, StepHandle, StepRequest, StepResult
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.semantics import Environment
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 
 
 class CountingRuntime:

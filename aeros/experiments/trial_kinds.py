@@ -13,7 +13,7 @@ from typing import Any, Final, Protocol, runtime_checkable
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.inputs import TrialInputs, digest_of_files
 from aeros.runtime.audit.log import AuditLog
-from aeros.spec.model.model import Durability
+from aeros.spec.model.policy import Durability
 
 Findings = Mapping[str, Any]
 """Findings of one trial: JSON values by name.

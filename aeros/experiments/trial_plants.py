@@ -21,7 +21,8 @@ from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import Ecm, Site, Task
+from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     from aeros.sim.faults.injector import FaultEvent

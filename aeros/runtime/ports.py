@@ -15,7 +15,8 @@ from typing import Any, Final, NamedTuple, NewType, Protocol
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
 
 

@@ -12,7 +12,9 @@ from aeros.spec.backends.answer_store import default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, OperatorOverride, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.certificate import Certificate, certificate_for, check_lock
 from aeros.spec.verification.reports import Report, SubjectReport

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.runtime.bus.feed import BusFeed
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 _NOUN: Final = {"--bag": "folder", "--mcap": "file"}
 

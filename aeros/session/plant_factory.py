@@ -12,7 +12,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import Task
+from aeros.spec.model.ecm import Task
 
 if TYPE_CHECKING:
     from aeros.sim.bullet.bodies import SceneBody

@@ -29,7 +29,7 @@ from aeros.session.setup import create_output_folder, open_governor
 from aeros.session.skill_gate import GateModeName
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Task
+from aeros.spec.model.ecm import Task
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 

@@ -21,7 +21,7 @@ from aeros.runtime.registry.registry_governor import CommandableGovernor, Regist
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 

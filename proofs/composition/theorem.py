@@ -12,8 +12,8 @@ from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.composition import Step
-from aeros.spec.model.model import Declared
 from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
 from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_implies, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically

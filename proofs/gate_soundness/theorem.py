@@ -79,7 +79,7 @@ THEOREM = Theorem(
         Mutant(
             "blocks-only-where-every-field-is-given",
             "override",
-            layers.MODEL,
+            layers.POLICY,
             "all(mine is None or mine == theirs for mine, theirs in pairs)",
             "all(mine is not None and mine == theirs for mine, theirs in pairs)",
         ),

@@ -14,7 +14,8 @@ from aeros.runtime.gate.value_check import value_checkers
 from aeros.skill import Action
 from aeros.spec.backends.compiled import CompiledConditions
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.model.model import Declared, Quota
+from aeros.spec.model.policy import Quota
+from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.symbolic_execution import DecideBranch, DecisionDiagram, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation

@@ -23,7 +23,8 @@ from aeros.spec.theorems.symbolic_execution import (
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 
 LAYERS: Final = "aeros.runtime.gate.finite_layers"
-MODEL: Final = "aeros.spec.model.model"
+POLICY: Final = "aeros.spec.model.policy"
+SITE: Final = "aeros.spec.model.site"
 
 _BLOCKS: Final = ("block.1", "block.2")
 _QUOTAS: Final = ("quota.1", "quota.2")
@@ -160,13 +161,13 @@ def _all_layers_obligation(code: ModuleSource) -> TheoremObligation:
 
 
 def _override(code: ModuleSource) -> TheoremObligation:
-    model = code.module(MODEL)
+    policy = code.module(POLICY)
 
     def run(ask: DecideBranch) -> str:
         def given(name: str) -> Any:
             return None if ask(f"any-{name}") else SymbolicValue(f"blocked-{name}", ask)
 
-        block = model.OperatorOverride("block", "", *(given(name) for name in _FIELDS))
+        block = policy.OperatorOverride("block", "", *(given(name) for name in _FIELDS))
         asking = (SymbolicValue(f"asking-{name}", ask) for name in _FIELDS)
         return str(bool(block.matches(*asking))).lower()
 
@@ -221,16 +222,17 @@ class _ActuatorSet:
 
 
 def _access(code: ModuleSource) -> TheoremObligation:
-    layers, model = code.module(LAYERS), code.module(MODEL)
+    layers, policy = code.module(LAYERS), code.module(POLICY)
+    sites = code.module(SITE, using=(policy,))
 
     def run(ask: DecideBranch) -> str:
         class Grants:
             def get(self, _: str, default: Any) -> Any:
-                return model.Access(_ActuatorSet.named(ask, "grant")) if ask("granted") else default
+                return policy.Access(_ActuatorSet.named(ask, "grant")) if ask("granted") else default
 
-        site = SimpleNamespace(access=model.Access(_ActuatorSet.named(ask, "site")), grants=Grants())
-        site.access_of = lambda module: model.Site.access_of(site, module)
-        ecm = SimpleNamespace(id="m", requested_access=model.Access(_ActuatorSet.named(ask, "module")))
+        site = SimpleNamespace(access=policy.Access(_ActuatorSet.named(ask, "site")), grants=Grants())
+        site.access_of = lambda module: sites.Site.access_of(site, module)
+        ecm = SimpleNamespace(id="m", requested_access=policy.Access(_ActuatorSet.named(ask, "module")))
         skill = SimpleNamespace(id="k", actuators=_ActuatorSet.named(ask, "skill"))
         kind = SimpleNamespace(actuators=_ActuatorSet.named(ask, "kind"))
         return no_objection(layers._access_objections(site, ecm, skill, kind))

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.theorem import TheoremObligation
 from proofs.lib.process_model import PerformStep, StepPath, declare_state, execute_process, primed, transition

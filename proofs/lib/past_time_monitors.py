@@ -21,7 +21,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import Declared, History
+from aeros.spec.model.variables import Declared, History
 from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
 from aeros.spec.theorems.smtlib import smt_apply, smt_literal
 from aeros.spec.theorems.symbolic_execution import (

@@ -18,7 +18,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.types import BOOL, EnumType, IntegerType, RealType, VectorType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue
 

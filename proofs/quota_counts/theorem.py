@@ -8,7 +8,7 @@ from functools import partial
 from types import ModuleType, SimpleNamespace
 from typing import Any, Final, cast
 
-from aeros.spec.model.model import Quota
+from aeros.spec.model.policy import Quota
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically

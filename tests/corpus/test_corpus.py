@@ -30,7 +30,8 @@ from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.model import OperatorOverride, Site
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.reports import Report, SubjectReport

@@ -14,7 +14,7 @@ from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, is_true
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, Type, VectorType
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from tests.unit.runtime.bench import Request
 
 

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.model import Ecm, Outcome, Site, Skill, TaskInvariant
+from aeros.spec.model.ecm import Ecm, Outcome, Skill, TaskInvariant
+from aeros.spec.model.site import Site
 from tests.unit.agent.dumplings import PREDICATES, SPAN, module, site, skill, term
 
 NAMES = PREDICATES[:4]

@@ -17,7 +17,8 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.task_loop import TaskLoop
 from aeros.runtime.ports import Runtime, StepRequest, StepResult
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
-from aeros.spec.model.model import Ecm, Site, Task
+from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.site import Site
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 

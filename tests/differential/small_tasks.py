@@ -8,7 +8,9 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from aeros.spec.model.model import Declared, Ecm, Outcome, Site, Skill, Task
+from aeros.spec.model.ecm import Ecm, Outcome, Skill, Task
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from tests.unit.agent import dumplings
 from tests.unit.agent.dumplings import PREDICATES, given_input, module, site, skill, task
 

@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.spec.closed_loop.reachability import explore_task
 from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import ActionCondition, Ecm, Skill
 from aeros.spec.model.hold_conditions import start_condition
-from aeros.spec.model.model import ActionCondition, Conjunct, Ecm, Skill
+from aeros.spec.model.rules import Conjunct
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from tests.differential.real_loop import Recording, pursue

@@ -31,7 +31,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import EnumType, FamilyType, VectorType
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.permission import permission_obligations

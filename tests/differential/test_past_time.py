@@ -25,7 +25,8 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import TimedState, evaluate
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import Declared, Site
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from tests.hypothesis_profiles import examples
 from tests.unit.runtime.bench import configuration
 

@@ -22,7 +22,7 @@ from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph, verify_plan
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.model.model import Ecm, Outcome
+from aeros.spec.model.ecm import Ecm, Outcome
 from aeros.spec.model.step_graph import If, walk_parts
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
 from aeros.spec.planning.plan_check import find_step_problems

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.model import Ecm, Outcome, PlanningRule, Site, Skill, Task
+from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, Task
+from aeros.spec.model.site import Site
 
 State = frozenset[tuple[str, Any]]
 Plan = tuple[int, ...]

@@ -26,7 +26,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.semantics import Environment, is_true
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.verdicts import Verdict

@@ -26,7 +26,8 @@ from aeros.agent.planning.task_graph import verify_plan
 from aeros.runtime.ports import EndedStep
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.composition import Composition
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 from tests.differential.real_loop import Forgetful
 from tests.hypothesis_profiles import PROFILE, examples
 from tests.property.mix import Mix

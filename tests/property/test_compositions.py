@@ -23,21 +23,12 @@ from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.flow import symbolic_paths
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.model import (
-    Access,
-    ActionCondition,
-    ActionKind,
-    Declared,
-    Ecm,
-    JointRule,
-    ModuleLimits,
-    Outcome,
-    Risk,
-    Rule,
-    Site,
-    Skill,
-)
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill
+from aeros.spec.model.policy import Access, ModuleLimits
+from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of, walk_parts
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations

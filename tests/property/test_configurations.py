@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aeros
-from aeros.spec.model.model import Access, Ecm, OperatorOverride, Outcome, Site, Skill, Task
+from aeros.spec.model.ecm import Ecm, Outcome, Skill, Task
+from aeros.spec.model.policy import Access, OperatorOverride
+from aeros.spec.model.site import Site
 from aeros.spec.model.summary import summarize_module, summarize_site
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations

@@ -15,8 +15,9 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import LENGTH, NUMBER
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
-from aeros.spec.model.model import Declared, Outcome, Skill
+from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of, walk_parts
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.data_flow import data_obligations
 from aeros.spec.obligations.verdicts import StaticClaim

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from aeros.agent.planning.routing import RoutingError, route
 from aeros.spec.diagnostics.words import normalized_words
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import module, task
 

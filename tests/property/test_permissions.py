@@ -11,20 +11,11 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import (
-    Access,
-    ActionCondition,
-    ActionKind,
-    Declared,
-    Ecm,
-    ModuleLimits,
-    OperatorOverride,
-    Outcome,
-    Risk,
-    Site,
-    Skill,
-    Task,
-)
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task
+from aeros.spec.model.policy import Access, ModuleLimits, OperatorOverride
+from aeros.spec.model.rules import ActionKind, Risk
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.verdicts import StaticClaim
 from tests.hypothesis_profiles import examples

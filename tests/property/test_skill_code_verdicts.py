@@ -20,7 +20,10 @@ import aeros.skill
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import ActionCondition, ActionKind, Declared, Ecm, Risk, Site, Skill
+from aeros.spec.model.ecm import ActionCondition, Ecm, Skill
+from aeros.spec.model.rules import ActionKind, Risk
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_source import read_skill_files

@@ -23,22 +23,11 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, evaluate, is_true
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import (
-    Access,
-    ActionCondition,
-    ActionKind,
-    Conjunct,
-    Declared,
-    Ecm,
-    ModuleLimits,
-    OperatorOverride,
-    Outcome,
-    Risk,
-    Rule,
-    Site,
-    Skill,
-    Task,
-)
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task
+from aeros.spec.model.policy import Access, ModuleLimits, OperatorOverride
+from aeros.spec.model.rules import ActionKind, Conjunct, Risk, Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.permission import permission_obligations

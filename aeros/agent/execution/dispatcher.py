@@ -27,7 +27,7 @@ from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 
 
 class DispatchError(Exception):

@@ -17,7 +17,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause, file_and_line
-from aeros.spec.model.model import ActionCondition, Outcome, Skill
+from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
-from aeros.spec.model.model import Skill
+from aeros.spec.model.ecm import Skill
 
 
 class UncertainSteps:

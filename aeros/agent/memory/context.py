@@ -13,7 +13,7 @@ from collections.abc import Iterable
 
 from aeros.agent.world.world import WorldModel
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 
 
 def evidence_context(task: str, module: Ecm, skills: Iterable[Skill], world: WorldModel) -> str:

@@ -14,7 +14,8 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.values import UnusableValueError, to_exact
 from aeros.agent.world.world import WorldModel
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import map_graph_steps
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
 from aeros.spec.planning.plan_check import PlannedStep, find_plan_problems

@@ -9,7 +9,7 @@ from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.spec.model import composition as spec
 from aeros.spec.model.composition import Composition
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.step_graph import Seq, map_graph_steps
 
 

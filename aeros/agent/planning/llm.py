@@ -26,7 +26,8 @@ from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
 
 MAX_TRIES: Final = 3

@@ -20,7 +20,8 @@ from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.model.model import Ecm, Outcome, Site
+from aeros.spec.model.ecm import Ecm, Outcome
+from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
 from aeros.spec.planning.pddl import action_name, write_pddl
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError

@@ -25,7 +25,7 @@ from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.expr.unparse import unparse
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Seq
 
 _MAX_TEXT_CHARS: Final = 2000

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from aeros.agent.errors import AgentError
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
-from aeros.spec.model.model import Ecm, Task
+from aeros.spec.model.ecm import Ecm, Task
 
 
 class RoutingError(AgentError):

@@ -14,7 +14,8 @@ from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import domain_for
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 

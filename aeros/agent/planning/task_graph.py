@@ -20,7 +20,8 @@ from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model import composition as spec
 from aeros.spec.model import step_graph as parts
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_graph_steps, steps_of, walk_parts
 from aeros.spec.obligations.parallel import interference_claims
 

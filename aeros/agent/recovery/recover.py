@@ -27,7 +27,7 @@ from aeros.agent.execution.uncertain_steps import UncertainSteps, possible_succe
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import AuditEvent, StepResult, StepStatus
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 
 _INTERRUPTED_STATUSES: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
 """Endings that were not its own: as for one that never ended."""

@@ -16,7 +16,7 @@ from aeros.agent.world.world import (
     world_from_readings,
 )
 from aeros.runtime.ports import ColumnNames, Readings, Snapshot
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 
 class _PreviousSnapshot(NamedTuple):

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 
 class UnusableValueError(Exception):

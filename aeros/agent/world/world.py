@@ -22,7 +22,7 @@ from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 NO_INPUTS: Environment = {}
 

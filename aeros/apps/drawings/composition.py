@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from aeros.apps.drawings.drawing import Diagram, Edge, Node, Shape
 from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph
 from aeros.spec.model.composition import Composition, Step
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.step_graph import If
 
 

@@ -15,7 +15,8 @@ from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.apps.mcp.tool_arguments import ProposedStep
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.model.model import ActionCondition, Ecm, Site
+from aeros.spec.model.ecm import ActionCondition, Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import PlanningDomain, domain_for
 from aeros.spec.planning.plan_check import find_step_problems
 from aeros.spec.planning.search_result import PlanUndecidedError

@@ -18,7 +18,7 @@ from aeros.apps.mcp.plan_review import ClientPlan, ClientPlanChecker
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import Reading, Readings, Runtime
 from aeros.session.robot_thread import RobotThread
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 
 
 class PlanWithdrawnError(Exception):

@@ -33,7 +33,10 @@ from aeros.runtime.execution.governor import OperatorCommand
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import render_all
 from aeros.spec.expr.types import RealType, VectorType
-from aeros.spec.model.model import ActionCondition, Declared, Ecm, Execute, Site
+from aeros.spec.model.ecm import ActionCondition, Ecm
+from aeros.spec.model.policy import Execute
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 
 MAX_PLANS: Final = 32
 

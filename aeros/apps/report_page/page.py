@@ -23,7 +23,7 @@ from aeros.apps.report_page.run_data import RunData, shortened
 from aeros.apps.report_page.run_diagrams import plan_diagram, run_diagram
 from aeros.apps.report_page.series import Series, build_series
 from aeros.spec.diagnostics.codes import CODES
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 _STYLE = """\
 body{font:14px/1.45 sans-serif;margin:2em auto;max-width:1120px;padding:0 1em;color:#222}

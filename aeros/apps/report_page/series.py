@@ -19,7 +19,8 @@ from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import EnumType, RealType
 from aeros.spec.expr.unparse import unparse
-from aeros.spec.model.model import Declared, Site
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 
 MAX_SAMPLES: Final = 4_000
 """Largest number of times at which bounds are evaluated; longer runs use every second, third … sample."""

@@ -15,7 +15,9 @@ from aeros.runtime.gate.wire import decide_line, request_json
 from aeros.skill import Action
 from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
-from aeros.spec.model.model import Declared, Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verification.reports import Report
 

@@ -15,7 +15,7 @@ from aeros.exit_codes import Exit
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState as LoopNode
 from aeros.spec.closed_loop.transition_system import StateSpaceError
-from aeros.spec.model.model import Ecm, PlanningRule, Task
+from aeros.spec.model.ecm import Ecm, PlanningRule, Task
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

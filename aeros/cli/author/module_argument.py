@@ -10,7 +10,8 @@ from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import module_folders, reference_site_path
 
 _T = TypeVar("_T")

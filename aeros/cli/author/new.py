@@ -22,7 +22,7 @@ from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import MANIFEST, reference_site_path
 from aeros.spec.text.fields import PATTERNS
 

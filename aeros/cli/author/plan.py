@@ -27,7 +27,8 @@ from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.semantics import Value
-from aeros.spec.model.model import ActionCondition, Ecm, Site, Task
+from aeros.spec.model.ecm import ActionCondition, Ecm, Task
+from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import PlanningDomain, domain_for
 from aeros.spec.planning.pddl import write_pddl
 from aeros.spec.planning.plan_check import UnreadablePlanError, find_step_problems, read_plan

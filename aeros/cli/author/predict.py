@@ -22,7 +22,8 @@ from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import Ecm, Site, Task
+from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

@@ -26,7 +26,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:

@@ -19,7 +19,8 @@ from aeros.runtime.registry.change_log import recorded_configurations
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import OperatorOverride, Site
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:

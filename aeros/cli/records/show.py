@@ -15,7 +15,10 @@ from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number, format_quantity
-from aeros.spec.model.model import Declared, Quota, Rule, Site
+from aeros.spec.model.policy import Quota
+from aeros.spec.model.rules import Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 
 _INDENT = " " * 8
 _MAX_CHARS = 400

@@ -14,7 +14,7 @@ from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

@@ -15,7 +15,8 @@ from aeros.agent.planning.pddl import PddlPlanner
 from aeros.agent.planning.smt import SmtPlanner
 from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import did_you_mean
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 
 LLM_KEY: Final = "AEROS_LLM_KEY"
 """Environment variable that holds the key of the language model's API."""

@@ -31,7 +31,7 @@ from aeros.session.assembly import AUDIT, SessionSetup, open_agent, open_recorde
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.sim.hosting.remote import RemotePlant
-from aeros.spec.model.model import ActionCondition
+from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.verification.reports import Report
 
 if TYPE_CHECKING:

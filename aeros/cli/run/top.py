@@ -20,7 +20,7 @@ from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.render import escape_invisible
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

@@ -16,7 +16,7 @@ from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 
 class AerosAgent:

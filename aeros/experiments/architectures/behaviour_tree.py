@@ -25,7 +25,7 @@ from py_trees.decorators import Retry
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialContext
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import PlanningRule
+from aeros.spec.model.ecm import PlanningRule
 
 
 class BehaviourTree:

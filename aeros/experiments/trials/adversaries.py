@@ -48,7 +48,7 @@ from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics, Severity
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.elaborate.load import load_ecm
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from math import dist
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 
 _REST_SPEEDS: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
 """Joint speed, rad/s, below which an arm is at rest: physics holds it with motors against gravity."""

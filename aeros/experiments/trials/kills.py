@@ -42,7 +42,7 @@ from aeros.experiments.trial_kinds import SCRATCH_ROOT, Findings
 from aeros.experiments.trial_kinds import Trial as Tried
 from aeros.experiments.trials.kill_logs import motion_without_agent, read_whole_lines, repeated_skills
 from aeros.runtime.audit.log import verify_log
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 
 LONGEST_TASK: Final = 600.0
 """Real seconds from the last kill after which a task counts as endless."""

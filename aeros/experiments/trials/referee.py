@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from aeros.sim.clock import TICK
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     from aeros.sim.sensors import GroundTruth

@@ -30,7 +30,8 @@ from aeros.runtime.ports import Readings
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import OperatorOverride, Risk
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.rules import Risk
 
 Request = Mapping[str, Any]
 

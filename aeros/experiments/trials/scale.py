@@ -36,7 +36,7 @@ from aeros.skill import act
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report

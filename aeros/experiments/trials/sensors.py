@@ -27,7 +27,7 @@ from aeros.runtime.ports import EndedStep, Plant, Runtime, StepStatus
 from aeros.session.assembly import build_executor
 from aeros.sim.clock import TICK
 from aeros.sim.sensors import SensorModel
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     from aeros.sim.sensors import GroundTruth

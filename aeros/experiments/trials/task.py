@@ -49,7 +49,7 @@ from aeros.session.assembly import build_executor
 from aeros.sim.symbolic.outcomes import OutcomeSampler, outcome_probabilities_by_skill
 from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 
 _ARCHITECTURE_SETTINGS: Final = {"architecture", "options"}
 """Settings that decide the requests to a plant, but not its answers."""

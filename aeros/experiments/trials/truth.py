@@ -15,7 +15,7 @@ from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
     from aeros.sim.sensors import GroundTruth

@@ -56,7 +56,7 @@ from aeros.runtime.audit.format import explain_problem
 from aeros.runtime.canonical_json import Encoded, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.ports import LogHead
-from aeros.spec.model.model import Durability
+from aeros.spec.model.policy import Durability
 
 __all__ = ["AuditError", "AuditLog", "AuditReport", "DecisionCounts", "verify_log"]
 

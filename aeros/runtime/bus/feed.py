@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple, Self
 from aeros.runtime.bus.message_publisher import MessagePublisher, RobotChain
 from aeros.runtime.bus.port import PublisherFactory
 from aeros.runtime.ports import Reading, Readings
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 _MAX_STATES: Final = 1_000
 """Limit on the queue for states, about 4 s of control ticks."""

@@ -24,7 +24,7 @@ from aeros.runtime.bus.messages import (
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 WORLD: Final = "world"
 """The frame of every vector of the vocabulary."""

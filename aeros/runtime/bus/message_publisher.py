@@ -31,7 +31,7 @@ from aeros.runtime.bus.port import M, Publisher, PublisherFactory
 from aeros.runtime.bus.record_messages import parse_record
 from aeros.runtime.bus.transforms import chain_transforms
 from aeros.runtime.ports import Readings, RobotBody, Vec3
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 
 class RobotChain(NamedTuple):

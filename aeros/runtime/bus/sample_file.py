@@ -17,7 +17,7 @@ from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, VectorType
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 FILE: Final = "measured.jsonl"
 """Name of the file in the folder of a run."""

@@ -56,7 +56,8 @@ from aeros.runtime.records.records import session_details
 from aeros.runtime.records.recount import SessionState, recount_records
 from aeros.runtime.skills.in_process_run import OpenRun, SkillRunResult
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
 
 

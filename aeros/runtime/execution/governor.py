@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Final, Protocol
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 
 _ALWAYS_IN_FORCE: Final = nullcontext(True)
 

@@ -16,7 +16,8 @@ from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
 from aeros.spec.model.cause import Cause, file_and_line
-from aeros.spec.model.model import ActionCondition, Site, Skill
+from aeros.spec.model.ecm import ActionCondition, Skill
+from aeros.spec.model.site import Site
 
 
 class HoldCondition:

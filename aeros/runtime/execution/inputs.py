@@ -9,7 +9,7 @@ from typing import Any
 
 from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 
 class InputError(Exception):

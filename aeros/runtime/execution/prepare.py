@@ -11,7 +11,7 @@ from aeros.runtime.gate.decision import Caller
 from aeros.runtime.ports import StepRequest, StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import OpenRun, SkillRunResult
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 
 
 class StepRefusedError(Exception):

@@ -26,7 +26,8 @@ from aeros.runtime.ports import (
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult
 from aeros.skill import Action
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 
 
 class ActiveMotion(NamedTuple):

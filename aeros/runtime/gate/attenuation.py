@@ -10,7 +10,7 @@ from aeros.runtime.gate.value_check import Scalars
 from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.semantics import evaluate
-from aeros.spec.model.model import Rule
+from aeros.spec.model.rules import Rule
 
 
 def attenuate_parameters(

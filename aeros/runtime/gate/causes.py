@@ -17,7 +17,10 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
 from aeros.spec.model.cause import Cause, file_and_line
-from aeros.spec.model.model import ActionCondition, Declared, JointRule, Rule, Site, Skill
+from aeros.spec.model.ecm import ActionCondition, Skill
+from aeros.spec.model.rules import JointRule, Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 
 _READING_REASON_CODES: Final = frozenset(("AE703", "AE704", "AE705", "AE706", "AE707"))
 

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from aeros.spec.backends.compiled import compile_condition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
-from aeros.spec.model.model import Declared, ranges_of
+from aeros.spec.model.variables import Declared, ranges_of
 
 
 class ConditionValue(Enum):

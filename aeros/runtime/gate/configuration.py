@@ -7,7 +7,8 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.verification.certificate import Certificate
 

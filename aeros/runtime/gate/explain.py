@@ -23,7 +23,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import FamilyType, VectorType
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.verification.witness import format_value
 

@@ -6,7 +6,10 @@ from collections.abc import Iterator, Mapping
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Reason
-from aeros.spec.model.model import ActionKind, Ecm, Quota, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.policy import Quota
+from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.site import Site
 
 
 def finite_objections(

@@ -58,7 +58,9 @@ from aeros.skill import Action
 from aeros.spec.backends.compiled import CompiledConditions, compile_conditions
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import ActionKind, Declared, Ecm, Rule, Skill, ranges_of
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.rules import ActionKind, Rule
+from aeros.spec.model.variables import Declared, ranges_of
 from aeros.spec.obligations.claim_id import ClaimForm
 
 

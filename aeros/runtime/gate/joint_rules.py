@@ -21,7 +21,8 @@ from aeros.runtime.gate.value_check import Scalars, ValueChecker
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import JointRule, Site
+from aeros.spec.model.rules import JointRule
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.joint import joint_variables
 
 

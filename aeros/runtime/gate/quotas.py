@@ -8,7 +8,7 @@ from math import inf, isfinite, nan
 
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.gate.time_window import TimeWindow
-from aeros.spec.model.model import Quota
+from aeros.spec.model.policy import Quota
 
 
 class ClockError(Exception):

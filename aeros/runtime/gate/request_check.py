@@ -15,7 +15,7 @@ from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshnes
 from aeros.runtime.ports import Reading, Readings
 from aeros.skill import Action
 from aeros.spec.expr.doubles import nearest_double_in_range
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 _MISSING = object()
 

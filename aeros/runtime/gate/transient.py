@@ -7,7 +7,7 @@ from typing import Final
 
 from aeros.runtime.gate.decision import Reason
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 _JOINTS_ELSEWHERE_CODE: Final = "AE761"
 """The joints are not where a motion would start: something held them, or they lacked strength."""

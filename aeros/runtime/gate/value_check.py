@@ -16,7 +16,7 @@ from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.expr.units import format_quantity
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 _EXACT_INTEGERS = 2**53  # every whole number up to here is a double
 

@@ -14,7 +14,9 @@ from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, run_in_process
 from aeros.runtime.skills.load import certified_code, certified_files
-from aeros.spec.model.model import Ecm, IsolationPolicy, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.policy import IsolationPolicy
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.forbidden_access import ALLOWED_MODULES
 
 _NUMPY: Final = ("numpy", "numpy.fft", "numpy.linalg", "numpy.polynomial", "numpy.random")

@@ -27,7 +27,8 @@ from aeros.runtime.ports import Reading, Readings, Snapshot
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.model import Declared, History, Site
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared, History
 
 HistoryValues = dict[str, bool | int]
 """Value of each known history, by its name."""

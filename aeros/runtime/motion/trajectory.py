@@ -51,7 +51,7 @@ from aeros.runtime.ports import (
     Trajectory,
 )
 from aeros.skill import Action
-from aeros.spec.model.model import Barrier, MotionPolicy
+from aeros.spec.model.motion import Barrier, MotionPolicy
 
 _RATES = ("speed", "acceleration", "jerk")
 

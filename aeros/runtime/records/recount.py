@@ -18,7 +18,7 @@ from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter
 from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 QuotaUsage = Mapping[str, int] | ClockError
 """Used-up count of each quota; or the error if the clock was wrong."""

@@ -22,7 +22,7 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 
 LOG: Final = "audit.jsonl"
 _CHANGE: Final = "registry-change"

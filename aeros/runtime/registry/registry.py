@@ -30,7 +30,9 @@ from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot, Regi
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, OperatorOverride, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report

@@ -17,7 +17,7 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.migrations.formats import REGISTRY
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 
 _VERSION: Final = REGISTRY.version
 _CURE: Final = "restore it from a backup, or remove its folder and install again"

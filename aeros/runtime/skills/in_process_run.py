@@ -15,7 +15,8 @@ from aeros.runtime.skills.contract import NoActionError, SkillFunction, check_ou
 from aeros.runtime.skills.load import CertifiedCode, certified_code, execute_code, load_skill
 from aeros.skill import Action, Observation, SkillBody
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 
 
 class SkillRunResult(NamedTuple):

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from aeros.runtime.skills.contract import SkillFunction, SkillRefusedError, execute_skill
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.text.digests import code_digest, code_files
 
 

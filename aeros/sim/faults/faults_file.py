@@ -47,7 +47,7 @@ from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.expr.units import TIME, Dimension
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import NumberField, TextField
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml

@@ -14,7 +14,7 @@ from aeros.sim.geometry import add
 from aeros.sim.robot.parameters import ActionRejectedError
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
-from aeros.spec.model.model import ActionKind
+from aeros.spec.model.rules import ActionKind
 
 _PEAK_TO_MEAN: Final = 1.875
 """Peak over mean speed of the minimum-jerk profile; as in `profile`, which needs NumPy."""

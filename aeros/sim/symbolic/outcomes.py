@@ -11,7 +11,7 @@ from typing import NamedTuple
 from aeros.sim.gilbert_elliott import GilbertElliottProcess, GilbertElliottSampler
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Ecm, Outcome
+from aeros.spec.model.ecm import Ecm, Outcome
 
 OutcomeProbabilities = Sequence[tuple[Outcome, Fraction]]
 """Outcomes with their probabilities, which sum up to 1."""

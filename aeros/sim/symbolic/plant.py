@@ -35,7 +35,8 @@ from aeros.sim.symbolic.outcomes import (
 from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Ecm, Outcome, Site
+from aeros.spec.model.ecm import Ecm, Outcome
+from aeros.spec.model.site import Site
 
 _COMPLETED: Final = MotionCompletion(True)
 

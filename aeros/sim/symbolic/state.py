@@ -11,7 +11,8 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.model.model import Declared, Site
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 
 _DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
     # Franka's ready posture, and the tool position in it.

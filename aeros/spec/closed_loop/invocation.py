@@ -10,8 +10,8 @@ from typing import Any
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
+from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
-from aeros.spec.model.model import Outcome, Skill
 
 State = tuple[Any, ...]
 """A value for each predicate of a task, in the order of `TransitionSystem.names`."""

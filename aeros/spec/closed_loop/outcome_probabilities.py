@@ -10,7 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Ecm, Outcome, Skill, Task
+from aeros.spec.model.ecm import Ecm, Outcome, Skill, Task
 
 
 def outcome_probabilities(outcomes: Iterable[Outcome]) -> list[tuple[Outcome, Fraction]]:

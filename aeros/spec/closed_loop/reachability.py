@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
-from aeros.spec.model.model import Ecm, Site, Task
+from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.site import Site
 
 MAX_STARTS = 4096
 MAX_NODES = 200_000

@@ -25,7 +25,8 @@ from typing import Any, Final, Literal
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
-from aeros.spec.model.model import Ecm, PlanningRule, Site, Skill, Task
+from aeros.spec.model.ecm import Ecm, PlanningRule, Skill, Task
+from aeros.spec.model.site import Site
 
 MAX_PLAN_STEPS: Final = 100
 """Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""

@@ -15,7 +15,8 @@ from aeros.spec.difference.module_changes import module_changes
 from aeros.spec.difference.policy_change import PolicyChange, Relation
 from aeros.spec.difference.site_changes import site_changes
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import MANIFEST, module_folders
 
 

@@ -22,7 +22,9 @@ from aeros.spec.difference.policy_change import (
 from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, compare_sets
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number
-from aeros.spec.model.model import ActionCondition, ActionKind, Ecm, Site, Skill
+from aeros.spec.model.ecm import ActionCondition, Ecm, Skill
+from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.site import Site
 
 ACCESS = ("actuators", "sensors", "channels", "compute")
 

@@ -17,7 +17,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.difference.policy_change import PolicyChange, Relation, bounds_relation, diagnostic_for
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.verdicts import Verdict

@@ -26,16 +26,10 @@ from aeros.spec.difference.policy_change import (
 from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, compare_sets
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number
-from aeros.spec.model.model import (
-    Access,
-    ActionKind,
-    Declared,
-    Execute,
-    JointRule,
-    OperatorOverride,
-    Quota,
-    Site,
-)
+from aeros.spec.model.policy import Access, Execute, OperatorOverride, Quota
+from aeros.spec.model.rules import ActionKind, JointRule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.joint import joint_variables
 
 

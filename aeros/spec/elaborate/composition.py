@@ -17,7 +17,8 @@ from aeros.spec.elaborate.lookup import check_in_range, resolve_name
 from aeros.spec.elaborate.scopes import constant_scope, state_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
-from aeros.spec.model.model import Site, Skill
+from aeros.spec.model.ecm import Skill
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 

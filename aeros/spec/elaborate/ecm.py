@@ -29,19 +29,11 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, PlanningRule, Skill, Task, TaskInvariant
 from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations, start_condition
-from aeros.spec.model.model import (
-    ActionCondition,
-    Declared,
-    Ecm,
-    Outcome,
-    PlanningRule,
-    Risk,
-    Site,
-    Skill,
-    Task,
-    TaskInvariant,
-)
+from aeros.spec.model.rules import Risk
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.text.digests import MAX_MODELS, model_digest
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 

@@ -16,7 +16,7 @@ from aeros.spec.expr.syntax import Node, TextRange
 from aeros.spec.expr.typecheck import check, check_condition, infer
 from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import Dimension, Unit, parse_quantity, parse_unit
-from aeros.spec.model.model import Conjunct
+from aeros.spec.model.rules import Conjunct
 from aeros.spec.text.fields import ExpressionField, TextField
 from aeros.spec.text.scalar_positions import sub_span
 

@@ -16,7 +16,8 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files, text_digest
 from aeros.spec.text.discovery import MANIFEST
 from aeros.spec.text.files import read_source

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
 
 _T = TypeVar("_T")

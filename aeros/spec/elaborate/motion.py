@@ -17,7 +17,9 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
-from aeros.spec.model.model import ActionKind, Barrier, Declared, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.model.motion import Barrier, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import TextField
 
 

@@ -17,7 +17,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, IntegerType, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.expr.unparse import unparse
-from aeros.spec.model.model import Declared, History
+from aeros.spec.model.variables import Declared, History
 
 MAX_OCCURRENCE_COUNT: Final = 4096
 """Upper end of the range of a count of occurrences in one window."""

@@ -9,7 +9,8 @@ from typing import Protocol
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.types import EnumType
-from aeros.spec.model.model import ActionKind, Declared
+from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.variables import Declared
 
 
 class Vocabulary(Protocol):

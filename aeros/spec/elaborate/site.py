@@ -25,23 +25,19 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH, TIME
-from aeros.spec.model.model import (
+from aeros.spec.model.policy import (
     Access,
-    ActionKind,
-    Conjunct,
-    Declared,
     Durability,
     Execute,
     IsolationPolicy,
-    JointRule,
     McpPolicy,
     ModuleLimits,
     OperatorOverride,
     Quota,
-    Risk,
-    Rule,
-    Site,
 )
+from aeros.spec.model.rules import ActionKind, Conjunct, JointRule, Risk, Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 _T = TypeVar("_T")

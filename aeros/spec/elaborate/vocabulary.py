@@ -22,7 +22,7 @@ from aeros.spec.expr.types import (
     VectorType,
 )
 from aeros.spec.expr.units import NUMBER, TIME, Unit, unit_names
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import NumberField, TextField
 
 Enums = Mapping[str, EnumType]

@@ -10,7 +10,8 @@ from typing import Any, cast
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType, ScalarType, Type, VectorType
 from aeros.spec.model.composition import Step
-from aeros.spec.model.model import Declared, Skill
+from aeros.spec.model.ecm import Skill
+from aeros.spec.model.variables import Declared
 
 
 @dataclass(frozen=True)

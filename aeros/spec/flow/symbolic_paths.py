@@ -26,9 +26,10 @@ from aeros.spec.expr.lower import lower
 from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.flow.arguments import constant_term
 from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
-from aeros.spec.model.model import Declared, Outcome, Skill
 from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.variables import Declared
 
 MAX_SYMBOLIC_STATES = 20_000
 

@@ -18,7 +18,8 @@ from typing import Any, Final
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
-from aeros.spec.model.model import ActionCondition, Conjunct, Outcome, Skill
+from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
+from aeros.spec.model.rules import Conjunct
 
 HOLD_LOST: Final = "unheld"
 """Name of the outcome of a run that lost its hold-condition."""

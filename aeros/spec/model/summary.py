@@ -11,7 +11,8 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source, SourceSpan
 
 if TYPE_CHECKING:
-    from aeros.spec.model.model import Ecm, Site
+    from aeros.spec.model.ecm import Ecm
+    from aeros.spec.model.site import Site
 
 
 @dataclass(frozen=True)

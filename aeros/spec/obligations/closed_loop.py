@@ -19,7 +19,8 @@ from collections.abc import Iterator
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
-from aeros.spec.model.model import Ecm, Site, Task, TaskInvariant
+from aeros.spec.model.ecm import Ecm, Task, TaskInvariant
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
 

@@ -31,9 +31,11 @@ from aeros.spec.flow.symbolic_paths import (
     split_conjunction,
 )
 from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.hold_conditions import HOLD_LOST
-from aeros.spec.model.model import Declared, Ecm, Site, Skill
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, steps_of, walk_parts
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, ClaimPattern
 from aeros.spec.obligations.data_flow import data_obligations
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace

@@ -8,8 +8,9 @@ from fractions import Fraction
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr.units import Unit, format_number
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
-from aeros.spec.model.model import Declared, Skill
+from aeros.spec.model.ecm import Skill
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
 

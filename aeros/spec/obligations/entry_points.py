@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
-from aeros.spec.model.model import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim

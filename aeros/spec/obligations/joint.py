@@ -15,7 +15,10 @@ from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import Arguments
 from aeros.spec.model.composition import Step
-from aeros.spec.model.model import Declared, JointRule, Site, Skill
+from aeros.spec.model.ecm import Skill
+from aeros.spec.model.rules import JointRule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import (
     ClaimMode,

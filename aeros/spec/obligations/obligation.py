@@ -12,7 +12,9 @@ from functools import cached_property
 
 from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import ActionCondition, Conjunct, Declared, Rule
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.rules import Conjunct, Rule
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.verdicts import Verdict
 

@@ -16,7 +16,8 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import step_arguments
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, children_of, steps_of, walk_parts
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.joint import ConcurrentStep, joint_obligations

@@ -11,7 +11,9 @@ from collections.abc import Iterable, Iterator
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Ecm, Risk, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.rules import Risk
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, walk_parts
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, label_conjuncts

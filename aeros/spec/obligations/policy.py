@@ -8,7 +8,8 @@ from fractions import Fraction
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
-from aeros.spec.model.model import ActionKind, Rule, Site
+from aeros.spec.model.rules import ActionKind, Rule
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import (
     ClaimMode,

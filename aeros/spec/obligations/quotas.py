@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from math import ceil
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
-from aeros.spec.model.model import Quota, Site
+from aeros.spec.model.policy import Quota
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
 

@@ -19,7 +19,10 @@ from dataclasses import replace
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import constant_term
-from aeros.spec.model.model import ActionCondition, Ecm, Rule, Site, Skill, Task, relevant_facts
+from aeros.spec.model.ecm import ActionCondition, Ecm, Skill, Task
+from aeros.spec.model.rules import Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import relevant_facts
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import (
     ClaimMode,

@@ -13,7 +13,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.forbidden_access import first_forbidden_access
 from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError

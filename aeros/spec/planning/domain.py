@@ -26,8 +26,10 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.types import BoolType, EnumType, RealType
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, TaskInvariant
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
-from aeros.spec.model.model import ActionCondition, Declared, Ecm, Outcome, Site, Skill, TaskInvariant
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.verification.queries import is_unsatisfiable
 
 MAX_COMBINATIONS: Final = 256

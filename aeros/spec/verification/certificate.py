@@ -27,7 +27,8 @@ from aeros.spec.text.digests import text_digest
 from aeros.spec.text.files import read_source
 
 if TYPE_CHECKING:
-    from aeros.spec.model.model import Ecm, Site
+    from aeros.spec.model.ecm import Ecm
+    from aeros.spec.model.site import Site
     from aeros.spec.model.summary import ModuleSummary, SiteSummary
     from aeros.spec.obligations.claim_id import ClaimId
 

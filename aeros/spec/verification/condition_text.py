@@ -9,7 +9,7 @@ from fractions import Fraction
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.units import NUMBER, Unit
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 _NUMERAL = re.compile(r"-?\s*[0-9.]+(?:[eE][-+]?[0-9]+)?")
 

@@ -12,7 +12,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import ranges_of, relevant_facts
+from aeros.spec.model.variables import ranges_of, relevant_facts
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.witness import TermEvaluator, Witness, witness_from_model

@@ -19,7 +19,7 @@ from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.typecheck import check, infer
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import Unit, exact_decimal
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.verification.condition_text import (
     add_bound,
     comparisons_in,

@@ -12,7 +12,9 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import elaborate_source, load_ecm
-from aeros.spec.model.model import Ecm, OperatorOverride, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.site import Site
 from aeros.spec.model.summary import ModuleSummary, summarize_module
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult

@@ -20,7 +20,8 @@ from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.expr.units import exact_decimal
-from aeros.spec.model.model import Declared, Site
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 

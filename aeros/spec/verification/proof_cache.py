@@ -47,7 +47,7 @@ from aeros.spec.verification.claim_summary import ClaimCounts, Claims, ClaimSumm
 from aeros.spec.verification.reports import Known, ModuleFindings, Report, SubjectReport
 
 if TYPE_CHECKING:
-    from aeros.spec.model.model import OperatorOverride
+    from aeros.spec.model.policy import OperatorOverride
 
 _VERDICT_DISTRIBUTIONS: Final = (
     ("networkx", "networkx"),

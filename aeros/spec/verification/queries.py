@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Declared, ranges_of, relevant_facts
+from aeros.spec.model.variables import Declared, ranges_of, relevant_facts
 
 
 def is_unsatisfiable(terms: Sequence[t.Term], declared: Iterable[Declared], oracle: Oracle) -> bool:

@@ -14,7 +14,8 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.elaborate.scopes import scope_over
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError
-from aeros.spec.model.model import ActionCondition, Site
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict

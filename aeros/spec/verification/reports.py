@@ -28,7 +28,8 @@ from aeros.spec.verification.claim_summary import (
 )
 
 if TYPE_CHECKING:
-    from aeros.spec.model.model import Ecm, Site
+    from aeros.spec.model.ecm import Ecm
+    from aeros.spec.model.site import Site
     from aeros.spec.verification.discharge import ObligationResult
     from aeros.spec.verification.second_solver import SecondSolverReport
 

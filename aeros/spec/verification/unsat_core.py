@@ -16,7 +16,7 @@ from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.obligation import LabelledConjunct, Obligation
 from aeros.spec.verification.queries import is_unsatisfiable
 from aeros.spec.verification.witness import Witness

@@ -38,7 +38,8 @@ from aeros.spec.verification.reports import (
 
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
-    from aeros.spec.model.model import OperatorOverride, Site
+    from aeros.spec.model.policy import OperatorOverride
+    from aeros.spec.model.site import Site
     from aeros.spec.verification.second_solver import SecondSolver, SecondSolverReport
 
 MIN_MODULES_FOR_POOL: Final = 16

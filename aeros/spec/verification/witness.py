@@ -13,7 +13,7 @@ from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.expr.units import Unit, format_number, format_quantity, to_unit
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 
 @dataclass(frozen=True)

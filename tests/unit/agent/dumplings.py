@@ -14,19 +14,11 @@ from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.model import (
-    Access,
-    ActionCondition,
-    Declared,
-    Ecm,
-    ModuleLimits,
-    Outcome,
-    PlanningRule,
-    Risk,
-    Site,
-    Skill,
-    Task,
-)
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, PlanningRule, Skill, Task
+from aeros.spec.model.policy import Access, ModuleLimits
+from aeros.spec.model.rules import Risk
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 
 _Model = TypeVar("_Model")
 

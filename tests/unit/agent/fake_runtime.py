@@ -17,7 +17,8 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
 from tests.unit.agent.dumplings import DUMPLING, PREDICATES, site
 

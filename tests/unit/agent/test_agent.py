@@ -27,7 +27,7 @@ from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verification.certificate import Certificate
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task

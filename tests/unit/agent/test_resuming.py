@@ -27,7 +27,7 @@ from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import AuditEvent, EndedStep, StepHandle, StepRequest, StepResult, StepStatus
 from aeros.spec.migrations.formats import CHECKPOINT
 from aeros.spec.migrations.rewriting import rewrite
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.step_graph import If, Par, Seq
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, SPAN, module, outcome, site, skill, term
 from tests.unit.agent.fake_runtime import FakeRuntime

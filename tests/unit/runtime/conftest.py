@@ -15,19 +15,11 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.model.model import (
-    Access,
-    ActionKind,
-    Declared,
-    Ecm,
-    ModuleLimits,
-    Outcome,
-    Quota,
-    Risk,
-    Rule,
-    Site,
-    Skill,
-)
+from aeros.spec.model.ecm import Ecm, Outcome, Skill
+from aeros.spec.model.policy import Access, ModuleLimits, Quota
+from aeros.spec.model.rules import ActionKind, Risk, Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.text.digests import code_digest, code_files
 from tests.unit.runtime.one_step import Bench, MakeBench
 from tests.unit.runtime.together import Asking, Cart, MakeCart

@@ -9,7 +9,8 @@ from aeros.runtime.ports import Ball, RobotBody, Trajectory
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import ANGLE
-from aeros.spec.model.model import MotionKind, MotionPolicy, Site, ToolLimits
+from aeros.spec.model.motion import MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import declare
 
 PLAN = Trajectory(

@@ -17,7 +17,8 @@ from aeros.runtime.ports import Readings, StepRequest, StepResult
 from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunProtocol, run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 
 STEP = StepRequest("handling", "lift", {})
 VALUES = {"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False}

@@ -18,7 +18,7 @@ from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause, causes_to_json
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
 
 

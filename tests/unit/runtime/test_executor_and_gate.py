@@ -20,7 +20,10 @@ from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import Access, ActionCondition, Declared, Ecm, Site
+from aeros.spec.model.ecm import ActionCondition, Ecm
+from aeros.spec.model.policy import Access
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verification.certificate import certificate_for
 

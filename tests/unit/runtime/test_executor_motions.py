@@ -11,7 +11,7 @@ import pytest
 from aeros.runtime.canonical_json import digest_of
 from aeros.runtime.ports import MotionCompletion, NoMotion, StepResult, StepStatus, Trajectory
 from aeros.runtime.records.records import motion_from_json
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from tests.unit.runtime.one_joint import DRIVES, PLAN, TURNS, governed
 from tests.unit.runtime.one_step import Bench, twice
 from tests.unit.runtime.together import Asking, Cart, asking, configuration, move, roll

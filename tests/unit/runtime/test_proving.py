@@ -14,7 +14,7 @@ from aeros.runtime import proving
 from aeros.runtime.proving import prove_configuration
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
 from tests.unit.spec.examining import note_examined

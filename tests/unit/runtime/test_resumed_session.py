@@ -16,7 +16,7 @@ from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import EMPTY_LOG_HEAD, LogHead, StepRequest, StepResult, StepStatus
 from aeros.runtime.records.replay import LogReplay
 from aeros.runtime.skills.in_process_run import run_in_process
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from tests.unit.runtime.monitor.test_history import CODE, STEP, Bench
 
 

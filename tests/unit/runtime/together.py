@@ -20,7 +20,8 @@ from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 
 FOLDER = Path(__file__).parent / "data" / "together"
 VALUES = {"charge": 0.5, "hand": 0.0, "stop_pressed": False, "done": False, "moved": False}

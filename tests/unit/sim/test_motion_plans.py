@@ -28,7 +28,7 @@ from aeros.sim.robot.profile import minimum_jerk
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
 

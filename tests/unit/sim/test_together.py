@@ -25,7 +25,7 @@ from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.scope import AxisAlignedBox as Volume
-from aeros.spec.model.model import Barrier, MotionPolicy
+from aeros.spec.model.motion import Barrier, MotionPolicy
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, recording
 

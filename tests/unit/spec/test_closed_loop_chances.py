@@ -14,7 +14,7 @@ from aeros.spec.closed_loop.outcome_probabilities import (
 )
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Ecm, Outcome, Skill
+from aeros.spec.model.ecm import Ecm, Outcome, Skill
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, rule, site, skill, task
 
 NONE = Fraction(0)

@@ -20,7 +20,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from tests.hypothesis_profiles import examples
 
 BASE = Path(__file__).parents[3] / "docs" / "codes" / "base"

@@ -12,7 +12,11 @@ import pytest
 from aeros.agent.planning.smt import explain_no_plan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType
-from aeros.spec.model.model import ActionCondition, Declared, Ecm, OperatorOverride, Rule, Site, Skill
+from aeros.spec.model.ecm import ActionCondition, Ecm, Skill
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.rules import Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.planning.bounded import bounded_plan
 from aeros.spec.planning.domain import PlanningDomain, domain_for
 from aeros.spec.planning.search_result import AvoidSet, PlanUndecidedError

@@ -14,7 +14,7 @@ from aeros.runtime.ports import Reading
 from aeros.spec.backends.compiled import inline_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
-from aeros.spec.model.model import Declared, ranges_of
+from aeros.spec.model.variables import Declared, ranges_of
 
 EXACT_INTEGERS = 2**53
 

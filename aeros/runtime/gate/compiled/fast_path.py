@@ -21,7 +21,7 @@ from aeros.runtime.ports import Snapshot
 from aeros.skill import Action
 from aeros.spec.backends.compiled import CompiledConditions
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Quota
+from aeros.spec.model.policy import Quota
 
 _MAX_CACHED_DENIALS = 1024
 

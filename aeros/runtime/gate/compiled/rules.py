@@ -16,7 +16,9 @@ from aeros.spec.backends.compiled import CompiledConditions, compile_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.types import FamilyType, IntegerType
-from aeros.spec.model.model import ActionKind, Declared, Site, ranges_of
+from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared, ranges_of
 
 _MAX_CACHED: Final = 256
 

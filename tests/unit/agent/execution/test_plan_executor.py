@@ -23,7 +23,7 @@ from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph, verify_pl
 from aeros.agent.world.world import world_from_readings
 from aeros.runtime.ports import Reading, StepResult, StepStatus
 from aeros.spec.model import composition as spec
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.step_graph import If, Par, Seq
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.dumplings import (

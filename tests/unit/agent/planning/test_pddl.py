@@ -18,7 +18,7 @@ from aeros.agent.planning.task_graph import PlanStep, TaskGraph, verify_plan
 from aeros.agent.world.world import world_from_readings
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.planning.search_result import PlanUndecidedError
 from tests.differential.real_loop import Recording
 from tests.differential.reference_cases import REFERENCE, reference

@@ -20,7 +20,7 @@ from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import EndedStep
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from tests.unit.agent.dumplings import site
 from tests.unit.agent.fake_runtime import FakeRuntime
 

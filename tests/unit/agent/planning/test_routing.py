@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.agent.planning.routing import RoutingError, route
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from tests.unit.agent.dumplings import CLEAN, DUMPLING, module, task
 
 MODULES = {"dumpling": DUMPLING, "clean": CLEAN}

@@ -17,7 +17,8 @@ from aeros.agent.recovery.json_values import ValueSerializer
 from aeros.agent.world.world import WorldModel
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT

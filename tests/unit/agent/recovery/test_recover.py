@@ -14,7 +14,7 @@ from aeros.agent.execution.uncertain_steps import UncertainSteps
 from aeros.agent.recovery.recover import ProgressRecovery, recorded_steps
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import AuditEvent, LogHead, Reading, StepStatus
-from aeros.spec.model.model import Skill
+from aeros.spec.model.ecm import Skill
 from tests.unit.agent.dumplings import STATE, module, outcome, skill
 
 AT = (0,)

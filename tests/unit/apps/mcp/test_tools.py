@@ -26,7 +26,7 @@ from aeros.runtime.proving import prove_configuration
 from aeros.session.assembly import build_executor
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.model import Execute, McpPolicy
+from aeros.spec.model.policy import Execute, McpPolicy
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 

@@ -11,7 +11,7 @@ from aeros.apps.report_page.run_data import RecordedDecision, RunData, SkillExec
 from aeros.apps.report_page.series import MAX_SAMPLES, build_series
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
 

@@ -16,7 +16,7 @@ from aeros.experiments.trials import task
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.ports import MotionCompletion, NoMotion, PlannedMotion, Plant, RobotBody, Trajectory
 from aeros.skill import Action, act
-from aeros.spec.model.model import Durability
+from aeros.spec.model.policy import Durability
 from tests.unit.experiments.common import condition, premises
 
 

@@ -12,7 +12,7 @@ from aeros.runtime.audit.check import GENESIS, seal_record
 from aeros.runtime.audit.log import SYNC_BATCH, AuditError, AuditLog, DecisionCounts, verify_log
 from aeros.runtime.canonical_json import MAX_SIZE, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
-from aeros.spec.model.model import Durability
+from aeros.spec.model.policy import Durability
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.bus.messages import Event, Message, PointStamped
 from aeros.runtime.bus.port import M
 from aeros.runtime.ports import Reading
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 KNOWN = RobotChain()
 RECORD = b'{"details":{},"event":"note","sequence":3}\n'

@@ -26,7 +26,7 @@ from aeros.sim.fake import FakePlant
 from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.bus.test_transforms import placed_in_first
 

@@ -40,7 +40,7 @@ from aeros.spec.expr.types import (
     VectorType,
 )
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.conftest import declare
 

@@ -12,7 +12,7 @@ from aeros.runtime.bus.sample_file import PERIOD, SampleWriter
 from aeros.runtime.ports import Reading
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
 

@@ -18,7 +18,7 @@ from aeros.runtime.gate.port import Gate
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from tests.unit.runtime.one_step import DENIAL, VALUES, FakeGate
 
 CALLER = Caller("handling", "lift", {})

@@ -12,7 +12,8 @@ import pytest
 from aeros.runtime.ports import MotionCompletion, Reading, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import ActionCondition, Ecm, Site
+from aeros.spec.model.ecm import ActionCondition, Ecm
+from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import METRES
 from tests.unit.runtime.one_step import Bench, twice, watched
 

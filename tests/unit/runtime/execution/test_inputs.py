@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 
 SPAN = Source("ecm.yaml", "text").span(0, 4)
 PAIR = EnumType("pair", ("a", "b"))

@@ -16,7 +16,9 @@ from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMod
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Access, OperatorOverride, Risk, Rule, Site
+from aeros.spec.model.policy import Access, OperatorOverride
+from aeros.spec.model.rules import Risk, Rule
+from aeros.spec.model.site import Site
 from tests.unit.runtime.bench import ALLOWED, codes, configuration, denied, gate, request, without
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.model.model import Quota
+from aeros.spec.model.policy import Quota
 
 HERE = Source("site.yaml", "").span(0, 0)
 RATE = Quota("grip-rate", frozenset({"grip"}), 3, Fraction(10), HERE)

@@ -8,7 +8,7 @@ import pytest
 
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness, check_time, value_checkers
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from tests.unit.runtime.bench import configuration
 from tests.unit.runtime.conftest import METRES, declare
 

@@ -27,7 +27,9 @@ from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import InProcessRun
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
-from aeros.spec.model.model import Ecm, IsolationPolicy, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.policy import IsolationPolicy
+from aeros.spec.model.site import Site
 
 CODE = "from aeros.skill import act\ndef lift(observed, inputs):\n    yield act('move', h=inputs['height'])\n"
 SPIN = "def lift(observed, inputs):\n    while True: pass\n    yield\n"

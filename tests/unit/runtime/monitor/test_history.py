@@ -23,7 +23,10 @@ from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.spec.elaborate.past_time import HistoryCollector
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Access, ActionCondition, Rule, Site
+from aeros.spec.model.ecm import ActionCondition
+from aeros.spec.model.policy import Access
+from aeros.spec.model.rules import Rule
+from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import METRES, SPAN
 
 CODE = """

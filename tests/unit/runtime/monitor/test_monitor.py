@@ -20,7 +20,7 @@ from aeros.runtime.ports import Monitor, Reading, Readings
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
 
 

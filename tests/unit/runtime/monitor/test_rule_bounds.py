@@ -16,7 +16,7 @@ from aeros.spec.expr.lower import lower
 from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.unparse import unparse
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
 

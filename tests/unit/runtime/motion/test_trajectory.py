@@ -24,7 +24,7 @@ from aeros.runtime.ports import (
 )
 from aeros.skill import Action, act
 from aeros.spec.expr.scope import AxisAlignedBox
-from aeros.spec.model.model import Barrier, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.model.motion import Barrier, MotionKind, MotionPolicy, ToolLimits
 
 NOWHERE = (0.0, 0.0, 0.0)
 PILLAR = AxisAlignedBox((Fraction(0), Fraction(1, 2), Fraction(0)), (Fraction(1), Fraction(2), Fraction(1)))

@@ -14,7 +14,7 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.canonical_json import digest_of
 from aeros.runtime.gate.configuration import single_configuration
 from aeros.runtime.records.replay import LogReplay
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from tests.unit.runtime.monitor.test_history import CODE, NAME, STEP, Bench
 
 Records = list[dict[str, Any]]

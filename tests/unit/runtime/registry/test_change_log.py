@@ -15,7 +15,7 @@ from aeros.runtime.registry.change_log import LOG, record_change, recorded_confi
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 
 TIDY = InstalledModule.from_digest("tidy", "1.2.0", "d" * 64, ModuleState.ACTIVE)
 BLOCK = OperatorOverride("no_welder", "it is being repaired", "welder", None, "weld")

@@ -22,7 +22,7 @@ from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic.state import initial_values
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 Change = Callable[[list[Record]], None]

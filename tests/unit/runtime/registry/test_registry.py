@@ -14,7 +14,7 @@ from aeros.runtime.audit.log import verify_log
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 

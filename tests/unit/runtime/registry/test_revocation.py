@@ -26,7 +26,7 @@ from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 _PATIENCE = 60.0  # s

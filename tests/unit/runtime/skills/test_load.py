@@ -11,7 +11,7 @@ from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import CachedRunFactory
 from aeros.runtime.skills.load import load_skill
 from aeros.skill import act
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 GOOD = """
 from __future__ import annotations

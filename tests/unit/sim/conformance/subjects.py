@@ -19,7 +19,8 @@ from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 from tests.unit.sim.hosting.hosted import Hosted

@@ -14,7 +14,8 @@ from aeros.skill import act
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.model.model import ActionKind, Declared, Risk
+from aeros.spec.model.rules import ActionKind, Risk
+from aeros.spec.model.variables import Declared
 from tests.unit.agent.dumplings import SPAN
 
 TICK = 1.0 / 240.0

@@ -20,7 +20,11 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.model import Access, ActionKind, Declared, Ecm, ModuleLimits, Outcome, Risk, Site, Skill
+from aeros.spec.model.ecm import Ecm, Outcome, Skill
+from aeros.spec.model.policy import Access, ModuleLimits
+from aeros.spec.model.rules import ActionKind, Risk
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from tests.unit.sim.acting import execute
 
 SPAN = Source("site.yaml", "text").span(0, 4)

@@ -8,7 +8,8 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Durability, Site
+from aeros.spec.model.policy import Durability
+from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files
 from aeros.spec.text.discovery import module_folders, reference_site_path
 

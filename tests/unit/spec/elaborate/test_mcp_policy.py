@@ -8,7 +8,8 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import Execute, McpPolicy, Site
+from aeros.spec.model.policy import Execute, McpPolicy
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
 

@@ -10,7 +10,8 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.model import MotionKind, Site
+from aeros.spec.model.motion import MotionKind
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
 

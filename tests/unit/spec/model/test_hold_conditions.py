@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.spec.closed_loop.invocation import Invocation
+from aeros.spec.model.ecm import ActionCondition, Skill
 from aeros.spec.model.hold_conditions import (
     HOLD_LOST,
     MAX_COMBINATIONS,
@@ -16,7 +17,7 @@ from aeros.spec.model.hold_conditions import (
     hold_loss_outcomes,
     start_condition,
 )
-from aeros.spec.model.model import ActionCondition, Conjunct, Skill
+from aeros.spec.model.rules import Conjunct
 from tests.unit.agent.dumplings import SPAN, outcome, skill, term
 
 BOTH = ("dough_on_workspace", "dumpling_wrapped")

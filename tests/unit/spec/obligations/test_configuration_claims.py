@@ -8,7 +8,7 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.summary import summarize_module, summarize_site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.configuration import configuration_obligations

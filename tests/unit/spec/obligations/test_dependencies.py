@@ -8,7 +8,7 @@ import pytest
 import aeros
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.summary import summarize_module
 from aeros.spec.obligations.dependencies import dependency_obligations, runtime_obligations
 

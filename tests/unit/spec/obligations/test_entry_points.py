@@ -8,7 +8,7 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_source import read_skill_files
 

@@ -14,7 +14,9 @@ from aeros.runtime.gate.quotas import QuotaUsageCounter
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Access, Quota, Risk, Site
+from aeros.spec.model.policy import Access, Quota
+from aeros.spec.model.rules import Risk
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.quotas import quota_implies, quota_obligations
 from tests.repo.tree import ROOT
 

@@ -14,7 +14,7 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.verdicts import Verdict

@@ -14,7 +14,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.typecheck import check
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from aeros.spec.verification.discharge import ObligationResult
 from aeros.spec.verification.queries import is_unsatisfiable
 from aeros.spec.verification.reports import SubjectReport

@@ -16,7 +16,7 @@ from aeros.cli.author.reports.result import VerifyResult
 from aeros.experiments.trials.synthetic import write_module, write_modules
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
-from aeros.spec.model.model import OperatorOverride
+from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.digests import text_digest
 from aeros.spec.text.discovery import reference_site_path

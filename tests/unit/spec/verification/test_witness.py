@@ -10,7 +10,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, parse_unit
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.verification.witness import TermEvaluator, Witness, format_value, witness_from_model
 
 SPAN = Source("site.yaml", "x").span(0, 1)

@@ -15,7 +15,7 @@ from aeros.runtime.gate.value_check import ValueChecker
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from tests.unit.runtime.conftest import METRES, SIDES, declare
 
 RANGE = (Fraction(-1, 10), Fraction(2))

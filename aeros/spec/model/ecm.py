@@ -1,0 +1,174 @@
+"""Resolved module (ECM): skills, tasks and permissions. Names, types and units are settled; frozen, in SI.
+
+Only `elaborate` builds it; obligations, the gate and planners read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition
+from aeros.spec.model.policy import Access
+from aeros.spec.model.rules import Conjunct, Risk
+from aeros.spec.model.variables import Declared
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One way a skill may end: the measured effects, and if it counts as a failure."""
+
+    id: str
+    effects: Mapping[str, Any]
+    failure: bool
+    probability: Fraction | None
+    duration: Fraction | None
+
+
+@dataclass(frozen=True)
+class ActionCondition:
+    """Condition on actions of one kind, in an envelope or a permission.
+
+    Attributes:
+        conjuncts: the conditions that the term is the conjunction of.
+    """
+
+    term: t.Term
+    text: str
+    span: SourceSpan
+    conjuncts: tuple[Conjunct, ...] = ()
+
+
+@dataclass(frozen=True)
+class Skill:
+    """Skill with its envelope by action kind.
+
+    Attributes:
+        precondition: condition that must be measured before it starts, including the predicates of
+            `hold_condition`.
+        envelope: condition on the actions that it may ask for, by action kind.
+        timeout: seconds after which it is halted.
+        runtime_checked: invariants that the envelope does not imply and the gate decides, and where each is
+            listed.
+        idempotent: by its author's word, running it twice does no more than running it once.
+        hold_condition: condition that must be measured as long as it runs.
+    """
+
+    id: str
+    module_name: str
+    function: str
+    inputs: Mapping[str, Declared]
+    precondition: ActionCondition | None
+    outcomes: Mapping[str, Outcome]
+    envelope: Mapping[str, ActionCondition]
+    actuators: frozenset[str]
+    resources: frozenset[str]
+    risk: Risk
+    timeout: Fraction
+    runtime_checked: Mapping[str, SourceSpan]
+    span: SourceSpan
+    risk_span: SourceSpan
+    entry_span: SourceSpan
+    outputs: Mapping[str, Declared] = field(default_factory=dict)
+    idempotent: bool = False
+    hold_condition: ActionCondition | None = None
+
+    @property
+    def success_outcomes(self) -> tuple[Outcome, ...]:
+        """Outcomes that are no failure."""
+        return tuple(outcome for outcome in self.outcomes.values() if not outcome.failure)
+
+
+@dataclass(frozen=True)
+class PlanningRule:
+    """`unless CONDITION do SKILL`, with its retry budget and the skill run between two tries."""
+
+    satisfied_condition: t.Term
+    text: str
+    skill: str
+    inputs: Mapping[str, Any]
+    retry: int
+    on_failure: str | None
+    span: SourceSpan
+
+
+@dataclass(frozen=True)
+class TaskInvariant:
+    """Task invariant: a condition on the state that must hold from the start of a task to its end."""
+
+    id: str
+    term: t.Term
+    text: str
+    span: SourceSpan
+
+
+@dataclass(frozen=True)
+class Task:
+    """Task: the words that route to it, its goal, and its planning rules in order.
+
+    Attributes:
+        initial: typical value (SI) of each state variable at the start; a simulator without physics starts
+            from it.
+    """
+
+    id: str
+    trigger_phrases: tuple[str, ...]
+    goal: t.Term
+    goal_text: str
+    rules: tuple[PlanningRule, ...]
+    initial: Mapping[str, Any]
+    scene: str | None
+    span: SourceSpan
+    invariants: tuple[TaskInvariant, ...] = ()
+    goal_conjuncts: tuple[Conjunct, ...] = ()
+    word_spans: tuple[SourceSpan, ...] = ()
+
+
+@dataclass(frozen=True)
+class Ecm:
+    """Embodied Capability Module.
+
+    Attributes:
+        manifest_digest: SHA-256 of the manifest, in hexadecimal.
+        code_digest: SHA-256 of its code files.
+        model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
+        required_modules: other modules it depends on, by name, with a PEP 440 specifier.
+        required_aeros_version: versions of AEROS it works with, a PEP 440 specifier.
+    """
+
+    id: str
+    version: str
+    folder: str
+    manifest_digest: str
+    code_digest: str
+    capabilities: Mapping[str, tuple[str, ...]]
+    skills: Mapping[str, Skill]
+    tasks: Mapping[str, Task]
+    requested_access: Access
+    permitted_actions: Mapping[str, ActionCondition]
+    required_modules: Mapping[str, str]
+    requires_spans: Mapping[str, SourceSpan]
+    required_aeros_version: str
+    runtime_span: SourceSpan
+    access_span: SourceSpan
+    span: SourceSpan
+    compositions: Mapping[str, Composition] = field(default_factory=dict)
+    model_digests: Mapping[str, str] = field(default_factory=dict)
+
+    def providers(self, name: str) -> tuple[str, ...]:
+        """Return the skills any of which may run where a step names a skill or a capability.
+
+        Args:
+            name: name of a skill, or of a capability that skills alone provide.
+
+        Returns:
+            Names of the skills; empty if `name` is neither.
+        """
+        if name in self.skills:
+            return (name,)
+        providers = self.capabilities.get(name, ())
+        return providers if all(provider in self.skills for provider in providers) else ()

@@ -1,0 +1,80 @@
+"""Motion policy of a site: limits and barriers by which whole trajectories are decided. SI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from aeros.spec.expr.scope import AxisAlignedBox
+
+
+@dataclass(frozen=True)
+class MotionKind:
+    """Meaning of an action kind's parameters for its motion.
+
+    Attributes:
+        tool_target: parameter with the tool's target, a vector in W.
+        base_target: parameters with x and y of the base's target in W.
+        peak_speed: parameter that bounds the speed of the motion.
+        joint_target: parameter with the target of each joint, in order.
+    """
+
+    tool_target: str | None
+    base_target: tuple[str, str] | None
+    peak_speed: str | None
+    joint_target: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """Volume that `links` (None: all) keep out of or, if `keep_inside`, inside of, in every motion.
+
+    Attributes:
+        is_in_base_frame: the corners of `box` are in the robot's base frame, not in W.
+    """
+
+    id: str
+    volume: str
+    box: AxisAlignedBox
+    keep_inside: bool
+    is_in_base_frame: bool
+    links: frozenset[str] | None
+    rationale: str
+
+
+@dataclass(frozen=True)
+class ToolLimits:
+    """Limits of the tool point: (speed, acceleration, jerk) of translation and of rotation, in SI."""
+
+    translation: tuple[Fraction, Fraction, Fraction]
+    rotation: tuple[Fraction, Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class MotionPolicy:
+    """Limits by which the whole trajectory of an action is decided, in SI.
+
+    Attributes:
+        start_variable: state variable, a family, that measures the joints.
+        start_tolerance: greatest distance of a motion's start from the measured joints.
+        end_tolerance: greatest distance of a motion's end from the requested target.
+        lowest: lowest position of each joint.
+        highest: highest position of each joint.
+        joint_limits: speeds, accelerations and jerks, one of each per joint.
+        clearance: least distance of links from barriers: room for deviations from the path, as tracking
+            error.
+        base_limits: speed and acceleration of a mobile base.
+    """
+
+    kinds: Mapping[str, MotionKind]
+    start_variable: str
+    start_tolerance: Fraction
+    end_tolerance: Fraction
+    lowest: tuple[Fraction, ...]
+    highest: tuple[Fraction, ...]
+    joint_limits: tuple[tuple[Fraction, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
+    tool_limits: ToolLimits
+    clearance: Fraction
+    barriers: tuple[Barrier, ...]
+    base_limits: tuple[Fraction, Fraction] | None = None

@@ -1,0 +1,134 @@
+"""Policy of a site: access, overrides, quotas, limits, audit, isolation, and clients of `aeros mcp`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+
+from aeros.spec.diagnostics.source import SourceSpan
+
+
+@dataclass(frozen=True)
+class Access:
+    """Actuators, sensors, channels and computing devices."""
+
+    actuators: frozenset[str] = frozenset()
+    sensors: frozenset[str] = frozenset()
+    channels: frozenset[str] = frozenset()
+    compute: frozenset[str] = frozenset()
+
+    def merge(self, other: Access) -> Access:
+        """Join two sets of permissions.
+
+        Args:
+            other: further permissions.
+
+        Returns:
+            The access that either of them allows.
+        """
+        return Access(
+            self.actuators | other.actuators,
+            self.sensors | other.sensors,
+            self.channels | other.channels,
+            self.compute | other.compute,
+        )
+
+
+@dataclass(frozen=True)
+class OperatorOverride:
+    """Operator override, which blocks actions. A field that is None matches everything."""
+
+    id: str
+    reason: str
+    module: str | None
+    skill: str | None
+    action: str | None
+    span: SourceSpan | None = None
+
+    @property
+    def identity(self) -> tuple[str | None, ...]:
+        """All its content, wherever it is written."""
+        return self.id, self.reason, self.module, self.skill, self.action
+
+    def matches(self, module: str, skill: str, action: str) -> bool:
+        """Say if the override blocks an action.
+
+        Args:
+            module: module that asks for it.
+            skill: skill that asks for it.
+            action: action kind.
+
+        Returns:
+            True if every field matches.
+        """
+        pairs = ((self.module, module), (self.skill, skill), (self.action, action))
+        return all(mine is None or mine == theirs for mine, theirs in pairs)
+
+
+@dataclass(frozen=True)
+class Quota:
+    """At most `max_count` actions of `kinds` within any `window_s` seconds."""
+
+    id: str
+    kinds: frozenset[str]
+    max_count: int
+    window_s: Fraction
+    span: SourceSpan
+
+
+@dataclass(frozen=True)
+class ModuleLimits:
+    """Limits on timeouts (s), retries of a step, re-plans of a task, and planning time (s)."""
+
+    skill_timeout: Fraction
+    retries: int
+    replans: int
+    planning: Fraction = Fraction(30)
+
+
+class Durability(Enum):
+    """Point in time by which audit records must be on the storage medium; the site chooses it."""
+
+    EVERY_RECORD = "every-record"  # before anything else happens
+    BEFORE_MOTION = "before-motion"  # before anything moves; a power cut may lose records of other actions
+    BATCHED = "batched"  # many at a time; a power cut may lose records of motions that have happened
+
+
+@dataclass(frozen=True)
+class IsolationPolicy:
+    """Isolation of module code: every module runs isolated unless it is trusted.
+
+    Attributes:
+        required_layers: layers without which isolation is too weak.
+        refuses_missing: a host that lacks one runs no isolated module; otherwise it only warns.
+        trusted_modules: modules whose code runs in the runtime's own process.
+        answer_timeout_s: seconds that skill code may compute before each action.
+    """
+
+    required_layers: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
+    refuses_missing: bool = True
+    trusted_modules: frozenset[str] = frozenset()
+    answer_timeout_s: Fraction = Fraction(5)
+
+
+class Execute(Enum):
+    """Rule for executing a verified plan when a client of `aeros mcp` asks for it."""
+
+    APPROVAL = "approval"  # once the operator has approved it
+    ALLOWED = "allowed"
+    DENIED = "denied"
+
+
+@dataclass(frozen=True)
+class McpPolicy:
+    """Permissions of clients of `aeros mcp`.
+
+    Attributes:
+        max_steps: greatest number of steps of one plan.
+        skills: skills (MODULE.SKILL) that a plan may have; None for all active ones.
+    """
+
+    execute: Execute = Execute.APPROVAL
+    max_steps: int = 20
+    skills: frozenset[str] | None = None

@@ -1,0 +1,97 @@
+"""Action kinds with their risk, and the rules of Φ that govern them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr import terms as t
+from aeros.spec.model.variables import Declared
+
+
+class Risk(IntEnum):
+    """Ordered levels of risk. A skill's risk is at least that of every action kind it asks for."""
+
+    LOW = 1
+    MEDIUM = 2
+    HIGH = 3
+
+
+@dataclass(frozen=True)
+class ActionKind:
+    """Kind of action: the actuators it moves, the least risk it carries, and its parameters."""
+
+    name: str
+    actuators: frozenset[str]
+    risk: Risk
+    protective: bool
+    parameters: Mapping[str, Declared]
+    span: SourceSpan
+
+
+@dataclass(frozen=True)
+class Conjunct:
+    """One of the conditions that a larger one is the conjunction of, and where it is written."""
+
+    term: t.Term
+    span: SourceSpan
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Invariant of Φ, as a term for each action kind it governs.
+
+    Attributes:
+        attenuations: by action kind, the term that each reducible parameter is set to when only this rule
+            denies.
+        conjuncts: by action kind, the conditions that its term is the conjunction of.
+        premises: by action kind; the rule denies a state and action that make all premises true and all
+            alternatives false.
+        alternatives: by action kind, see `premises`.
+    """
+
+    id: str
+    text: str
+    rationale: str
+    source: str
+    terms: Mapping[str, t.Term]
+    attenuations: Mapping[str, Mapping[str, t.Term]]
+    span: SourceSpan
+    require_span: SourceSpan
+    conjuncts: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
+    premises: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
+    alternatives: Mapping[str, tuple[Conjunct, ...]] = field(default_factory=dict)
+
+    def constrains_action(self, kind: str) -> bool:
+        """Say if the rule constrains the action itself, not only the state in which it is asked for.
+
+        Args:
+            kind: action kind that the rule governs.
+
+        Returns:
+            True if the rule reads a parameter of the action, or no variable at all.
+        """
+        roles = {variable.role for variable in t.variables_of(self.terms[kind]).values()}
+        return t.VariableRole.PARAMETER in roles or not roles
+
+
+@dataclass(frozen=True)
+class JointRule:
+    """Invariant about two simultaneous actions. A parameter `p` of the role `a` is the variable `a.p`.
+
+    Attributes:
+        roles: the two roles, in order, and the action kind of each.
+        conjuncts: the conditions that the term is the conjunction of.
+    """
+
+    id: str
+    text: str
+    rationale: str
+    source: str
+    roles: tuple[tuple[str, str], tuple[str, str]]
+    term: t.Term
+    span: SourceSpan
+    require_span: SourceSpan
+    conjuncts: tuple[Conjunct, ...] = ()

@@ -1,0 +1,109 @@
+"""Resolved site: vocabulary, rules and policy. Names, types and units are settled; frozen, and all in SI.
+
+Only `elaborate` builds it; obligations, the gate and planners read it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.scope import AxisAlignedBox
+from aeros.spec.expr.types import EnumType
+from aeros.spec.model.motion import MotionPolicy
+from aeros.spec.model.policy import (
+    Access,
+    Durability,
+    IsolationPolicy,
+    McpPolicy,
+    ModuleLimits,
+    OperatorOverride,
+    Quota,
+)
+from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
+from aeros.spec.model.variables import Declared, History
+
+
+@dataclass(frozen=True)
+class Site:
+    """Site: vocabulary, Φ, Π. `digest` is the SHA-256 of its file, in hexadecimal.
+
+    Attributes:
+        policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in the
+            file, as in `policy/limits/retries` and `resources/arm`.
+        stops_on_undeclared_outcome: a task ends if a skill runs to its end with an outcome that it does not
+            declare; otherwise the agent plans again.
+    """
+
+    id: str
+    digest: str
+    enums: Mapping[str, EnumType]
+    constants: Mapping[str, t.Term]
+    volumes: Mapping[str, AxisAlignedBox]
+    state: Mapping[str, Declared]
+    kinds: Mapping[str, ActionKind]
+    rules: tuple[Rule, ...]
+    access: Access
+    grants: Mapping[str, Access]
+    risk_ceiling: Risk
+    limits: ModuleLimits
+    blocks: tuple[OperatorOverride, ...]
+    quotas: tuple[Quota, ...]
+    resources: Mapping[str, int]
+    span: SourceSpan
+    joint_rules: tuple[JointRule, ...] = ()
+    grant_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+    histories: tuple[History, ...] = ()
+    policy_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+    motion: MotionPolicy | None = None
+    durability: Durability = Durability.EVERY_RECORD
+    isolation: IsolationPolicy = IsolationPolicy()
+    mcp: McpPolicy = McpPolicy()
+    stops_on_undeclared_outcome: bool = True
+
+    @cached_property
+    def observed_variables(self) -> Mapping[str, Declared]:
+        """Variables of the state that rules may read: measured ones and histories of them."""
+        return {**self.state, **{history.declared.name: history.declared for history in self.histories}}
+
+    def access_of(self, module: str) -> Access:
+        """Return everything that a module may be permitted to touch.
+
+        Args:
+            module: name of the module.
+
+        Returns:
+            The access of all modules and what the site grants this one.
+        """
+        return self.access.merge(self.grants.get(module, Access()))
+
+    def with_overrides(self, blocks: Sequence[OperatorOverride]) -> Site:
+        """Add operator overrides.
+
+        Args:
+            blocks: the overrides.
+
+        Returns:
+            The site with them, and with a digest that depends on them; the same site if there are none.
+        """
+        if not blocks:
+            return self
+        content = json.dumps([self.digest, *(block.identity for block in blocks)])
+        digest = hashlib.sha256(content.encode()).hexdigest()
+        return replace(self, blocks=(*self.blocks, *blocks), digest=digest)
+
+    def rules_for_kind(self, kind: str) -> tuple[Rule, ...]:
+        """Return the invariants that govern actions of a kind.
+
+        Args:
+            kind: action kind.
+
+        Returns:
+            The invariants, in the order of the site file.
+        """
+        return tuple(rule for rule in self.rules if kind in rule.terms)
