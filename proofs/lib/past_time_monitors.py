@@ -19,7 +19,7 @@ from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import Scope
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.variables import Declared, History
 from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
@@ -35,7 +35,9 @@ from proofs.lib import time_windows
 
 HISTORY: Final = "aeros.runtime.monitor.history"
 PAST_TIME: Final = "aeros.spec.elaborate.past_time"
-TYPECHECK: Final = "aeros.spec.expr.typecheck"
+TYPECHECK: Final = "aeros.spec.expr.typecheck.check"
+TRAVERSAL: Final = "aeros.spec.expr.typecheck.traversal"
+PAST_OPERATORS: Final = "aeros.spec.expr.typecheck.past_operators"
 SEMANTICS: Final = "aeros.spec.expr.semantics"
 
 WINDOW: Final = Fraction(1)
@@ -341,7 +343,8 @@ def execute_traces(code: ModuleSource, text: str, length: int) -> DecisionDiagra
     `unknown` where monitors and reference disagree at any of them, or some history is not known.
     """
     scope = Scope({name: one.variable for name, one in _STATE.items()}, past=True)
-    term = code.module(TYPECHECK).check(parse(text), scope, BOOL)
+    traversal = code.module(TRAVERSAL, using=(code.module(PAST_OPERATORS),))
+    term = code.module(TYPECHECK, using=(traversal,)).check(parse(text), scope, BOOL)
     semantics = code.module(SEMANTICS)
     monitor = _GeneratedMonitor(code, term, max_count=length)
     read = _read_by(term)

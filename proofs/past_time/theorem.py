@@ -569,7 +569,7 @@ THEOREM = Theorem(
         Mutant(
             "holds-where-it-held-once",
             "traces-of-historically",
-            past_time_monitors.TYPECHECK,
+            past_time_monitors.PAST_OPERATORS,
             "term = t.Not(t.Since(t.TRUE, t.Not(operands[0]), within))",
             "term = t.Not(t.Since(t.TRUE, operands[0], within))",
         ),

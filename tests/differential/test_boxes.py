@@ -20,10 +20,11 @@ from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.parser import parse
-from aeros.spec.expr.random_conditions import VARIABLES, Ranges, conditions, vocabulary_ranges
+from aeros.spec.expr.random_conditions import Ranges, conditions, vocabulary_ranges
+from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, IntegerType, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.text.discovery import reference_site_path

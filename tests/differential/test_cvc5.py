@@ -13,10 +13,11 @@ from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables, values_by_scalar
 from aeros.spec.expr.parser import parse
-from aeros.spec.expr.random_conditions import VARIABLES, ConditionCase, cases, exact_environment
+from aeros.spec.expr.random_conditions import ConditionCase, cases, exact_environment
+from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL
 from tests.hypothesis_profiles import examples
 

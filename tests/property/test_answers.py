@@ -24,7 +24,7 @@ from aeros.spec.elaborate.scopes import action_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.semantics import Environment, is_true
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation

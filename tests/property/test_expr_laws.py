@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, size_bounds, values_by_scalar
 from aeros.spec.expr.parser import KEYWORDS, ExpressionSyntaxError, parse
-from aeros.spec.expr.random_conditions import VARIABLES, ConditionCase, cases, conditions, exact_environment
+from aeros.spec.expr.random_conditions import ConditionCase, cases, conditions, exact_environment
+from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.units import format_quantity, parse_quantity, unit_names
 from tests.hypothesis_profiles import examples

@@ -22,7 +22,7 @@ from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.site import Site

@@ -13,7 +13,7 @@ from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.syntax import Node, TextRange
-from aeros.spec.expr.typecheck import check, check_condition, infer
+from aeros.spec.expr.typecheck.check import check, check_condition, infer
 from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import Dimension, Unit, parse_quantity, parse_unit
 from aeros.spec.model.rules import Conjunct

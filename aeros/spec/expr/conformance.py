@@ -16,7 +16,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, values_by_scalar
-from aeros.spec.expr.random_conditions import VARIABLES, ConditionCase, Ranges, Raw, cases, exact_environment
+from aeros.spec.expr.random_conditions import ConditionCase, Ranges, Raw, cases, exact_environment
+from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.semantics import evaluate, is_true
 
 _NEAR_TIE_TOLERANCE = Fraction(1, 2**48)  # relative: sides nearer than this are hard to compare

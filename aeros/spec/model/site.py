@@ -62,8 +62,8 @@ class Site:
     policy_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     motion: MotionPolicy | None = None
     durability: Durability = Durability.EVERY_RECORD
-    isolation: IsolationPolicy = IsolationPolicy()
-    mcp: McpPolicy = McpPolicy()
+    isolation: IsolationPolicy = field(default_factory=IsolationPolicy)
+    mcp: McpPolicy = field(default_factory=McpPolicy)
     stops_on_undeclared_outcome: bool = True
 
     @cached_property

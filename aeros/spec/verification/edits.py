@@ -16,7 +16,7 @@ from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
-from aeros.spec.expr.typecheck import check, infer
+from aeros.spec.expr.typecheck.check import check, infer
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import Unit, exact_decimal
 from aeros.spec.model.variables import Declared

@@ -17,7 +17,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import evaluate
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.expr.units import exact_decimal
 from aeros.spec.model.site import Site

@@ -13,7 +13,6 @@ from aeros.spec.backends import compiled
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, values_by_scalar
 from aeros.spec.expr.random_conditions import (
-    VARIABLES,
     Raw,
     environments,
     exact_environment,
@@ -21,6 +20,7 @@ from aeros.spec.expr.random_conditions import (
     to_scalars,
     vocabulary_ranges,
 )
+from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.semantics import evaluate, is_true
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER

@@ -12,7 +12,7 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.past_time import HistoryCollector
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.semantics import TimedState, evaluate
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL
 from tests.unit.spec.expr.scope import SCOPE
 

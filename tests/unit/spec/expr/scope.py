@@ -6,9 +6,9 @@ from fractions import Fraction
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
-from aeros.spec.expr.random_conditions import JOINT, MODE, VARIABLES
+from aeros.spec.expr.random_terms import JOINT, MODE, VARIABLES
 from aeros.spec.expr.scope import AxisAlignedBox, Scope
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER, TIME
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.expr import desugar, parser, typecheck
+from aeros.spec.expr import parser
+from aeros.spec.expr.typecheck import check, desugar
 from aeros.spec.expr.units import unit_names
 
 _PAGE = (Path(__file__).parents[4] / "docs" / "language.md").read_text(encoding="utf-8")
@@ -39,7 +40,7 @@ def test_every_function_and_keyword_is_shown() -> None:
 
 @pytest.mark.parametrize(
     "limit",
-    [parser.MAX_LENGTH, parser.MAX_DEPTH, parser.MAX_HEIGHT, typecheck.MAX_SIZE, typecheck.MAX_HEIGHT],
+    [parser.MAX_LENGTH, parser.MAX_DEPTH, parser.MAX_HEIGHT, check.MAX_SIZE, check.MAX_HEIGHT],
 )
 def test_every_limit_is_stated_or_rounded_in_words(limit: int) -> None:
     words = {50_000: "50 000 nodes", 100: "100 high"}

@@ -12,7 +12,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import TimedState, evaluate
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import TIME
 from tests.unit.spec.expr.scope import SCOPE

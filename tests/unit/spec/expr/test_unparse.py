@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import MAX_LENGTH, ExpressionSyntaxError, parse
-from aeros.spec.expr.random_conditions import JOINT, MODE, VARIABLES, ConditionCase, cases, exact_environment
+from aeros.spec.expr.random_conditions import ConditionCase, cases, exact_environment
+from aeros.spec.expr.random_terms import JOINT, MODE, VARIABLES
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.semantics import evaluate
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH
 from aeros.spec.expr.unparse import unparse

@@ -12,7 +12,7 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.elaborate.scopes import scope_over
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
-from aeros.spec.expr.typecheck import check
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.site import Site
 from aeros.spec.verification.discharge import ObligationResult

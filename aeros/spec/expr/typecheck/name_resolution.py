@@ -1,4 +1,4 @@
-"""Resolution of names: indices, variables, constants, members, inputs and parameters."""
+"""Resolution of names: indices, variables, constants, members, inputs, parameters and volumes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.scope import ExpressionTypeError, Scope
+from aeros.spec.expr.scope import AxisAlignedBox, ExpressionTypeError, Scope
 from aeros.spec.expr.types import EnumType, IntegerType, RealType, Type, VectorType
 from aeros.spec.expr.units import NUMBER
 
@@ -90,6 +90,50 @@ def resolve_attribute(node: s.Attribute, scope: Scope) -> tuple[t.Term, Type] | 
     if text not in among:
         raise ExpressionTypeError("AE202", fault, node.extent, cure=suggest_names(text, among) or otherwise)
     return among[text], value_type(among[text].type)
+
+
+def resolve_volume(name: s.Name, scope: Scope) -> AxisAlignedBox:
+    """Resolve the name of a volume.
+
+    Args:
+        name: the name.
+        scope: declared volumes.
+
+    Returns:
+        The box.
+
+    Raises:
+        ExpressionTypeError: there is no such volume.
+    """
+    box = scope.volumes.get(name.text)
+    if box is None:
+        cure = suggest_names(name.text, scope.volumes) or "declare it under the site's `volumes`"
+        raise ExpressionTypeError(
+            "AE202", f"`{name.text}` is not a volume of this site", name.extent, cure=cure
+        )
+    return box
+
+
+def declared_type(operands: Iterable[s.Node], scope: Scope, bound: Bound) -> Type | None:
+    """Return the type of the first operand that is a declared name, to choose a leading member's enum.
+
+    Args:
+        operands: operands of a comparison chain after the first.
+        scope: declared names.
+        bound: indices of the enclosing quantifiers, by name.
+
+    Returns:
+        Its declared type; None if no operand is a declared name.
+    """
+    for operand in operands:
+        match operand:
+            case s.Name(text=name) if name in bound:
+                return bound[name].type
+            case s.Name(text=name) if name in scope.variables:
+                return scope.variables[name].type
+            case s.Attribute(base=s.Name(text="inputs"), name=s.Name(text=name)) if name in scope.inputs:
+                return scope.inputs[name].type
+    return None
 
 
 def value_type(type_: Type) -> Type:

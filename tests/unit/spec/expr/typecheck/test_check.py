@@ -15,7 +15,8 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import Value, evaluate, is_true
 from aeros.spec.expr.syntax import TextRange
-from aeros.spec.expr.typecheck import MAX_HEIGHT, _TypeChecker
+from aeros.spec.expr.typecheck.check import MAX_HEIGHT
+from aeros.spec.expr.typecheck.traversal import TypeChecker
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
 from tests.unit.spec.expr.scope import SCOPE, SPEED, term_of
@@ -220,7 +221,7 @@ def test_an_error_states_problem_and_place(
 
 
 def _type_at(text: str, extent: TextRange) -> str:
-    return str(_TypeChecker(SCOPE, {}).check(parse(text[extent.start : extent.end])).type)
+    return str(TypeChecker(SCOPE).check(parse(text[extent.start : extent.end])).type)
 
 
 _WITHOUT_LABEL = ("no component", "cannot be indexed", "the index must", "a whole family", "only be compared")

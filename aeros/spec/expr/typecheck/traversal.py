@@ -1,0 +1,179 @@
+"""Traversal of syntax trees: types the operands of each node, then applies the rule for its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from aeros.spec.expr import syntax as s
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.scope import ExpressionTypeError, Scope
+from aeros.spec.expr.typecheck.arithmetic import add, invert, multiply, negate, scale
+from aeros.spec.expr.typecheck.comparison import compare, is_inside, is_one_of
+from aeros.spec.expr.typecheck.functions import call, check_signature
+from aeros.spec.expr.typecheck.name_resolution import (
+    declared_type,
+    resolve_attribute,
+    resolve_name,
+    resolve_volume,
+)
+from aeros.spec.expr.typecheck.past_operators import (
+    check_past_is_allowed,
+    look_back,
+    require_measured,
+    require_window,
+)
+from aeros.spec.expr.typecheck.quantifiers import declare_index, quantify
+from aeros.spec.expr.typecheck.selection import component, element, require_family
+from aeros.spec.expr.typecheck.typed_term import (
+    TypedTerm,
+    require_condition,
+    require_rational,
+    require_same_type,
+)
+from aeros.spec.expr.types import BOOL, FamilyType, RealType, Type
+
+
+class TypeChecker:
+    """Type checker of one expression; remembers the term of each node, for explanations."""
+
+    def __init__(self, scope: Scope, bound: Mapping[str, t.BoundVariable] | None = None) -> None:
+        """Start a check.
+
+        Args:
+            scope: names that the expression may use.
+            bound: indices of the enclosing quantifiers, by name; None for none.
+        """
+        self._scope = scope
+        self._bound = bound or {}
+        self._parts: dict[int, tuple[TypedTerm, ...]] = {}  # by identity of the node
+
+    def check(self, node: s.Node, hint: Type | None = None) -> TypedTerm:
+        """Type a node and all that is in it.
+
+        Args:
+            node: expression.
+            hint: type of its neighbour, which chooses the enum of a bare member; None if there is none.
+
+        Returns:
+            Its term and type.
+
+        Raises:
+            ExpressionTypeError: it does not type-check.
+        """
+        typed = self._typed(node, hint)
+        self._parts.setdefault(id(node), (typed,))
+        return typed
+
+    def parts_of(self, node: s.Node) -> tuple[TypedTerm, ...]:
+        """Return the parts of a node outside quantifiers that was checked.
+
+        Args:
+            node: checked expression.
+
+        Returns:
+            The comparison of each pair for a comparison chain; otherwise the node's own term alone.
+        """
+        return self._parts[id(node)]
+
+    def _typed(self, node: s.Node, hint: Type | None) -> TypedTerm:
+        match node:
+            case s.NumberLiteral(value=value, unit=unit):
+                type_ = RealType(unit.dimension)
+                return TypedTerm(t.Literal(value, type_), type_, node.extent)
+            case s.BooleanLiteral(value=value):
+                return TypedTerm(t.Literal(value, BOOL), BOOL, node.extent)
+            case s.Name():
+                return TypedTerm(*resolve_name(node, self._scope, self._bound, hint), node.extent)
+            case s.Attribute():
+                return self._attribute(node)
+            case s.Index():
+                family = self.check(node.base)
+                index = self.check(node.index, require_family(family).index)
+                return element(family, index, node.extent)
+            case s.Call():
+                check_signature(node)
+                arguments = [self.check(argument) for argument in node.arguments]
+                return call(node.function.text, arguments, node.extent)
+            case s.Unary(op="not"):
+                return TypedTerm(t.Not(self._condition(node.operand)), BOOL, node.extent)
+            case s.Unary():
+                return negate(self.check(node.operand), node.extent)
+            case s.Binary():
+                return self._binary(node)
+            case s.Junction():
+                parts = tuple(self._condition(operand) for operand in node.operands)
+                return TypedTerm(t.And(parts) if node.op == "and" else t.Or(parts), BOOL, node.extent)
+            case s.ComparisonChain():
+                return self._chain(node)
+            case s.Membership():
+                term = self._membership(node)
+                return TypedTerm(t.Not(term) if node.negated else term, BOOL, node.extent)
+            case s.IfElse():
+                return self._conditional(node, hint)
+            case s.Quantifier():
+                index_variable = declare_index(node, self._scope, self._bound)
+                inside = TypeChecker(self._scope, {**self._bound, index_variable.name: index_variable})
+                return quantify(node.kind, index_variable, inside.check(node.body), node.extent)
+            case s.PastOperator():
+                return self._past(node)
+
+    def _condition(self, node: s.Node) -> t.Term:
+        return require_condition(self.check(node))
+
+    def _attribute(self, node: s.Attribute) -> TypedTerm:
+        resolved = resolve_attribute(node, self._scope)
+        if resolved is not None:
+            return TypedTerm(*resolved, node.extent)
+        return component(self.check(node.base), node.name, node.extent)
+
+    def _binary(self, node: s.Binary) -> TypedTerm:
+        match node.op:
+            case "implies":
+                implication = t.Implies(self._condition(node.left), self._condition(node.right))
+                return TypedTerm(implication, BOOL, node.extent)
+            case "*":
+                return multiply(self.check(node.left), self.check(node.right), node.extent)
+            case "/":
+                factor = invert(self.check(node.right))
+                return scale(factor, self.check(node.left), node.extent)
+            case _:
+                return add(node.op, self.check(node.left), self.check(node.right), node.extent)
+
+    def _chain(self, node: s.ComparisonChain) -> TypedTerm:
+        # Each operand's type chooses the enum of the next; the first takes it from a declared name.
+        typed = [self.check(node.operands[0], declared_type(node.operands[1:], self._scope, self._bound))]
+        for operand in node.operands[1:]:
+            typed.append(self.check(operand, typed[-1].type))
+        pairs = zip(node.ops, typed, typed[1:], strict=False)
+        parts = tuple(compare(op, left, right) for op, left, right in pairs)
+        starts = (node.extent.start, *(operand.extent.start for operand in typed[1:-1]))
+        ends = (*(operand.extent.end for operand in typed[1:-1]), node.extent.end)
+        self._parts[id(node)] = tuple(
+            TypedTerm(part, BOOL, s.TextRange(start, end))
+            for part, start, end in zip(parts, starts, ends, strict=True)
+        )
+        return TypedTerm(parts[0] if len(parts) == 1 else t.And(parts), BOOL, node.extent)
+
+    def _membership(self, node: s.Membership) -> t.Term:
+        if isinstance(node.container, tuple):
+            return is_one_of(self.check(node.operand), node.container)
+        box = resolve_volume(node.container, self._scope)
+        return is_inside(self.check(node.operand), box)
+
+    def _conditional(self, node: s.IfElse, hint: Type | None) -> TypedTerm:
+        condition = self._condition(node.condition)
+        then = self.check(node.then, hint)
+        if isinstance(then.type, FamilyType):
+            raise ExpressionTypeError(
+                "AE203", "a whole family cannot be chosen", then.extent, cure="choose between its elements"
+            )
+        otherwise = self.check(node.otherwise, then.type)
+        require_same_type(then, otherwise, "the alternative of")
+        term = t.Conditional(condition, require_rational(then), require_rational(otherwise))
+        return TypedTerm(term, then.type, node.extent)
+
+    def _past(self, node: s.PastOperator) -> TypedTerm:
+        check_past_is_allowed(node, self._scope)
+        operands = [require_measured(self.check(operand), node.op) for operand in node.operands]
+        within = None if node.window is None else require_window(self.check(node.window))
+        return look_back(node.op, operands, within, node.extent)
