@@ -12,9 +12,10 @@ from typing import Any
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.elaborate.expressions import elaborate_constant, elaborate_expression
-from aeros.spec.elaborate.lookup import check_in_range, resolve_name
-from aeros.spec.elaborate.scopes import constant_scope, state_scope
+from aeros.spec.elaborate.expressions import elaborate_expression
+from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
 from aeros.spec.model.ecm import Skill
@@ -228,10 +229,7 @@ class _Elaborator:
                     constants.pop(name.value, None)
                     flows[name.value] = flow
                 continue
-            type_ = variable.variable.type
-            value = elaborate_constant(given, constant_scope(self._site), self._diagnostics, type_)
-            check_in_range(variable, value, given, self._diagnostics)
-            constants[name.value] = value
+            constants[name.value] = elaborate_value(given, variable, self._site, self._diagnostics)
         written = {name.value for name, _ in run.inputs}
         for missing in skill.inputs.keys() - constants.keys() - flows.keys() - written:
             self._report(f"`{skill.id}` needs the input `{missing}`", run.skill.span)

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Protocol
 
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_quantity
-from aeros.spec.elaborate.lookup import resolve_name
+from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
 from aeros.spec.model.motion import Barrier, MotionKind, MotionPolicy, ToolLimits
@@ -23,39 +22,32 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import TextField
 
 
-class _MotionVocabulary(Protocol):
-    """The parts of a site that its motion section refers to."""
-
-    constants: dict[str, t.Term]
-    volumes: dict[str, AxisAlignedBox]
-    state: dict[str, Declared]
-    kinds: dict[str, ActionKind]
-
-
 def elaborate_motion(
-    motion: declared.MotionPolicy, site: _MotionVocabulary, diagnostics: Diagnostics
+    motion: declared.MotionPolicy, vocabulary: SiteVocabulary, diagnostics: Diagnostics
 ) -> MotionPolicy | None:
     """Elaborate the motion section of a site.
 
     Args:
         motion: the declared section.
-        site: constants, volumes, state variables and action kinds that the section may name.
+        vocabulary: vocabulary of the site, without faults.
         diagnostics: receives the faults.
 
     Returns:
         The policy with all numbers in SI units, or None after reporting every fault.
     """
-    return _MotionElaborator(site, diagnostics).motion(motion)
+    return _MotionElaborator(vocabulary, diagnostics).motion(motion)
 
 
 class _MotionElaborator:
-    def __init__(self, site: _MotionVocabulary, diagnostics: Diagnostics) -> None:
-        self._site = site
+    def __init__(self, vocabulary: SiteVocabulary, diagnostics: Diagnostics) -> None:
+        self._vocabulary = vocabulary
         self._diagnostics = diagnostics
 
     def motion(self, motion: declared.MotionPolicy) -> MotionPolicy | None:
         before = len(self._diagnostics)
-        measured = resolve_name(motion.starts_at, self._site.state, "a state variable", self._diagnostics)
+        measured = resolve_name(
+            motion.starts_at, self._vocabulary.state, "a state variable", self._diagnostics
+        )
         index = None if measured is None else self._index(motion.starts_at, measured.variable)
         kinds = {name.value: self._kind(name, kind, measured) for name, kind in motion.on}
         joints, tool = motion.joints, motion.tool
@@ -116,7 +108,7 @@ class _MotionElaborator:
         )
 
     def _kind(self, name: TextField, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
-        kind = resolve_name(name, self._site.kinds, "an action kind", self._diagnostics)
+        kind = resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)
         parameters = {} if kind is None else kind.parameters
         base = motion.base_ends_at
         if base is not None and len(base) != 2:
@@ -162,7 +154,7 @@ class _MotionElaborator:
     def _joint_table(
         self, name: TextField, dimension: Dimension, index: str | None
     ) -> tuple[Fraction, ...] | None:
-        found = resolve_name(name, self._site.constants, "a constant", self._diagnostics)
+        found = resolve_name(name, self._vocabulary.constants, "a constant", self._diagnostics)
         if found is None:
             return None
         if not isinstance(found, t.ConstantTable) or (index is not None and found.type.index.name != index):
@@ -175,7 +167,7 @@ class _MotionElaborator:
         return found.values
 
     def _scalar_constant(self, name: TextField, dimension: Dimension) -> Fraction | None:
-        found = resolve_name(name, self._site.constants, "a constant", self._diagnostics)
+        found = resolve_name(name, self._vocabulary.constants, "a constant", self._diagnostics)
         if found is None:
             return None
         if not isinstance(found, t.Literal) or not isinstance(found.value, Fraction):
@@ -186,7 +178,7 @@ class _MotionElaborator:
         return found.value
 
     def _barrier(self, barrier: declared.Barrier) -> Barrier | None:
-        box = resolve_name(barrier.volume, self._site.volumes, "a volume", self._diagnostics)
+        box = resolve_name(barrier.volume, self._vocabulary.volumes, "a volume", self._diagnostics)
         if barrier.links == ():
             self._diagnostics.error(
                 "AE112", f"no link heeds the barrier `{barrier.id.value}`", barrier.id.span

@@ -1,187 +1,204 @@
-"""Elaboration of declared quantities to variables with types, units and bounds."""
+"""Elaboration of a site's vocabulary: enums, constants, volumes, state variables and action kinds."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from aeros.spec.declared import site as declared
-from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.expressions import elaborate_number, elaborate_quantity, elaborate_unit
+from aeros.spec.elaborate.names import check_name_is_free
+from aeros.spec.elaborate.quantities import elaborate_state, elaborate_variable
+from aeros.spec.elaborate.scopes import constant_scope
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.parser import KEYWORDS
-from aeros.spec.expr.types import (
-    BOOL,
-    BoolType,
-    EnumType,
-    FamilyType,
-    IntegerType,
-    RealType,
-    Type,
-    VectorType,
-)
-from aeros.spec.expr.units import NUMBER, TIME, Unit, unit_names
+from aeros.spec.expr.scope import AxisAlignedBox
+from aeros.spec.expr.types import EnumType, FamilyType, RealType
+from aeros.spec.expr.units import LENGTH
+from aeros.spec.model.rules import ActionKind, Risk
 from aeros.spec.model.variables import Declared
-from aeros.spec.text.fields import NumberField, TextField
-
-Enums = Mapping[str, EnumType]
-_TYPES = ("bool", "int", "real", "vec3")
-
-# A name has one meaning, so a declaration may not use these.
-_RESERVED = (
-    KEYWORDS | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"} | set(unit_names())
-)
+from aeros.spec.text.fields import ExpressionField, TextField
 
 
-def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, diagnostics: Diagnostics) -> bool:
-    """Check that a name has no meaning yet; report the meaning that it has.
+@dataclass(frozen=True)
+class SiteVocabulary:
+    """Named things of a site, to which its rules and its policy refer.
+
+    Attributes:
+        used_names: meaning of each name in use, such as `a state variable`, by name.
+    """
+
+    enums: dict[str, EnumType] = field(default_factory=dict)
+    constants: dict[str, t.Term] = field(default_factory=dict)
+    volumes: dict[str, AxisAlignedBox] = field(default_factory=dict)
+    state: dict[str, Declared] = field(default_factory=dict)
+    kinds: dict[str, ActionKind] = field(default_factory=dict)
+    used_names: dict[str, str] = field(default_factory=dict)
+
+
+def elaborate_vocabulary(site: declared.Site, diagnostics: Diagnostics) -> SiteVocabulary:
+    """Elaborate the vocabulary of a site.
 
     Args:
-        name: the new name, with its position in the file.
-        used: description of each name in use, such as `a state variable`, by name.
-        what: noun for the thing to be named, for the report.
+        site: the declared site.
         diagnostics: receives the faults.
 
     Returns:
-        True if the name is free.
+        The vocabulary, without the declarations that have a fault.
     """
-    if name.value in _RESERVED:
-        diagnostics.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
-        return False
-    if name.value in used:
+    elaborator = _VocabularyElaborator(diagnostics)
+    for name, members in site.enums:
+        elaborator.add_enum(name, members)
+    for name, constant in site.constants:
+        elaborator.add_constant(name, constant)
+    for name, volume in site.volumes:
+        elaborator.add_volume(name, volume)
+    for name, variable in site.state:
+        elaborator.add_state_variable(name, variable)
+    for name, kind in site.actions:
+        elaborator.add_kind(name, kind)
+    return elaborator.vocabulary
+
+
+def check_protective_stop(site: declared.Site, vocabulary: SiteVocabulary, diagnostics: Diagnostics) -> None:
+    """Check that a site has exactly one protective stop, of low risk and without parameters.
+
+    Args:
+        site: the declared site.
+        vocabulary: its vocabulary.
+        diagnostics: receives the faults.
+    """
+    stops = [kind for kind in vocabulary.kinds.values() if kind.protective]
+    if len(stops) != 1:
         diagnostics.error(
-            "AE121",
-            f"`{name.value}` is {used[name.value]} already",
-            name.span,
-            help=(f"name this {what} otherwise",),
+            "AE607",
+            f"a site has exactly one protective stop; {len(stops)} action kinds are `protective: true`",
+            stops[1].span if stops else site.span,
+            help=("declare an action kind `stop` without parameters and with `protective: true`",),
         )
-        return False
-    return True
+    for stop in stops:
+        if stop.risk is not Risk.LOW:
+            diagnostics.error(
+                "AE607", "the protective stop is of low risk: no ceiling may deny it", stop.span
+            )
+        if stop.parameters:
+            diagnostics.error("AE607", "a protective stop has no parameters to get wrong", stop.span)
 
 
-def elaborate_variable(
-    name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, diagnostics: Diagnostics
-) -> Declared | None:
-    """Elaborate a declared quantity to a variable.
+class _VocabularyElaborator:
+    """Collector of a vocabulary, in the order in which declarations may refer to each other."""
 
-    A number or vector needs a range; other types have neither a range nor a unit.
+    def __init__(self, diagnostics: Diagnostics) -> None:
+        self._diagnostics = diagnostics
+        self.vocabulary = SiteVocabulary()
 
-    Args:
-        name: name of the variable.
-        quantity: declared type, unit and range.
-        role: role of the variable: state, parameter or input.
-        enums: declared enumerations by name.
-        diagnostics: receives the faults.
+    def add_enum(self, name: TextField, members: tuple[TextField, ...]) -> None:
+        if not self._claim(name, "enum", "an enum"):
+            return
+        for member in members:
+            self._claim(member, "member", f"a member of `{name.value}`")
+        if not members:
+            self._diagnostics.error("AE112", f"the enum `{name.value}` has no member", name.span)
+        self.vocabulary.enums[name.value] = EnumType(name.value, tuple(member.value for member in members))
 
-    Returns:
-        The variable with its bounds in SI units, or None after reporting the fault.
-    """
-    unit = elaborate_unit(quantity.unit, diagnostics)
-    type_ = _type(quantity, unit, enums, diagnostics)
-    if type_ is None or unit is None:
-        return None
-    numeric = isinstance(type_, RealType | VectorType)
-    if numeric and quantity.range is None:
-        diagnostics.error(
-            "AE208",
-            "a number needs a range: proofs speak of every value inside it, and the gate denies all others",
-            quantity.type.span,
-            help=("add `range: [lowest, highest]`, in `unit`",),
-        )
-        return None
-    for text, field in ((quantity.unit, "unit"), (quantity.range, "range")):
-        if text is not None and not numeric:
-            span = text.span if isinstance(text, TextField) else quantity.span
-            diagnostics.error("AE208", f"a {type_} has no {field}", span)
-            return None
-    place = quantity.range[0].span.merge(quantity.range[-1].span) if quantity.range else None
-    bounds = None if quantity.range is None else _range(quantity.range, unit, diagnostics)
-    if bounds is not None and isinstance(type_, IntegerType) and any(end.denominator != 1 for end in bounds):
-        diagnostics.error("AE208", "the range of an int ends at whole numbers", place)
-        return None
-    if numeric and bounds is None:
-        return None
-    return Declared(t.Variable(name, type_, role), quantity.span, unit, bounds, range_span=place)
+    def add_constant(self, name: TextField, constant: declared.Constant) -> None:
+        if not self._claim(name, "constant", "a constant"):
+            return
+        if (constant.value is None) == (constant.values is None):
+            self._diagnostics.error(
+                "AE102", "a constant has either `value` or `index`, `unit` and `values`", constant.span
+            )
+        elif constant.value is not None:
+            self._add_number(name, constant.value)
+        else:
+            self._add_table(name, constant)
 
+    def _add_number(self, name: TextField, value: ExpressionField) -> None:
+        number = elaborate_number(value, constant_scope(self.vocabulary), self._diagnostics)
+        if number is not None:
+            self.vocabulary.constants[name.value] = number
 
-def elaborate_state(
-    name: str, quantity: declared.StateVariable, enums: Enums, diagnostics: Diagnostics
-) -> Declared | None:
-    """Elaborate a declared state variable, as a family if it has an index.
-
-    Args:
-        name: name of the variable.
-        quantity: declared quantity, sensor, greatest age and index.
-        enums: declared enumerations by name.
-        diagnostics: receives the faults.
-
-    Returns:
-        The variable with bounds and greatest age in SI units, or None after reporting the fault.
-    """
-    base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, diagnostics)
-    age = elaborate_quantity(quantity.max_age, TIME, diagnostics)
-    if age is not None and age <= 0:
-        diagnostics.error("AE208", "`max_age` must be longer than nothing", quantity.max_age.span)
-        return None
-    if base is None or age is None:
-        return None
-    type_: Type = base.variable.type
-    if quantity.index is not None:
-        index = enums.get(quantity.index.value)
+    def _add_table(self, name: TextField, constant: declared.Constant) -> None:
+        unit = elaborate_unit(constant.unit, self._diagnostics)
+        index = None if constant.index is None else self.vocabulary.enums.get(constant.index.value)
         if index is None:
-            _unknown_enum(quantity.index, enums, diagnostics)
-            return None
-        if not isinstance(type_, BoolType | RealType):
-            diagnostics.error("AE208", f"a family of {type_} is not supported", quantity.index.span)
-            return None
-        type_ = FamilyType(index, type_)
-    variable = t.Variable(name, type_, t.VariableRole.STATE)
-    return replace(base, variable=variable, span=quantity.span, max_age=age, sensor=quantity.sensor.value)
+            span = constant.span if constant.index is None else constant.index.span
+            self._diagnostics.error("AE122", "`values` need an `index` that is a declared enum", span)
+            return
+        values = constant.values or ()
+        if len(values) != len(index.members):
+            self._diagnostics.error(
+                "AE112",
+                f"{index.name} has {len(index.members)} members, but {len(values)} values stand here",
+                constant.span,
+            )
+        elif unit is not None:
+            numbers = tuple(number.value * unit.factor for number in values)
+            self.vocabulary.constants[name.value] = t.ConstantTable(
+                name.value, FamilyType(index, RealType(unit.dimension)), numbers
+            )
 
+    def add_volume(self, name: TextField, volume: declared.Volume) -> None:
+        if not self._claim(name, "volume", "a volume"):
+            return
+        lower, upper = (self._corner(corner, volume) for corner in (volume.lower, volume.upper))
+        if lower is None or upper is None:
+            return
+        if any(low >= high for low, high in zip(lower, upper, strict=True)):
+            self._diagnostics.error(
+                "AE208",
+                f"the volume `{name.value}` is empty",
+                volume.span,
+                help=("each coordinate of `lower` must be below that of `upper`",),
+            )
+            return
+        self.vocabulary.volumes[name.value] = AxisAlignedBox(lower, upper)
 
-def _type(
-    quantity: declared.Quantity, unit: Unit | None, enums: Enums, diagnostics: Diagnostics
-) -> Type | None:
-    word = quantity.type.value
-    if word == "bool":
-        return BOOL
-    if word == "int":
-        if unit is not None and unit.dimension == NUMBER and unit.factor == 1:
-            return IntegerType()
-        diagnostics.error(
-            "AE208", "an int is a bare number, without a unit", (quantity.unit or quantity.type).span
+    def _corner(
+        self, corner: tuple[TextField, ...], volume: declared.Volume
+    ) -> tuple[Fraction, Fraction, Fraction] | None:
+        if len(corner) != 3:
+            self._diagnostics.error(
+                "AE112", f"a corner has three coordinates, not {len(corner)}", volume.span
+            )
+            return None
+        x, y, z = (elaborate_quantity(coordinate, LENGTH, self._diagnostics) for coordinate in corner)
+        return None if x is None or y is None or z is None else (x, y, z)
+
+    def add_state_variable(self, name: TextField, variable: declared.StateVariable) -> None:
+        elaborated = elaborate_state(name.value, variable, self.vocabulary.enums, self._diagnostics)
+        is_free = check_name_is_free(name, self.vocabulary.used_names, "state variable", self._diagnostics)
+        if is_free and elaborated is not None:
+            self.vocabulary.used_names[name.value] = "a state variable"
+            self.vocabulary.state[name.value] = elaborated
+
+    def add_kind(self, name: TextField, kind: declared.ActionKind) -> None:
+        parameters: dict[str, Declared] = {}
+        for parameter, quantity in kind.parameters:
+            # Several kinds may have a parameter of one name, so the name is not taken.
+            if not check_name_is_free(parameter, self.vocabulary.used_names, "parameter", self._diagnostics):
+                continue
+            elaborated = elaborate_variable(
+                parameter.value,
+                quantity,
+                t.VariableRole.PARAMETER,
+                self.vocabulary.enums,
+                self._diagnostics,
+            )
+            if elaborated is not None:
+                parameters[parameter.value] = elaborated
+        self.vocabulary.kinds[name.value] = ActionKind(
+            name.value,
+            frozenset(actuator.value for actuator in kind.actuators),
+            Risk[kind.risk.value.upper()],
+            kind.protective is not None and kind.protective.value,
+            parameters,
+            name.span,
         )
-        return None
-    if word in ("real", "vec3"):
-        if unit is None:
-            return None
-        return RealType(unit.dimension) if word == "real" else VectorType(unit.dimension)
-    if word in enums:
-        return enums[word]
-    near = did_you_mean(word, [*_TYPES, *enums])
-    diagnostics.error(
-        "AE122",
-        f"`{word}` is not a type",
-        quantity.type.span,
-        help=(f"did you mean `{near}`?" if near else "use `bool`, `int`, `real`, `vec3` or a declared enum",),
-    )
-    return None
 
-
-def _unknown_enum(name: TextField, enums: Enums, diagnostics: Diagnostics) -> None:
-    near = did_you_mean(name.value, enums)
-    help_ = f"did you mean `{near}`?" if near else "declare it under `enums`"
-    diagnostics.error("AE122", f"`{name.value}` is not a declared enum", name.span, help=(help_,))
-
-
-def _range(
-    numbers: tuple[NumberField, ...], unit: Unit, diagnostics: Diagnostics
-) -> tuple[Fraction, Fraction] | None:
-    span = numbers[0].span.merge(numbers[-1].span) if numbers else None
-    if len(numbers) != 2 or numbers[0].value >= numbers[1].value:
-        diagnostics.error(
-            "AE208", "a range is two numbers, the lower one first", span, help=("as in `range: [0, 3]`",)
-        )
-        return None
-    return numbers[0].value * unit.factor, numbers[1].value * unit.factor
+    def _claim(self, name: TextField, what: str, meaning: str) -> bool:
+        """Take a name, if it is free, and say if it was."""
+        is_free = check_name_is_free(name, self.vocabulary.used_names, what, self._diagnostics)
+        if is_free:
+            self.vocabulary.used_names[name.value] = meaning
+        return is_free

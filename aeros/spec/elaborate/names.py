@@ -1,0 +1,89 @@
+"""Names in a file: a declared name must be free, and a name that is referred to must exist.
+
+A fault suggests the name that was probably intended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeVar
+
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
+from aeros.spec.expr.parser import KEYWORDS
+from aeros.spec.expr.units import unit_names
+from aeros.spec.text.fields import TextField
+
+_T = TypeVar("_T")
+
+# A name has one meaning, so a declaration may not use these.
+_RESERVED = (
+    KEYWORDS | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"} | set(unit_names())
+)
+
+
+def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, diagnostics: Diagnostics) -> bool:
+    """Check that a name has no meaning yet; report the meaning that it has.
+
+    Args:
+        name: the new name, with its position in the file.
+        used: description of each name in use, such as `a state variable`, by name.
+        what: noun for the thing to be named, for the report.
+        diagnostics: receives the faults.
+
+    Returns:
+        True if the name is free.
+    """
+    if name.value in _RESERVED:
+        diagnostics.error("AE121", f"`{name.value}` is a word of the expression language", name.span)
+        return False
+    if name.value in used:
+        diagnostics.error(
+            "AE121",
+            f"`{name.value}` is {used[name.value]} already",
+            name.span,
+            help=(f"name this {what} otherwise",),
+        )
+        return False
+    return True
+
+
+def resolve_name(name: TextField, among: Mapping[str, _T], what: str, diagnostics: Diagnostics) -> _T | None:
+    """Look up a name; report an unknown one with a suggestion.
+
+    Args:
+        name: the name, with its position in the file.
+        among: known things by name.
+        what: noun phrase of what the name should be, such as `an action kind`; it completes “… is not”.
+        diagnostics: receives the faults.
+
+    Returns:
+        The thing of that name, or None after reporting that there is none.
+    """
+    if name.value not in among:
+        near = did_you_mean(name.value, among)
+        listed = ", ".join(f"`{one}`" for one in list(among)[:12]) or "none"
+        help_ = f"did you mean `{near}`?" if near else f"declared here: {listed}"
+        diagnostics.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
+    return among.get(name.value)
+
+
+def resolve_site_name(
+    name: TextField, among: Mapping[str, _T], what: str, diagnostics: Diagnostics
+) -> _T | None:
+    """Look up a name that a site's rules or policy refer to; report an unknown one with a suggestion.
+
+    Args:
+        name: the name, with its position in the file.
+        among: things that the site declares, by name.
+        what: noun phrase of what the name should be, such as `an action kind`; it completes “… is not”.
+        diagnostics: receives the faults.
+
+    Returns:
+        The thing of that name, or None after reporting that there is none.
+    """
+    if name.value not in among:
+        near = did_you_mean(name.value, among)
+        listed = ", ".join(f"`{one}`" for one in among)
+        help_ = f"did you mean `{near}`?" if near else f"the site declares {listed}"
+        diagnostics.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
+    return among.get(name.value)

@@ -1,0 +1,145 @@
+"""Elaboration of a module's tasks: goals, task invariants, and planning rules over the module's skills."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aeros.spec.declared import ecm as declared
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.action_conditions import elaborate_action_condition
+from aeros.spec.elaborate.expressions import elaborate_expression
+from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
+from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import PlanningRule, Skill, Task, TaskInvariant
+from aeros.spec.model.site import Site
+from aeros.spec.text.fields import TextField
+
+
+def elaborate_tasks(
+    ecm: declared.Ecm, skills: Mapping[str, Skill], site: Site, diagnostics: Diagnostics
+) -> dict[str, Task]:
+    """Elaborate the tasks of a module.
+
+    Args:
+        ecm: the declared module.
+        skills: its elaborated skills by name.
+        site: site under which the module is elaborated.
+        diagnostics: receives the faults.
+
+    Returns:
+        The tasks by name, without the parts that have a fault.
+    """
+    elaborator = _TaskElaborator(ecm, skills, site, diagnostics)
+    return {name.value: elaborator.task(name, task) for name, task in ecm.tasks}
+
+
+class _TaskElaborator:
+    def __init__(
+        self, ecm: declared.Ecm, skills: Mapping[str, Skill], site: Site, diagnostics: Diagnostics
+    ) -> None:
+        self._providers = {
+            name.value: [one.value for one in capability.provided_by] for name, capability in ecm.capabilities
+        }
+        self._skills = skills
+        self._site = site
+        self._diagnostics = diagnostics
+
+    def task(self, name: TextField, task: declared.Task) -> Task:
+        if not task.words:
+            self._diagnostics.error("AE112", f"no word routes to the task `{name.value}`", name.span)
+        if not task.rules:
+            self._diagnostics.error("AE112", f"the task `{name.value}` has no planning rule", name.span)
+        goal = elaborate_action_condition(task.goal, state_scope(self._site), self._diagnostics)
+        return Task(
+            id=name.value,
+            trigger_phrases=tuple(word.value.casefold() for word in task.words),
+            goal=t.FALSE if goal is None else goal.term,
+            goal_text=task.goal.value,
+            rules=tuple(rule for one in task.rules if (rule := self._rule(one)) is not None),
+            initial=elaborate_state_values(task.initial, self._site, self._diagnostics),
+            scene=None if task.scene is None else task.scene.value,
+            span=name.span,
+            invariants=self._invariants(task.invariants),
+            goal_conjuncts=() if goal is None else goal.conjuncts,
+            word_spans=tuple(word.span for word in task.words),
+        )
+
+    def _invariants(self, listed: tuple[declared.TaskInvariant, ...]) -> tuple[TaskInvariant, ...]:
+        invariants: dict[str, TaskInvariant] = {}
+        for one in listed:
+            if one.id.value in invariants:
+                self._diagnostics.error(
+                    "AE120", f"the invariant `{one.id.value}` is declared twice", one.id.span
+                )
+            term = elaborate_expression(one.require, state_scope(self._site), self._diagnostics)
+            if term is not None:
+                invariants[one.id.value] = TaskInvariant(
+                    one.id.value, term, one.require.value, one.require.span
+                )
+        return tuple(invariants.values())
+
+    def _rule(self, rule: declared.PlanningRule) -> PlanningRule | None:
+        unless = elaborate_expression(rule.unless, state_scope(self._site), self._diagnostics)
+        providers = self._skills_for(rule.do)
+        self._check_retry(rule)
+        if unless is None or not providers:
+            return None
+        inputs, *_ = [self._inputs(rule, skill) for skill in providers]
+        return PlanningRule(
+            satisfied_condition=unless,
+            text=rule.unless.value,
+            skill=rule.do.value,
+            inputs=inputs,
+            retry=0 if rule.retry is None else rule.retry.value,
+            on_failure=None if rule.on_failure is None else rule.on_failure.value,
+            span=rule.span,
+        )
+
+    def _check_retry(self, rule: declared.PlanningRule) -> None:
+        """Check the retry budget of a rule, and the skill that runs between two tries."""
+        if rule.on_failure is not None:
+            resolve_name(rule.on_failure, self._skills, "a skill of this module", self._diagnostics)
+            if rule.retry is None:
+                self._diagnostics.error(
+                    "AE102", "`on_failure` runs between two tries, so it needs `retry`", rule.on_failure.span
+                )
+        if rule.retry is not None and rule.retry.value > self._site.limits.retries:
+            self._diagnostics.error(
+                "AE129",
+                f"this site allows at most {self._site.limits.retries} retries of a step",
+                rule.retry.span,
+            )
+
+    def _skills_for(self, do: TextField) -> list[Skill]:
+        """Return the skill that a rule names, or the providers of its capability; none after a report."""
+        if do.value not in self._providers:
+            named = {**self._skills, **dict.fromkeys(self._providers)}
+            resolve_name(do, named, "a skill or capability of this module", self._diagnostics)
+            return [self._skills[do.value]] if do.value in self._skills else []
+        providers = self._providers[do.value]
+        if do.value in self._skills and providers != [do.value]:
+            headline = f"`{do.value}` is a skill and a capability that others provide"
+            self._diagnostics.error(
+                "AE121", headline, do.span, help=("rename one, so that it is said what may run",)
+            )
+            return []
+        composed = next((name for name in providers if name not in self._skills), None)
+        if composed is not None:
+            headline = f"`{do.value}` is no step: `{composed}`, which provides it, is not a skill"
+            self._diagnostics.error("AE122", headline, do.span)
+            return []
+        return [self._skills[name] for name in providers]
+
+    def _inputs(self, rule: declared.PlanningRule, skill: Skill) -> dict[str, Any]:
+        given: dict[str, Any] = {}
+        for name, expression in rule.inputs:
+            variable = resolve_name(name, skill.inputs, f"an input of `{skill.id}`", self._diagnostics)
+            if variable is not None:
+                given[name.value] = elaborate_value(expression, variable, self._site, self._diagnostics)
+        for needed, variable in skill.inputs.items():
+            if variable.default_value is None and needed not in given:
+                self._diagnostics.error("AE102", f"`{skill.id}` needs the input `{needed}`", rule.do.span)
+        return given

@@ -1,0 +1,58 @@
+"""Elaboration of the values that a module gives: constants of a variable's type, inside its range."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.expressions import elaborate_constant
+from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.scopes import constant_scope
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
+from aeros.spec.text.fields import ExpressionField, MappingField
+
+
+def elaborate_value(
+    expression: ExpressionField, variable: Declared, site: Site, diagnostics: Diagnostics
+) -> Any:
+    """Elaborate the value that a variable gets.
+
+    Args:
+        expression: constant expression, with its position in the file.
+        variable: declaration of the variable, with its range in SI units.
+        site: site whose constants and enums the expression may use.
+        diagnostics: receives the faults.
+
+    Returns:
+        The value, numbers in SI units; None after reporting that there is none. A value outside the range is
+        reported, too.
+    """
+    value = elaborate_constant(expression, constant_scope(site), diagnostics, variable.variable.type)
+    if value is not None and variable.range is not None:
+        low, high = variable.range
+        components = value if isinstance(value, tuple) else (value,)
+        if not all(low <= component <= high for component in components):
+            diagnostics.error("AE111", "this value is outside the declared range", expression.span)
+    return value
+
+
+def elaborate_state_values(
+    entries: MappingField[ExpressionField], site: Site, diagnostics: Diagnostics
+) -> dict[str, Any]:
+    """Elaborate the values that state variables are set to.
+
+    Args:
+        entries: constant expressions by state variable.
+        site: site that declares the state variables.
+        diagnostics: receives the faults.
+
+    Returns:
+        Value of each of them that the site declares, numbers in SI units; None for a faulty one.
+    """
+    values: dict[str, Any] = {}
+    for name, expression in entries:
+        variable = resolve_name(name, site.state, "a state variable of this site", diagnostics)
+        if variable is not None:
+            values[name.value] = elaborate_value(expression, variable, site, diagnostics)
+    return values
