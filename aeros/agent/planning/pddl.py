@@ -14,18 +14,14 @@ from collections.abc import Mapping
 from typing import Final, Protocol
 
 from aeros.agent.planning.classical import ClassicalEngineError
-from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.smt import NoPlanError, explain_no_plan
-from aeros.agent.planning.strategy_to_graph import strategy_to_graph
-from aeros.agent.planning.task_graph import TaskGraph
-from aeros.agent.world.world import WorldModel
+from aeros.agent.planning.strong_cyclic import StrongCyclicPlanner
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.model.ecm import Ecm, Outcome
+from aeros.spec.model.ecm import Outcome
 from aeros.spec.model.site import Site
-from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
+from aeros.spec.planning.domain import GroundSkill, PlanningDomain
 from aeros.spec.planning.pddl import action_name, write_pddl
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
-from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
+from aeros.spec.planning.strong_cyclic import PathFinder
 
 _MAX_ENGINE_CALLS: Final = 100
 
@@ -45,11 +41,11 @@ class ClassicalEngine(Protocol):
         """
 
 
-class PddlPlanner:
-    """Planner for the goal of the task that ignores its planning rules."""
+class PddlPlanner(StrongCyclicPlanner):
+    """Planner whose paths to the goal are those of a classical planner."""
 
     def __init__(self, site: Site, engine: ClassicalEngine) -> None:
-        self._site = site
+        super().__init__(site)
         self._engine = engine
 
     @property
@@ -57,30 +53,9 @@ class PddlPlanner:
         """Name in the audit record."""
         return "pddl"
 
-    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """Plan with the classical planner.
-
-        Args:
-            routed: task to plan for.
-            world: current state.
-            modules: active modules by id.
-
-        Returns:
-            The plan.
-
-        Raises:
-            NoPlanError: the goal cannot be relied on to stay reachable.
-            PlanUndecidedError: the engine does not decide or errs.
-        """
-        task = routed.task
-        domain = domain_for(modules, self._site, world.known, task.goal, task.invariants)
-        strategy, start = (
-            StrongCyclicStrategy(domain, OptimisticPlanFinder(self._engine)),
-            domain.state(world.known),
-        )
-        if not strategy.solves(start):
-            raise NoPlanError(explain_no_plan(strategy))
-        return strategy_to_graph(strategy, start, self._site.limits.retries)
+    def path_finder(self) -> PathFinder:
+        """Return a search that asks the engine, with a new budget of questions."""
+        return OptimisticPlanFinder(self._engine)
 
 
 class OptimisticPlanFinder:

@@ -1,78 +1,20 @@
-"""Planner that needs no rules: the shortest plan that no declared outcome can lead into a dead end.
-
-It plans for any goal by the preconditions and outcomes of all active skills. While every outcome is a
-declared one, the agent never reaches a state from which the goal cannot be reached. If no plan guarantees
-this, the planner proposes none and says which outcome leads into a dead end.
-"""
+"""Planner that needs no rules: the shortest plan that no declared outcome can lead into a dead end."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.strategy_to_graph import strategy_to_graph
-from aeros.agent.planning.task_graph import TaskGraph
-from aeros.agent.world.world import WorldModel
-from aeros.spec.backends.oracle import Oracle
-from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.site import Site
-from aeros.spec.planning.domain import domain_for
-from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
+from aeros.agent.planning.strong_cyclic import StrongCyclicPlanner
+from aeros.spec.planning.shortest import shortest_plan
+from aeros.spec.planning.strong_cyclic import PathFinder
 
 
-class NoPlanError(Exception):
-    """A goal that cannot be relied on to stay reachable; the message says why."""
-
-
-class SmtPlanner:
-    """Planner for the goal of the task that ignores its planning rules."""
-
-    def __init__(self, site: Site) -> None:
-        self._site = site
-        self._oracle = Oracle()
+class SmtPlanner(StrongCyclicPlanner):
+    """Planner whose paths to the goal are the shortest."""
 
     @property
     def name(self) -> str:
         """Name in the audit record."""
         return "smt"
 
-    def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """Search for a plan.
-
-        Args:
-            routed: task to plan for.
-            world: current state.
-            modules: active modules by id.
-
-        Returns:
-            The plan.
-
-        Raises:
-            NoPlanError: there is no such plan.
-            PlanUndecidedError: the search was given up.
-        """
-        task = routed.task
-        domain = domain_for(modules, self._site, world.known, task.goal, task.invariants, self._oracle)
-        strategy, start = StrongCyclicStrategy(domain), domain.state(world.known)
-        if not strategy.solves(start):
-            raise NoPlanError(explain_no_plan(strategy))
-        return strategy_to_graph(strategy, start, self._site.limits.retries)
-
-
-def explain_no_plan(strategy: StrongCyclicStrategy) -> str:
-    """Explain why there is no plan: the first dead end that was found, and the steps that lead to it.
-
-    Args:
-        strategy: strategy that does not solve the start state.
-
-    Returns:
-        The explanation in words, with the skills that were left out.
-    """
-    dead_end, domain = strategy.dead_ends[0], strategy.domain
-    why = f"no plan reaches the goal: {dead_end.reason}"
-    if dead_end.trace:
-        way, state = ", ".join(dead_end.trace), domain.format_state(dead_end.state)
-        why = f"no plan recovers from every outcome: {way} leads to {state}, and there {dead_end.reason}"
-    return "; ".join(
-        [why, *(f"`{name}` is left out: {reason}" for name, reason in domain.excluded_skills.items())]
-    )
+    def path_finder(self) -> PathFinder:
+        """Return the search for shortest paths."""
+        return shortest_plan

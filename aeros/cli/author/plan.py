@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.agent.planning.plan_json import plan_to_json
 from aeros.agent.planning.routing import RoutingError, route
-from aeros.agent.planning.smt import explain_no_plan
 from aeros.agent.planning.strategy_to_graph import strategy_to_graph
+from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.agent.planning.task_graph import verify_plan
 from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value

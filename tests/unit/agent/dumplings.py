@@ -38,7 +38,8 @@ _BLANKS: Mapping[str, Any] = {"Span": SPAN, "str": "", "Risk": Risk.LOW, "Access
 def build(kind: type[_Model], **given: Any) -> _Model:
     """A model with the fields that the agent does not read left blank."""
     for one in dataclasses.fields(kind):  # type: ignore[arg-type]  # every model is a dataclass
-        if one.name not in given and one.default is dataclasses.MISSING:
+        defaults = (one.default, one.default_factory)
+        if one.name not in given and all(default is dataclasses.MISSING for default in defaults):
             annotation = str(one.type)
             blank: Any = {} if annotation.startswith("Mapping") else ()
             blank = frozenset() if annotation.startswith("frozenset") else blank

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.planning.smt import explain_no_plan
+from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType
 from aeros.spec.model.ecm import ActionCondition, Ecm, Skill

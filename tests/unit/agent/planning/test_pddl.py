@@ -13,7 +13,7 @@ from aeros.agent.planning.check_plan import PlanChecker
 from aeros.agent.planning.classical import ClassicalEngineError, UnifiedPlanningEngine
 from aeros.agent.planning.pddl import PddlPlanner
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.smt import NoPlanError
+from aeros.agent.planning.strong_cyclic import NoPlanError
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph, verify_plan
 from aeros.agent.world.world import world_from_readings
 from aeros.cli.main import main

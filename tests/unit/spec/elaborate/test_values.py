@@ -1,0 +1,26 @@
+"""Values that a module gives to variables: of the right type, and inside the range."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.unit.spec.elaborate.faults import said_of_module
+
+
+@pytest.mark.parametrize(
+    ("effects", "said"),
+    [
+        ("dirt: 100 %, table_tidy: true", None),
+        ("dirt: 101 %", "error[AE111] out-of-bounds: this value is outside the declared range"),
+        ("dirt: 1 m", "error[AE204] unit-mismatch: expected real [1], found real [m]"),
+        ("table_tidied: true", "`table_tidied` is not a state variable of this site"),
+        ("load: 2 * slow", "error[AE204] unit-mismatch: expected real [kg], found real [m/s]"),
+    ],
+)
+def test_the_value_of_a_state_variable_fits_its_declaration(
+    tmp_path: Path, effects: str, said: str | None
+) -> None:
+    found = said_of_module(tmp_path, ("effects: {table_tidy: true}", f"effects: {{{effects}}}"))
+    assert found == [] if said is None else said in found[0]
