@@ -46,7 +46,7 @@ def elaborate_rules(
     """
     elaborator = _RuleElaborator(vocabulary, diagnostics)
     rules = tuple(rule for one in site.invariants if (rule := elaborator.rule(one)) is not None)
-    joint = tuple(rule for one in site.joint if (rule := elaborator.joint_rule(one)) is not None)
+    joint = tuple(found for one in site.joint if (found := elaborator.joint_rule(one)) is not None)
     return ElaboratedRules(rules, joint, elaborator.histories.collected)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.declared import ecm as declared
+from aeros.spec.declared.site import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.action_conditions import elaborate_action_condition, elaborate_action_conditions
 from aeros.spec.elaborate.expressions import elaborate_quantity
@@ -95,11 +96,11 @@ class _SkillElaborator:
             inputs[name.value] = replace(variable, default_value=default)
         return inputs
 
-    def _outputs(self, entries: MappingField[declared.Quantity]) -> dict[str, Declared]:
+    def _outputs(self, entries: MappingField[Quantity]) -> dict[str, Declared]:
         variables = {name.value: self._variable(name.value, quantity) for name, quantity in entries}
         return {name: variable for name, variable in variables.items() if variable is not None}
 
-    def _variable(self, name: str, quantity: declared.Quantity) -> Declared | None:
+    def _variable(self, name: str, quantity: Quantity) -> Declared | None:
         return elaborate_variable(name, quantity, t.VariableRole.INPUT, self._site.enums, self._diagnostics)
 
     def _state_condition(

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.names import check_name_is_free, resolve_name, resolve_site_name
 from aeros.spec.text.fields import TextField
+from aeros.spec.text.nodes import ScalarNode
 
 
 def field(text: str) -> TextField:
-    return TextField(text, Source("file.yaml", text).span(0, len(text)))
+    span = Source("file.yaml", text).span(0, len(text))
+    return TextField(text, span, ScalarNode(text, span))
 
 
 @pytest.mark.parametrize(
@@ -34,7 +38,9 @@ def test_a_name_is_free_unless_it_has_a_meaning(name: str, headline: str | None)
 @pytest.mark.parametrize(
     ("resolve", "listed"), [(resolve_name, "declared here: "), (resolve_site_name, "the site declares ")]
 )
-def test_an_unknown_name_is_reported_with_a_suggestion(resolve: type, listed: str) -> None:
+def test_an_unknown_name_is_reported_with_a_suggestion(
+    resolve: Callable[..., int | None], listed: str
+) -> None:
     sink = Diagnostics()
     among = {"grip": 1, "move": 2}
     assert resolve(field("grip"), among, "an action kind", sink) == 1

@@ -11,6 +11,7 @@ from tests.unit.spec.elaborate.faults import said_of_module
 _TASK = """
 tasks:
   tidy_up:
+    description: tidy the table
     words: [tidy]
     goal: table_tidy
     rules:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import cast
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,7 +17,7 @@ from aeros.spec.expr.units import LENGTH
 
 @given(st.data())
 def test_a_random_term_has_a_value_of_its_type(data: st.DataObject) -> None:
-    generator = TermGenerator(data.draw)
+    generator = TermGenerator(cast("st.DrawFn", data.draw))
     depth = data.draw(st.integers(0, 3))
     condition, real = generator.boolean(depth), generator.real(depth, LENGTH)
     values = exact_environment(data.draw(environments(condition, data.draw(vocabulary_ranges()))))

@@ -19,8 +19,8 @@ def test_the_range_in_doubles_lies_inside_the_exact_range() -> None:
 
 def test_each_real_scalar_has_the_range_of_its_variable() -> None:
     ranges = ranges_of(STATE.values())
-    assert ranges["fill_level"] == (0, 1)
-    assert ranges["joint[j1]"] == ranges["joint[j2]"] == (-3, 3)
+    assert ranges["fill_level"] == (Fraction(0), Fraction(1))
+    assert ranges["joint[j1]"] == ranges["joint[j2]"] == (Fraction(-3), Fraction(3))
     assert {name for name in ranges if name.startswith("tool")} == {"tool.x", "tool.y", "tool.z"}
     assert "area" not in ranges
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.random_terms import MODE as MODES
 from tests.unit.spec.expr.scope import SCOPE, term_of
 
 X, Y, MODE = (SCOPE.variables[name] for name in ("x", "y", "mode"))
@@ -25,7 +26,7 @@ def test_every_comparison_becomes_one_of_three(text: str, term: t.Term) -> None:
 
 
 def test_membership_in_a_set_is_equality_with_a_member() -> None:
-    idle, stop = (t.Compare("==", MODE, t.Literal(member, MODE.type)) for member in ("idle", "stop"))
+    idle, stop = (t.Compare("==", MODE, t.Literal(member, MODES)) for member in ("idle", "stop"))
     assert term_of("mode in {idle, stop}") == t.Or((idle, stop))
     assert term_of("mode not in {idle}") == t.Not(t.Or((idle,)))
 
