@@ -54,7 +54,7 @@ class PddlPlanner(StrongCyclicPlanner):
         return "pddl"
 
     def path_finder(self) -> PathFinder:
-        """Return a search that asks the engine, with a new budget of questions."""
+        """Implement `StrongCyclicPlanner.path_finder` by asking the engine, with a new budget of questions."""
         return OptimisticPlanFinder(self._engine)
 
 

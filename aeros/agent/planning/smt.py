@@ -16,5 +16,5 @@ class SmtPlanner(StrongCyclicPlanner):
         return "smt"
 
     def path_finder(self) -> PathFinder:
-        """Return the search for shortest paths."""
+        """Implement `StrongCyclicPlanner.path_finder` by a search for shortest paths."""
         return shortest_plan

@@ -38,7 +38,11 @@ class StrongCyclicPlanner(ABC):
 
     @abstractmethod
     def path_finder(self) -> PathFinder:
-        """Return the search for paths that count on successes, for one plan."""
+        """Choose the search for paths that count on successes.
+
+        Returns:
+            The search, for one plan.
+        """
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         """Search for a plan.

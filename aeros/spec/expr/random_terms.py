@@ -49,7 +49,7 @@ _CONSTANTS = tuple(
 
 
 class TermGenerator:
-    """Generator of well-typed terms. `depth` is the number of levels that may still be nested."""
+    """Generator of well-typed terms."""
 
     def __init__(self, draw: st.DrawFn) -> None:
         self._draw = draw
@@ -62,7 +62,14 @@ class TermGenerator:
         return tuple(self.boolean(depth) for _ in range(self._draw(st.integers(0, 3))))
 
     def boolean(self, depth: int) -> t.Term:
-        """Draw a condition."""
+        """Draw a condition.
+
+        Args:
+            depth: number of levels that may be nested.
+
+        Returns:
+            Boolean term.
+        """
         if depth <= 0:
             return self._pick(
                 lambda: VARIABLES["a"],
@@ -106,7 +113,14 @@ class TermGenerator:
         return body
 
     def comparison(self, depth: int) -> t.Term:
-        """Draw a comparison of two reals."""
+        """Draw a comparison of two reals.
+
+        Args:
+            depth: number of levels that may be nested.
+
+        Returns:
+            Boolean term.
+        """
         dimension = self._draw(st.sampled_from((NUMBER, LENGTH, _AREA)))
         return t.Compare(self._op(), self.real(depth, dimension), self.real(depth, dimension))
 
@@ -114,7 +128,14 @@ class TermGenerator:
         return self._draw(st.sampled_from(("<", "<=", "==")))
 
     def near_tie(self, env: Environment) -> t.Term:
-        """Draw a comparison whose sides are equal under `env`, or differ by less than rounding errors."""
+        """Draw a comparison whose sides are equal, or differ by less than rounding errors.
+
+        Args:
+            env: exact value of each variable.
+
+        Returns:
+            Boolean term, over lengths.
+        """
         one, two, three = (self.real(self._draw(st.sampled_from((0, 0, 1))), LENGTH) for _ in range(3))
         factor = self.real(self._draw(st.sampled_from((0, 1))), NUMBER)
         sums = (t.Add(t.Add(one, two), three), t.Add(one, t.Add(two, three)))
@@ -141,7 +162,15 @@ class TermGenerator:
         return value + value * relative
 
     def real(self, depth: int, dimension: Dimension) -> t.Term:
-        """Draw a real term of `dimension`: a number, a length or an area."""
+        """Draw a real term.
+
+        Args:
+            depth: number of levels that may be nested.
+            dimension: a number, a length or an area.
+
+        Returns:
+            Real term of that dimension.
+        """
         if depth <= 0:
             return self._pick(
                 lambda: t.Literal(self._draw(st.sampled_from(_CONSTANTS)), RealType(dimension)),
@@ -184,7 +213,14 @@ class TermGenerator:
         return t.Multiply(self.real(depth, NUMBER), self.real(depth, dimension))
 
     def vector(self, depth: int) -> t.Term:
-        """Draw a vector term in metres."""
+        """Draw a vector term.
+
+        Args:
+            depth: number of levels that may be nested.
+
+        Returns:
+            Vector term in metres.
+        """
         if depth <= 0:
             return self._draw(st.sampled_from((VARIABLES["p"], VARIABLES["q"])))
         below = depth - 1
@@ -197,7 +233,15 @@ class TermGenerator:
         )
 
     def enum(self, depth: int, enum: EnumType) -> t.Term:
-        """Draw a member: a constant, a variable, an enclosing quantifier's index, or a choice of two."""
+        """Draw a member: a constant, a variable, an enclosing quantifier's index, or a choice of two.
+
+        Args:
+            depth: number of levels that may be nested.
+            enum: enum of the member.
+
+        Returns:
+            Term of that enum.
+        """
         leaves: list[t.Term] = [t.Literal(member, enum) for member in enum.members]
         leaves += [variable for variable in VARIABLES.values() if variable.type == enum] * 2
         leaves += [index for index in self._bound if index.type == enum] * 3
