@@ -54,7 +54,7 @@ class PddlPlanner(StrongCyclicPlanner):
         return "pddl"
 
     def path_finder(self) -> PathFinder:
-        """Implement `StrongCyclicPlanner.path_finder` by asking the engine, with a new budget of questions."""
+        """Implement `StrongCyclicPlanner.path_finder` by asking the engine, with a new budget of calls."""
         return OptimisticPlanFinder(self._engine)
 
 
