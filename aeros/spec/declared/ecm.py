@@ -10,7 +10,9 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
-from aeros.spec.declared.site import Access, Identifier, Named, Quantity, RiskWord, Slug
+from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.policy import Access
+from aeros.spec.declared.site import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from aeros.spec.declared.site import Named
+from aeros.spec.declared.field_types import Named
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import LengthBounds, TextField
 

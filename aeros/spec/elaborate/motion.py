@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
-from aeros.spec.declared import site as declared
+from aeros.spec.declared import motion as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_name

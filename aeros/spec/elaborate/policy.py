@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
 
-from aeros.spec.declared import site as declared
+from aeros.spec.declared import policy as declared
+from aeros.spec.declared.site import Site
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
@@ -194,7 +195,7 @@ def elaborate_mcp(mcp: declared.McpPolicy | None) -> McpPolicy:
     )
 
 
-def policy_spans(site: declared.Site) -> dict[str, SourceSpan]:
+def policy_spans(site: Site) -> dict[str, SourceSpan]:
     """Locate the settings of a site's policy, for reports about them.
 
     Args:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from aeros.spec.declared import site as declared
+from aeros.spec.declared.policy import OperatorOverride, Quota
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_condition, elaborate_expression
 from aeros.spec.elaborate.names import check_name_is_free, resolve_site_name
@@ -20,7 +21,7 @@ from aeros.spec.model.rules import ActionKind, Conjunct, JointRule, Rule
 from aeros.spec.model.variables import History
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
-_HasId = declared.Invariant | declared.JointInvariant | declared.OperatorOverride | declared.Quota
+_HasId = declared.Invariant | declared.JointInvariant | OperatorOverride | Quota
 
 
 class ElaboratedRules(NamedTuple):

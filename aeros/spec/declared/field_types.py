@@ -1,0 +1,14 @@
+"""Types of fields that several schemas share: names, slugs, mappings by name, and words for risk."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeVar
+
+from aeros.spec.text.fields import ChoiceField, MappingField, Pattern, TextField
+
+Identifier = Annotated[TextField, Pattern("identifier")]
+Slug = Annotated[TextField, Pattern("slug")]
+_T = TypeVar("_T")
+Named = Annotated[MappingField[_T], Pattern("identifier")]
+"""A mapping whose keys are identifiers."""
+RiskWord = ChoiceField[Literal["low", "medium", "high"]]

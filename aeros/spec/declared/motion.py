@@ -1,0 +1,109 @@
+"""Schema of the motion section of a site file, unresolved and closed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from aeros.spec.declared.field_types import Identifier, Named, Slug
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.text.fields import (
+    ChoiceField,
+    TextField,
+)
+
+
+@dataclass(frozen=True)
+class MotionKind:
+    """Meaning of an action kind's parameters for its motion."""
+
+    span: SourceSpan
+    tool_ends_at: Identifier | None = field(
+        default=None, metadata={"doc": "the parameter with the tool's final position in W"}
+    )
+    joints_end_at: tuple[Identifier, ...] | None = field(
+        default=None,
+        metadata={"doc": "the parameters with the final joint positions, in order, as in `[q1, q2]`"},
+    )
+    base_ends_at: tuple[Identifier, ...] | None = field(
+        default=None, metadata={"doc": "the parameters with the base's final position in W, as in `[x, y]`"}
+    )
+    peak_speed: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the parameter that bounds the tool's speed in W; the base's, if only the base moves"
+        },
+    )
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Names of constants with the limits of the joints, one value for each joint."""
+
+    span: SourceSpan
+    lowest: Identifier = field(metadata={"doc": "lowest positions"})
+    highest: Identifier = field(metadata={"doc": "highest positions"})
+    speed: Identifier = field(metadata={"doc": "greatest speeds"})
+    acceleration: Identifier = field(metadata={"doc": "greatest accelerations"})
+    jerk: Identifier = field(metadata={"doc": "greatest jerks"})
+
+
+@dataclass(frozen=True)
+class ToolLimits:
+    """Names of constants with the limits of the tool point."""
+
+    span: SourceSpan
+    speed: Identifier = field(metadata={"doc": "greatest speed"})
+    acceleration: Identifier = field(metadata={"doc": "greatest acceleration"})
+    jerk: Identifier = field(metadata={"doc": "greatest jerk"})
+    turning_speed: Identifier = field(metadata={"doc": "greatest rotational speed"})
+    turning_acceleration: Identifier = field(metadata={"doc": "greatest rotational acceleration"})
+    turning_jerk: Identifier = field(metadata={"doc": "greatest rotational jerk"})
+
+
+@dataclass(frozen=True)
+class BaseLimits:
+    """Names of constants with the limits of the base."""
+
+    span: SourceSpan
+    speed: Identifier = field(metadata={"doc": "greatest speed"})
+    acceleration: Identifier = field(metadata={"doc": "greatest acceleration"})
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """A volume that links must stay out of, or inside, during every motion."""
+
+    span: SourceSpan
+    id: Slug = field(metadata={"doc": "a short name, as in `id: into-the-bench`"})
+    volume: Identifier = field(metadata={"doc": "a volume of the site"})
+    keep: ChoiceField[Literal["out", "in"]] = field(
+        metadata={"doc": "`out`: links stay outside; `in`: they stay inside"}
+    )
+    rationale: TextField = field(metadata={"doc": "the reason for the barrier"})
+    frame: ChoiceField[Literal["world", "base"]] | None = field(
+        default=None, metadata={"doc": "the frame of the volume's corners; `world` if absent"}
+    )
+    links: tuple[Identifier, ...] | None = field(
+        default=None, metadata={"doc": "the links that it applies to; all if absent"}
+    )
+
+
+@dataclass(frozen=True)
+class MotionPolicy:
+    """Limits that the gate checks on the whole trajectory of an action before it starts."""
+
+    span: SourceSpan
+    on: Named[MotionKind] = field(metadata={"doc": "the action kinds that move the robot"})
+    starts_at: Identifier = field(metadata={"doc": "the state variable that measures the joints"})
+    starts_within: TextField = field(
+        metadata={"doc": "greatest distance from the measured joints to a motion's start, as in `50 mrad`"}
+    )
+    ends_within: TextField = field(
+        metadata={"doc": "greatest distance from the target to a motion's end, as in `1 mm`"}
+    )
+    joints: JointLimits = field(metadata={"doc": "limits of the joints"})
+    tool: ToolLimits = field(metadata={"doc": "limits of the tool point"})
+    clearance: TextField = field(metadata={"doc": "the distance of links from every barrier, as in `20 mm`"})
+    base: BaseLimits | None = field(default=None, metadata={"doc": "limits of a base that drives"})
+    barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})

@@ -1,0 +1,48 @@
+"""The policy section of a site file: its form alone."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.spec.declared.decode import decode
+from aeros.spec.declared.policy import Policy
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.text.yaml_reader import read_yaml
+
+_LEAST = """\
+risk_ceiling: medium
+access: {actuators: [arm]}
+limits: {skill_timeout: 60 s, retries: 2, replans: 5}
+"""
+
+
+def policy(text: str) -> tuple[Policy | None, list[str]]:
+    sink = Diagnostics()
+    node = read_yaml(Source("site.yaml", text), sink)
+    assert node is not None
+    return decode(node, Policy, sink), [one.code for one in sink]
+
+
+def test_what_a_policy_may_leave_out_is_empty_or_absent() -> None:
+    found, said = policy(_LEAST)
+    assert said == []
+    assert found is not None
+    assert len(found.grants) == len(found.blocks) == len(found.quotas) == 0
+    assert (found.audit, found.isolation, found.mcp, found.undeclared_outcome) == (None,) * 4
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        _LEAST.replace("medium", "extreme"),
+        _LEAST.replace("retries: 2", "retries: 101"),
+        _LEAST.replace("actuators: [arm]", "motors: [arm]"),
+        _LEAST + "audit: {durability: never}\n",
+        _LEAST + "mcp: {most_steps: 0}\n",
+    ],
+)
+def test_a_policy_of_another_form_is_refused(text: str) -> None:
+    found, said = policy(text)
+    assert found is None
+    assert len(said) == 1
