@@ -14,9 +14,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import sys
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -273,8 +274,17 @@ def _program_digest() -> str:
     digest = hashlib.sha256(sys.version.encode())
     for names in _VERDICT_DISTRIBUTIONS:
         digest.update(f"\n{names[0]} {package_version(*names)}".encode())
-    root = Path(aeros.__file__).parent
-    for path in [root / "__init__.py", root / "skill.py", *sorted((root / "spec").rglob("*.py"))]:
-        content = path.read_bytes()
-        digest.update(f"\n{path.relative_to(root)} {len(content)}\n".encode() + content)
+    root = os.path.dirname(aeros.__file__)
+    for name in ("__init__.py", "skill.py", *_spec_modules(root)):
+        with open(os.path.join(root, name), "rb") as file:
+            content = file.read()
+        digest.update(f"\n{name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
+
+
+def _spec_modules(root: str) -> Iterator[str]:
+    """Yield the path of each module of `aeros.spec` below `root`; `Path.rglob` takes twice the time."""
+    for folder, folders, files in os.walk(os.path.join(root, "spec")):
+        folders[:] = sorted(name for name in folders if name != "__pycache__")
+        below = os.path.relpath(folder, root)
+        yield from (f"{below}/{name}" for name in sorted(files) if name.endswith(".py"))
