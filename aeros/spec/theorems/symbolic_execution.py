@@ -173,16 +173,18 @@ class _ForcedRun:
         self.asked: dict[str, bool] = {}
 
     def __call__(self, question: str) -> bool:
+        known = self.asked.get(question)
+        if known is not None:
+            return known
         if question in (TRUE, FALSE):
             return question == TRUE
-        if question not in self.asked:
-            place, answer = len(self.asked), True
-            if place < len(self._forced):
-                expected, answer = self._forced[place]
-                if expected != question:
-                    raise InternalError(f"asked `{question}` where the run before asked `{expected}`")
-            self.asked[question] = answer
-        return self.asked[question]
+        place, answer = len(self.asked), True
+        if place < len(self._forced):
+            expected, answer = self._forced[place]
+            if expected != question:
+                raise InternalError(f"asked `{question}` where the run before asked `{expected}`")
+        self.asked[question] = answer
+        return answer
 
 
 class _DiagramTable:
