@@ -133,7 +133,7 @@ def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
         raise LlmError("it has not answered in time") from error
     except httpx.HTTPError as error:
         raise LlmError(
-            f"it is not reached, or broke off ({type(error).__name__})", is_transient=True
+            f"it could not be reached, or the connection broke ({type(error).__name__})", is_transient=True
         ) from error
     return bytes(body)
 

@@ -60,7 +60,7 @@ def _part_to_json(part: Part) -> dict[str, Any]:
         case Seq():
             return {"seq": _parts_to_json(part)}
         case _:
-            raise InternalError("no plan of ours has parallel branches")
+            raise InternalError("a plan with parallel branches has no JSON form")
 
 
 def _parts_to_json(part: Part) -> list[dict[str, Any]]:
@@ -88,7 +88,7 @@ def parse_strict_json(text: str | bytes) -> Any:
 def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        raise MalformedPlanError("an object says a key twice")
+        raise MalformedPlanError("an object has a key twice")
     return found
 
 

@@ -126,7 +126,7 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     if any(not any(steps_of(branch)) for par in pars for branch in par.branches):
         return ["a branch of a `par` has no step"]
     if not graph.steps:
-        return ["the plan is empty, and the goal is not measured"]
+        return ["the plan is empty, but the goal is not reached"]
     if len(graph.steps) > MAX_STEPS:
         return [f"the plan has {len(graph.steps)} steps; at most {MAX_STEPS} are allowed"]
     runs = [
@@ -267,7 +267,7 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
     import networkx as nx  # 80 ms, which plans whose recoveries have none themselves need not pay
 
     return [
-        "on_failure goes round in a circle: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
+        "on_failure leads back to itself: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
         for cycle in nx.simple_cycles(nx.DiGraph(recoveries))
     ]
 

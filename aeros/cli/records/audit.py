@@ -77,7 +77,7 @@ examples:
 """
 _KEYGEN_EXAMPLES = """\
 Writes the private key to FILE, readable only by its owner, and the public key to FILE.pub.  Keep the
-public key where nobody who can write the log can write: whoever can replace it can sign a forged log.
+public key where no process that writes the log can write. Anyone who can replace the key can forge a log.
 
 examples:
   aeros audit keygen --out .aeros/audit.key      where `aeros run` looks for it

@@ -142,7 +142,7 @@ class Scheduler:
             return False
         for handle, step in moving.items():
             if step.deadline <= latest:
-                reason = "the skill's time-out passed during a motion"
+                reason = "the skill's timeout passed during a motion"
                 self._clean_up.halt_step(handle, SkillRunResult(StepStatus.TIMED_OUT, reason))
         return latest == until
 

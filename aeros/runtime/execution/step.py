@@ -215,7 +215,7 @@ class StepTable:
         return False
 
 
-HALTED: Final = SkillRunResult(StepStatus.HALTED, "the operator stops it")
+HALTED: Final = SkillRunResult(StepStatus.HALTED, "stopped by the operator")
 """Ending of every step when the operator stops the run."""
 
 

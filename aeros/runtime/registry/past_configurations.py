@@ -26,8 +26,8 @@ class PastConfigurations:
         if snapshot is None:
             log = self._registry.folder / LOG
             raise UnknownConfigurationError(
-                f"no change that is recorded in `{log}` led to that; "
-                "a run with --site or --ecms is replayed with the same"
+                f"no change recorded in `{log}` led to it; "
+                "replay a run with --site or --ecms with the same options"
             )
         lost = self._missing_files(snapshot)
         if lost:

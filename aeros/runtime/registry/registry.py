@@ -160,15 +160,15 @@ class Registry:
             digest = bundle_digest(files)
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
-                raise _refusal("AE963", f"`{name}` is not what was pinned: its digest is {found}")
+                raise _refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
             site = self._policy_of(old)
             ecm = _load_module(site, source)
             kept = old.modules.get(ecm.id)
             if kept is not None and kept.version == ecm.version and kept.digest != digest:
                 raise _refusal(
                     "AE962",
-                    f"`{ecm.id}` {ecm.version} is installed with other contents",
-                    "give what has changed a version of its own",
+                    f"`{ecm.id}` {ecm.version} is already installed with other contents",
+                    "raise the version of the changed module",
                 )
             state = self._next_state(old, ecm.id, LifecycleAction.INSTALL)
             one = InstalledModule.from_digest(ecm.id, ecm.version, digest, state)
@@ -248,7 +248,7 @@ class Registry:
         """
         with self._change_lock() as old:
             if block.id in old.blocks:
-                raise _refusal("AE960", f"there is a block `{block.id}` already", "name it otherwise")
+                raise _refusal("AE960", f"there is a block `{block.id}` already", "choose another name")
             kinds = self._policy_of(old).kinds
             if block.action is not None and block.action not in kinds:
                 raise _unknown_name_error("action kind", block.action, kinds)
@@ -332,7 +332,7 @@ class Registry:
         blocks = tuple(new.blocks.values())
         for one in new.modules.values():
             if one.name not in sources and bundle_digest(module_files(folders[one.name])) != one.digest:
-                raise _refusal("AE965", f"the kept files of `{one.name}` are not what was installed")
+                raise _refusal("AE965", f"the stored files of `{one.name}` differ from the installed ones")
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         configuration, report = self._prove(
             folders.values(), policy, certified=False, blocks=blocks, active=active.__contains__

@@ -132,7 +132,7 @@ def model_digest(folder: str | Path, name: str, at_most: int = MAX_MODELS) -> tu
         while block := file.read(_BLOCK):
             size += len(block)
             if size > at_most:
-                raise OSError(errno.EFBIG, f"all models come to more than {MAX_MODELS:,} bytes")
+                raise OSError(errno.EFBIG, f"all models together have more than {MAX_MODELS:,} bytes")
             hasher.update(block)
     return hasher.hexdigest(), size
 

@@ -173,9 +173,9 @@ class _NodeBuilder:
             span = self._span(sign, sign + 1 + len(event.anchor))
             self._refuse(
                 "AE011",
-                f"{quoted(span.text)} names a value to be referred to",
+                f"{quoted(span.text)} names a value for later reference",
                 span,
-                advice="write the value out wherever it is needed",
+                advice="write the value out at each place that uses it",
             )
         # A lone `!` leaves no tag, only the trace that the value was not left to the schema.
         is_bare = isinstance(event, yaml.ScalarEvent) and not any(event.implicit)

@@ -120,7 +120,7 @@ def test_a_skill_that_thinks_past_its_time_out_moves_nothing(make_bench: MakeBen
         yield act("move")
 
     bench = make_bench(slow)
-    assert bench.submit() == StepResult(StepStatus.TIMED_OUT, "the skill's time-out has passed")
+    assert bench.submit() == StepResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
     assert bench.plant.executed == []
     bench.assert_cleaned_up(finished=False)
 

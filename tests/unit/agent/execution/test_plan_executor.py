@@ -195,7 +195,7 @@ def test_a_handler_that_fails_for_good_ends_its_step() -> None:
 def test_when_the_time_is_over_everything_is_cancelled_once() -> None:
     kitchen = Kitchen(last=("dough", "filling"))
     end = kitchen.run(par(step("dough"), step("filling")), step("water"), until=100.5)
-    assert end == PlanFailure("`kitchen.dough` failed: cancelled: the time for the task is over")
+    assert end == PlanFailure("`kitchen.dough` failed: cancelled: the time limit of the task has passed")
     assert kitchen.ended == [("dough", CANCELLED), ("filling", CANCELLED)]
     assert kitchen.engine is not None
     assert kitchen.engine.timed_out
@@ -321,7 +321,7 @@ def test_data_flows_as_the_composition_says() -> None:
     ("given", "asked", "end"),
     [
         ({"force": 0.25}, {"force": 0.25}, None),
-        ({}, None, "its input `force` takes `weighing.force`, which is not there"),
+        ({}, None, "its input `force` takes `weighing.force`, which is missing"),
         ({"force": 2.0}, None, "the input `force` is outside 0 … 1"),
     ],
 )

@@ -186,7 +186,7 @@ def test_a_server_that_stalls_is_not_waited_for_longer_than_allowed(reply: Any, 
 def test_a_server_that_is_not_there_is_said() -> None:
     with stub(stalls) as server:
         pass
-    assert "it is not reached, or broke off (ConnectError)" in propose(server, within=3.0)
+    assert "it could not be reached, or the connection broke (ConnectError)" in propose(server, within=3.0)
 
 
 def test_a_key_that_comes_back_is_cut_out() -> None:

@@ -74,7 +74,7 @@ def test_another_form_is_refused_with_its_place(form: Any, said: str) -> None:
         ('{"plan": [', "it is no JSON"),
         ("[" * 100_000, "it is no JSON"),
         (b"\xff\xfe", "it is no JSON"),
-        ('{"a": 1, "a": 2}', "an object says a key twice"),
+        ('{"a": 1, "a": 2}', "an object has a key twice"),
         ('{"a": NaN}', "NaN is no number"),
         ('{"a": -Infinity}', "-Infinity is no number"),
     ],

@@ -122,7 +122,7 @@ def test_an_interrupted_step_that_measurably_did_not_succeed_is_tried_again() ->
     case = Case(WRAP, world(dumpling_wrapped=False), {"dumpling_wrapped": False})
     case.recover(began(5, "wrap"))
     assert case.progress.attempt_count(AT) == 0
-    assert case.accounted == ["it was interrupted, and no success of it is measured"]
+    assert case.accounted == ["it was interrupted, and the measurements exclude its successes"]
     assert case.bars.to_checkpoint != ()
 
 
@@ -142,7 +142,7 @@ def test_an_interrupted_step_that_may_be_run_twice_is_not_barred() -> None:
     case = Case(replace(WRAP, idempotent=True), world(dumpling_wrapped=True), {"dumpling_wrapped": True})
     case.recover(began(5, "wrap"))
     assert case.progress.attempt_count(AT) == 0
-    assert case.accounted == ["it was interrupted, and may be run twice"]
+    assert case.accounted == ["it was interrupted, and may be repeated"]
     assert case.bars.to_checkpoint == ()
 
 
@@ -155,7 +155,7 @@ def test_a_step_of_a_module_that_is_gone_has_failed() -> None:
     assert how == "it was interrupted, and what is measured does not tell whether `wrapped` happened"
     later = Case(WRAP, world())
     later.recover(AuditEvent(10, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}}))
-    assert later.accounted == ["it never began", "it is not active any more"]
+    assert later.accounted == ["it never began", "it is no longer active"]
 
 
 @pytest.mark.parametrize(("sequence", "is_known"), [(9, True), (10, False)])

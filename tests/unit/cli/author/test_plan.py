@@ -45,7 +45,7 @@ def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.
 def test_where_there_is_no_plan_it_is_said_why(capsys: pytest.CaptureFixture[str]) -> None:
     goal = ["--goal", "table_wiped and not estop_pressed"]
     assert main(["plan", *goal, "--start", "estop_pressed=unknown", *ECMS]) == Exit.REJECTED
-    assert "`estop_pressed` is not measured, and no skill settles it" in capsys.readouterr().out
+    assert "`estop_pressed` is not measured, and no skill sets it" in capsys.readouterr().out
     assert main(["plan", *goal, "--start", "estop_pressed=true", *ECMS]) == Exit.REJECTED
     assert "`not estop_pressed`, which is not so as measured, and no skill" in capsys.readouterr().out
 

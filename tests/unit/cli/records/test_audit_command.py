@@ -199,7 +199,7 @@ def test_a_run_neither_overwrites_the_anchor_of_another_nor_starts_with_a_key_it
 
 def test_keygen_never_overwrites_a_key(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["audit", "keygen", "--out", str(folder / "key")]) == Exit.REJECTED
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
 
 
 # show

@@ -90,7 +90,7 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
         assert (cart.begun(), ended) == ([], [])
         assert ask(bus, "stop").success
         thread.join(_LONG)
-        assert (cart.begun(), ended) == ([], ["the operator stops it"])
+        assert (cart.begun(), ended) == ([], ["stopped by the operator"])
         assert ask(bus, "resume").success
         cart.start("reach")
         assert [one.status.value for one in cart.ends(1).values()] == ["finished"]

@@ -117,16 +117,16 @@ ALTERED: list[tuple[str, dict[str, Any], str]] = [
     ("another verdict", {"verdict": "DENY"}, ""),
     ("another action executed", {"decided": {"kind": "move", "parameters": {}}}, ""),
     ("a reason too many", {"reasons": [["AE750", "x", "y"]]}, ""),
-    ("another state", {"state": {}}, "the state is not the one whose digest is recorded"),
+    ("another state", {"state": {}}, "the state does not match its recorded digest"),
     ("a state that denies", {"state": {}, "state_digest": digest_of({})}, ""),
     ("another configuration", {"configuration": "0" * 64}, "it names the configuration 000"),
-    ("no usage", {"usage": None}, "the use of quotas is recorded if and only if the clock was in order"),
-    ("more used up", {"usage": {"carry-rate": 1}}, "the use of quotas is another: what was decided"),
-    ("another quota", {"usage": {"unheard": 5}}, "the use of quotas is another: what was decided"),
+    ("no usage", {"usage": None}, "the use of quotas must be recorded exactly if the clock was valid"),
+    ("more used up", {"usage": {"carry-rate": 1}}, "the use of quotas differs: what was decided"),
+    ("another quota", {"usage": {"unheard": 5}}, "the use of quotas differs: what was decided"),
     ("a motion", {"motion": {"motionless": "so"}}, "a motion is recorded if and only if one was to be"),
     ("another caller", {"module": "unheard_of"}, ""),
-    ("no action", {"asked": "move"}, "the record is not one of a decision"),
-    ("no time", {"time": None}, "the record is not one of a decision"),
+    ("no action", {"asked": "move"}, "the record is not a decision"),
+    ("no time", {"time": None}, "the record is not a decision"),
 ]
 
 
@@ -248,7 +248,7 @@ def test_a_configuration_that_is_not_to_be_had_is_named_and_nothing_is_agreed_to
     assert replay.matching_count == 0
     assert [found.reason for found in replay.mismatches] == [
         f"it was decided under the configuration {after.digest}, and the one given is {before.digest}",
-        "what was counted before it depends on a configuration that is not known",
+        "the counts before it depend on an unknown configuration",
     ]
 
 
@@ -291,7 +291,7 @@ def test_the_use_of_quotas_is_what_the_log_adds_up_to(log: Path) -> None:
     replay = replayed(full[0], *full[2:], path=log.with_name("other"))
     assert [found.sequence for found in replay.mismatches] == [2, 3]
     assert replay.mismatches[0].reason == (
-        "the use of quotas is another: what was decided before it adds up to {'carry-rate': 1}, "
+        "the use of quotas differs: what was decided before it adds up to {'carry-rate': 1}, "
         "and recorded is {'carry-rate': 2}"
     )
 

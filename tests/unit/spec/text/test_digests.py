@@ -55,7 +55,7 @@ def test_a_model_digest_is_that_of_its_bytes(tmp_path: Path) -> None:
     (tmp_path / "below" / "model.bin").write_bytes(content)
     assert model_digest(tmp_path, "below/model.bin") == (file_digest(content), len(content))
     assert model_digest(tmp_path, "below/model.bin", len(content))[1] == len(content)
-    with pytest.raises(OSError, match="all models come to more than"):
+    with pytest.raises(OSError, match="all models together have more than"):
         model_digest(tmp_path, "below/model.bin", len(content) - 1)
 
 
