@@ -178,9 +178,9 @@ class Agent:
                 problems.append(str(unusable))
                 self._journal.record("checkpoint-refused", str(unusable), reason=str(unusable))
         if problems:
-            raise AgentError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
+            raise AgentError(f"the task cannot be resumed: {'; '.join(problems)}; start it again")
         if any(one.event == "step-began" for one in self._runtime.events_since(EMPTY_LOG_HEAD) or ()):
-            raise AgentError("the task cannot be resumed: its checkpoint is gone; start it anew")
+            raise AgentError("the task cannot be resumed: its checkpoint is gone; start it again")
         return None
 
     def _events_since(

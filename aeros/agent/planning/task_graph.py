@@ -118,7 +118,7 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
     if type(graph.remark) is not str or len(graph.remark) > MAX_REMARK_CHARS:
-        return [f"its remark is no text of at most {MAX_REMARK_CHARS} characters"]
+        return [f"its remark is not a text of at most {MAX_REMARK_CHARS} characters"]
     misshapen = _shape_problems(graph.body, 0)
     if misshapen is not None:
         return [misshapen]
@@ -241,7 +241,7 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
     Returns:
         The reasons in words; empty iff it can run.
     """
-    problems = [f"`{name}` is no input of it" for name in (*inputs, *flows) if name not in skill.inputs]
+    problems = [f"`{name}` is not an input of it" for name in (*inputs, *flows) if name not in skill.inputs]
     for name, declared in skill.inputs.items():
         if name not in inputs:
             if declared.default_value is None and name not in flows:

@@ -177,7 +177,7 @@ def _steps(path: Path) -> tuple[str, ...]:
     try:
         return read_plan(read_source(path).text)
     except UnreadablePlanError as why:
-        raise UsageError(f"`{path}` is no plan: {why}") from why
+        raise UsageError(f"`{path}` is not a plan: {why}") from why
 
 
 def _export_pddl(folder: Path, domain: PlanningDomain, start: State) -> Exit:

@@ -356,6 +356,6 @@ def _keygen(arguments: argparse.Namespace) -> Exit:
     except InvalidKeyError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    print(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; nobody else should read it")
+    print(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; keep it secret")
     print(f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere")
     return Exit.SUCCESS

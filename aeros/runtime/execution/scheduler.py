@@ -115,7 +115,7 @@ class Scheduler:
                 None if step.is_running else self._resources.never_available(required_resources(step.skill))
             )
             if lacking is not None:
-                reason = f"this site has no `{lacking}` any more"
+                reason = f"this site no longer has `{lacking}`"
                 self._clean_up.halt_step(handle, SkillRunResult(StepStatus.STOPPED, reason))
 
     def _advance_plant(self, until: float) -> bool:

@@ -31,7 +31,7 @@ class PastConfigurations:
             )
         lost = self._missing_files(snapshot)
         if lost:
-            raise UnknownConfigurationError(f"parts of it are not stored any more: {', '.join(lost)}")
+            raise UnknownConfigurationError(f"parts of it are no longer stored: {', '.join(lost)}")
         try:
             configuration, _ = self._registry.configuration(snapshot)
         except UserError as refusal:

@@ -23,8 +23,8 @@ def to_2(_text: str) -> NoReturn:
         UnmigratableError: always.
     """
     raise UnmigratableError(
-        "version 1 did not keep which actions may have happened before a crash, so the task cannot be "
-        "resumed safely; start it anew, without `--resume`"
+        "version 1 did not record the actions that may have happened before a crash, so the task cannot be "
+        "resumed safely; start it again, without `--resume`"
     )
 
 

@@ -118,7 +118,9 @@ def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
         conclusion=t.Not(rule.terms[kind.name]),
         headline=f"`{rule.id}` can never deny a `{kind.name}`: it holds for every state and action in range",
         primary=SpanLabel(rule.require_span, "always true"),
-        help=("check its numbers and units, or widen the declared ranges to what can really be measured",),
+        help=(
+            "check its numbers and units, or widen the declared ranges to the values that can be measured",
+        ),
         failure_verdict=Verdict.VACUOUS,
         primary_alone=True,
         labelled_conjuncts=_rule_violated(rule, kind, "always true", "never true"),

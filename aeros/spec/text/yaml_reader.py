@@ -291,7 +291,7 @@ def _one_line(text: str) -> str:
 
 def _advice(problem: str) -> str:
     if "mapping values are not allowed" in problem:
-        return "quote a text that holds `: `, or indent what is meant as a field of its own"
+        return "quote a text that holds `: `, or indent a nested field"
     if "cannot start any token" in problem:
         return "quote a text that begins with this character"
     return ""

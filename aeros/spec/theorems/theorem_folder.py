@@ -64,7 +64,7 @@ def load_theorem(folder: Path) -> Theorem:
     name = f"proofs.{folder.name}.theorem"
     spec = importlib.util.spec_from_file_location(name, folder / MODULE)
     if spec is None or spec.loader is None:
-        raise InternalError(f"{folder / MODULE} is no module")
+        raise InternalError(f"{folder / MODULE} is not a module")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # where dataclasses look themselves up
     spec.loader.exec_module(module)

@@ -319,10 +319,10 @@ def test_where_the_end_cannot_be_read_nothing_is_gone_on_with(tmp_path: Path) ->
         agent.run("dumplings")
     path = tmp_path / "checkpoint.json"
     path.write_text(path.read_text().replace("recover", "rewover", 1))
-    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it again"):
         resume(tmp_path, runtime)
     path.unlink()
-    with pytest.raises(AgentError, match="cannot be resumed: its checkpoint is gone; start it anew"):
+    with pytest.raises(AgentError, match="cannot be resumed: its checkpoint is gone; start it again"):
         resume(tmp_path, runtime)
 
 
@@ -373,7 +373,7 @@ def test_where_no_checkpoint_is_whole_nothing_is_resumed(left: tuple[Path, Morta
     folder, runtime = left
     for name in ("checkpoint.json", "checkpoint.previous.json"):
         (folder / name).write_text("{}")
-    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it again"):
         resume(folder, runtime)
     assert runtime.done == ["prepare", "recover"]
 

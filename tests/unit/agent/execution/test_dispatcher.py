@@ -311,7 +311,7 @@ def test_a_plan_may_name_a_capability_of_skills() -> None:
     ("part", "problem"),
     [
         (PlanStep("kitchen", "mixed"), "`kitchen` has no skill `mixed`"),
-        (PlanStep("kitchen", "cooking", {"salt": 1.0}), "`salt` is no input of it"),
+        (PlanStep("kitchen", "cooking", {"salt": 1.0}), "`salt` is not an input of it"),
         (
             PlanStep("kitchen", "cooking", retry=1, on_failure="frying"),
             "on_failure: `kitchen` has no skill `frying`",

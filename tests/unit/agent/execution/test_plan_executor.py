@@ -271,7 +271,7 @@ def _nested(depth: int) -> Part:
         (par(step("dough"), Seq(())), "a branch of a `par` has no step"),
         (step("dough", handler=3), "`handler` is of type int"),
         (step("dough", flows={"force": "weigh"}), "`flows` does not name an output of a step"),
-        (step("dough", flows={"force": ("weigh", "force")}), "`force` is no input of it"),
+        (step("dough", flows={"force": ("weigh", "force")}), "`force` is not an input of it"),
         (
             step("dough", handler=step("flour")),
             "step 1, its handler, `kitchen.flour`: `kitchen` has no skill",

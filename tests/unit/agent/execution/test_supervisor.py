@@ -142,7 +142,7 @@ def test_a_precondition_must_be_measured_as_true() -> None:
     [
         ("pizza", "bake", {}, "the module `pizza` is not active"),
         ("dumpling", "bake", {}, "has no skill `bake`"),
-        ("dumpling", "boil", {"salt": 1.0}, "`salt` is no input of it"),
+        ("dumpling", "boil", {"salt": 1.0}, "`salt` is not an input of it"),
         ("dumpling", "boil", {"force": 2.0}, "outside 0 … 1"),
     ],
 )

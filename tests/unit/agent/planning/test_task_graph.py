@@ -51,7 +51,7 @@ def test_a_fitting_plan_has_no_problem() -> None:
     [
         (PlanStep("pizza", "bake"), "no active module is named `pizza`"),
         (PlanStep("dumpling", "wrapp"), "has no skill `wrapp`; did you mean `wrap`?"),
-        (PlanStep("dumpling", "wrap", {"force": 0.5}), "`force` is no input of it"),
+        (PlanStep("dumpling", "wrap", {"force": 0.5}), "`force` is not an input of it"),
         (PlanStep("dumpling", "needy"), "it needs the input `force`"),
         (PlanStep("dumpling", "boil", {"force": 2.0}), "the input `force` is outside 0 … 1"),
         (PlanStep("dumpling", "boil", {"force": "hard"}), "the input `force` is of type str"),

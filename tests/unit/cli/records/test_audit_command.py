@@ -372,7 +372,7 @@ def test_replay_takes_what_was_in_force_on_this_robot(
     capsys.readouterr()
     assert audit("replay", decided, *state) == Exit.REJECTED
     said = capsys.readouterr().out
-    assert "parts of it are not stored any more: `handling` 1.0.0 sha256:" in said
+    assert "parts of it are no longer stored: `handling` 1.0.0 sha256:" in said
     assert "0 decisions reproduced; 9 differ" in said
 
 

@@ -102,7 +102,7 @@ def test_it_says_what_is_missing(registry: Registry, lived: list[Configuration])
         "it is refused now: the kept files of `tidy` are not what was installed"
     )
     shutil.rmtree(folder)
-    missing = f"parts of it are not stored any more: `tidy` 1.0.0 sha256:{folder.name}"
+    missing = f"parts of it are no longer stored: `tidy` 1.0.0 sha256:{folder.name}"
     assert _refusal(registry, first.digest) == missing
     for policy in (registry.folder / "policies").iterdir():
         policy.unlink()
