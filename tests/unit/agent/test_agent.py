@@ -346,7 +346,7 @@ def test_waiting_ends_with_the_time_for_the_task(tmp_path: Path) -> None:
         report = agent.run("Make dumplings!", timeout=7.5)
     assert runtime.clock == 107.5
     assert report.reason is not None
-    assert "the 7.5 s for the task are over" in report.reason
+    assert "the time limit of 7.5 s has passed" in report.reason
 
 
 def test_a_denial_is_not_retried_but_replanned(tmp_path: Path) -> None:

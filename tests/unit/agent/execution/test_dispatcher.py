@@ -320,7 +320,7 @@ def test_a_plan_may_name_a_capability_of_skills() -> None:
             PlanStep("kitchen", "cooking", retry=1, handler=PlanStep("kitchen", "frying")),
             "its handler `frying` is a capability",
         ),
-        (PlanStep("kitchen", "frying", retry=1, on_failure="fry"), "goes round in a circle: `kitchen.fry`"),
+        (PlanStep("kitchen", "frying", retry=1, on_failure="fry"), "leads back to itself: `kitchen.fry`"),
         (
             Par((PlanStep("kitchen", "wash"), PlanStep("kitchen", "frying")), SPAN),
             "need 2 of `arm` at the same time",

@@ -144,7 +144,7 @@ def test_a_par_that_has_ended_is_not_cancelled_with_what_comes_later() -> None:
     [
         (True, ["dough"], None),
         (False, ["filling"], None),
-        (None, [], "nothing is said of what follows where `wrapper_aligned` is not measured"),
+        (None, [], "the plan does not say how to continue if `wrapper_aligned` is not met"),
     ],
 )
 def test_a_condition_is_what_is_measured_then(

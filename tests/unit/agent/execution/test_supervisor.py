@@ -63,7 +63,7 @@ DROP = skill(
 def test_what_is_unknown_makes_no_success_of_a_step_that_may_have_failed() -> None:
     judged = assess_step("dumpling", DROP, FINISHED, world(wrapper_aligned=False))
     assert (judged.outcome, judged.failed, judged.is_undeclared) == (None, True, False)
-    assert judged.reason == "outcome `dropped` is not excluded: `dumpling_wrapped` is not measured"
+    assert judged.reason == "outcome `dropped` cannot be excluded: `dumpling_wrapped` is not measured"
     (cause,) = judged.causes
     assert (cause.kind, cause.rule) == ("unknown-outcome", "dumpling.carry")
     assert [str(one) for one in cause.shortfalls] == ["`dumpling_wrapped` is not measured"]

@@ -152,7 +152,7 @@ def test_a_step_of_a_module_that_is_gone_has_failed() -> None:
     case.recover(said, began(12, "wrap"))
     # The beginning of another, before the checkpoint, is not that of this step.
     (how,) = case.accounted
-    assert how == "it was interrupted, and what is measured does not tell whether `wrapped` happened"
+    assert how == "it was interrupted, and the measurements do not show if `wrapped` happened"
     later = Case(WRAP, world())
     later.recover(AuditEvent(10, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}}))
     assert later.accounted == ["it never began", "it is no longer active"]

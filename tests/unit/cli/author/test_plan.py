@@ -103,7 +103,7 @@ def test_no_plan_in_time_leaves_the_robot_where_it_is(
     arguments = ["--planner", "smt", "--plan-within", "0.000001", "--timeout", "2"]
     assert _run(tmp_path, *arguments) == Exit.REJECTED
     said = capsys.readouterr().out
-    assert "nothing came within 1e-06 s; stands still" in said
+    assert "there was no plan within 1e-06 s; stands still" in said
     assert "steps      0 run" in said
 
 

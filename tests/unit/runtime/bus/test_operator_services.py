@@ -52,7 +52,7 @@ def test_while_something_moves_it_is_not_said_that_nothing_does(
     with ControlPage(tmp_path) as live, live.hold_generation(live.generation):
         said = ask(bus, "stop")
         assert not said.success
-        assert said.message == "something still moves after 0.05 s; use the robot's own stop"
+        assert said.message == "still moving after 0.05 s; use the robot's emergency stop"
         assert ask(bus, "resume").success
 
 

@@ -291,8 +291,8 @@ def test_the_use_of_quotas_is_what_the_log_adds_up_to(log: Path) -> None:
     replay = replayed(full[0], *full[2:], path=log.with_name("other"))
     assert [found.sequence for found in replay.mismatches] == [2, 3]
     assert replay.mismatches[0].reason == (
-        "the use of quotas differs: what was decided before it adds up to {'carry-rate': 1}, "
-        "and recorded is {'carry-rate': 2}"
+        "the use of quotas differs: the earlier decisions give {'carry-rate': 1}, "
+        "but {'carry-rate': 2} is recorded"
     )
 
 

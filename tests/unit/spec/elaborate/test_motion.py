@@ -70,7 +70,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (
             ("joints_end_at: [q1, q2,", "joints_end_at: [q2,"),
-            "error[AE112] wrong-length: where the joints end takes 7 parameters, one for each, and not 6",
+            "error[AE112] wrong-length: `joints_end_at` takes 7 parameters, one for each joint, not 6",
         ),
         (
             ("joints_end_at: [q1,", "joints_end_at: [speed,"),
