@@ -84,8 +84,8 @@ def add_to(commands: Subparsers) -> None:
         metavar="NAME=VALUE",
         help="initial value of a state variable, or `unknown` (repeatable)",
     )
-    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
-    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )

@@ -191,15 +191,15 @@ def _verify(arguments: argparse.Namespace) -> Exit:
 def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchored: bool) -> list[str]:
     """List changes to the log that this check cannot detect."""
     if signed is None:
-        return ["a tail cut off", "a log or its end rewritten with new hashes"]
+        return ["records removed at the end", "a log, or its end, rewritten with new hashes"]
     found = []
     if not anchored:
-        found.append("a tail cut off right after an earlier checkpoint")
-        found.append("another log that the same key signed, in place of this one")
+        found.append("records removed right after an earlier checkpoint")
+        found.append("replacement by another log that the same key signed")
     loose = chain.records - (signed.anchored if anchored else signed.signed)
     if loose > 0:
         after = "the anchored checkpoint" if anchored else "the newest checkpoint"
-        found.append(f"anything done after {after}, where {loose} records stand now")
+        found.append(f"changes after {after}, which {loose} records follow now")
     return found
 
 
