@@ -348,12 +348,12 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
     ("damage", "why"),
     [
         (lambda text: text[: len(text) // 2], "Unterminated string"),
-        (lambda text: text.replace("recover", "rewover", 1), "its digest is another"),
+        (lambda text: text.replace("recover", "rewover", 1), "its digest does not match"),
         (
             lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
             "`99` was written by a newer AEROS, and this one reads `4`; install a newer AEROS",
         ),
-        (lambda text: "[]", "not laid out"),
+        (lambda text: "[]", "does not have the layout"),
     ],
 )
 def test_after_a_damaged_checkpoint_the_one_before_is_gone_on_from(

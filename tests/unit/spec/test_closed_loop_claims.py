@@ -252,7 +252,7 @@ def test_a_task_not_over_predicates_is_undecided_with_its_invariants() -> None:
     assert claimed.verdict is Verdict.REFUTED
 
 
-@pytest.mark.parametrize(("limit", "of"), [("MAX_STARTS", "states to start from"), ("MAX_NODES", "states")])
+@pytest.mark.parametrize(("limit", "of"), [("MAX_STARTS", "start states"), ("MAX_NODES", "states")])
 def test_a_state_space_that_is_too_large_is_not_analysed(
     limit: str, of: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
