@@ -209,7 +209,7 @@ def test_an_undeclared_outcome_ends_the_run_where_the_site_does_not_say_otherwis
     assert runtime.submitted == ["prepare", "recover", "wrap"]
     assert report.replans == 0
     assert report.reason is not None
-    assert report.reason.startswith("`dumpling.wrap` came to what it does not declare")
+    assert report.reason.startswith("`dumpling.wrap` ended with an undeclared outcome")
 
 
 def test_a_halt_in_a_state_that_nothing_declares_is_replanned_and_breaks_an_assumption_too(

@@ -203,7 +203,7 @@ def test_what_cannot_be_measured_is_not_done_twice(tmp_path: Path) -> None:
         assert max(runtime.done.count(name) for name in ("prepare", "recover", "wrap", "boil")) <= 1
         ends.add(report.reached)
         if not report.reached:
-            assert "does not exclude that `salted` happened" in str(report.reason)
+            assert "do not exclude that `salted` happened" in str(report.reason)
     # Where it died amid the salting nobody knows, and it says so; else it goes on.
     assert ends == {True, False}
 
@@ -440,7 +440,7 @@ def test_the_end_in_a_checkpoint_of_version_3_is_told_once_it_is_migrated(
 def test_a_checkpoint_of_another_robot_is_refused(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
     (folder / "identity.json").unlink()
-    with pytest.raises(AgentError, match="is another agent's"):
+    with pytest.raises(AgentError, match="belongs to another agent"):
         resume(folder, runtime)
 
 

@@ -43,7 +43,7 @@ def test_code_that_was_changed_is_refused(make_bench: MakeBench, tmp_path: Path)
     (tmp_path / "handling" / "skills.py").write_text("def lift(observed, inputs):\n    yield 1\n")
     result = bench.submit()
     assert result.status is StepStatus.REFUSED
-    assert "is not what was certified" in result.reason
+    assert "does not match its certificate" in result.reason
 
 
 def test_what_was_reduced_is_what_is_executed(make_bench: MakeBench) -> None:

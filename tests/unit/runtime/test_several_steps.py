@@ -206,7 +206,7 @@ def test_a_protective_stop_that_a_skill_asks_for_ends_what_the_others_move(cart:
     assert "beside" not in one.records("decision")[-1]
     for step in (reach, drive):
         assert results[step].status is StepStatus.STOPPED
-        assert "which asks for a protective stop" in results[step].reason
+        assert "which asked for a protective stop" in results[step].reason
     one.assert_nothing_is_held()
 
 

@@ -341,8 +341,8 @@ def test_an_input_takes_what_an_earlier_step_gave(given: Any, asked: Any, end: s
     ("name", "measured", "why"),
     [
         ("make", True, None),
-        ("make", False, "the precondition of `make` is not measured: `wrapper_aligned` = False"),
-        ("make", None, "the precondition of `make` is not measured: `wrapper_aligned` is not measured"),
+        ("make", False, "the precondition of `make` is not met: `wrapper_aligned` = False"),
+        ("make", None, "the precondition of `make` is not met: `wrapper_aligned` is not measured"),
         ("bake", True, "`kitchen` has no composition `bake`"),
     ],
 )

@@ -64,7 +64,7 @@ def test_a_fitting_plan_has_no_problem() -> None:
         (PlanStep("dumpling", "wrap", retry=1, on_failure="needy"), "on_failure `needy`: it needs the input"),
         (
             PlanStep("dumpling", "wrap", retry=1, on_failure="wrap"),
-            "in a circle: `dumpling.wrap` → `dumpling.wrap`",
+            "leads back to itself: `dumpling.wrap` → `dumpling.wrap`",
         ),
         (PlanStep("dumpling", "wrap", retry=True), "`retry` is of type bool"),
         (PlanStep("dumpling", None), "`skill` is of type NoneType"),  # type: ignore[arg-type]
@@ -98,7 +98,7 @@ def test_a_remark_is_text_of_some_length() -> None:
     assert verify_plan(TaskGraph(steps, "x" * MAX_REMARK_CHARS), MODULES, site()) == []
     wrong: list[Any] = ["x" * (MAX_REMARK_CHARS + 1), ["x"], None]
     for remark in wrong:
-        assert "its remark is no text" in verify_plan(TaskGraph(steps, remark), MODULES, site())[0]
+        assert "its remark is not a text" in verify_plan(TaskGraph(steps, remark), MODULES, site())[0]
 
 
 def test_a_plan_has_a_greatest_length() -> None:

@@ -134,7 +134,7 @@ def test_an_interrupted_step_of_which_nothing_can_be_told_is_barred(before: bool
     assert last is not None
     assert last.failed
     assert not last.is_retryable
-    assert "does not tell whether `wrapped` happened" in case.accounted[0]
+    assert "do not show if `wrapped` happened" in case.accounted[0]
     assert len(case.bars.to_checkpoint) == 1
 
 

@@ -194,7 +194,7 @@ def test_a_run_neither_overwrites_the_anchor_of_another_nor_starts_with_a_key_it
     assert "--anchor needs --audit-key" in capsys.readouterr().err
     (folder / "key").chmod(0o644)
     assert run(folder, *key) == Exit.REJECTED
-    assert "is open to others than its owner" in capsys.readouterr().err
+    assert "is accessible to other users" in capsys.readouterr().err
 
 
 def test_keygen_never_overwrites_a_key(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -338,7 +338,7 @@ def test_the_private_key_is_the_owners_alone_and_never_overwritten(tmp_path: Pat
         make_key(path)
     assert path.read_bytes() == content
     path.chmod(0o640)
-    with pytest.raises(InvalidKeyError, match="is open to others"):
+    with pytest.raises(InvalidKeyError, match="is accessible to other users"):
         read_signing_key(path)
 
 

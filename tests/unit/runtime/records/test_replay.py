@@ -121,9 +121,9 @@ ALTERED: list[tuple[str, dict[str, Any], str]] = [
     ("a state that denies", {"state": {}, "state_digest": digest_of({})}, ""),
     ("another configuration", {"configuration": "0" * 64}, "it names the configuration 000"),
     ("no usage", {"usage": None}, "the use of quotas must be recorded exactly if the clock was valid"),
-    ("more used up", {"usage": {"carry-rate": 1}}, "the use of quotas differs: what was decided"),
-    ("another quota", {"usage": {"unheard": 5}}, "the use of quotas differs: what was decided"),
-    ("a motion", {"motion": {"motionless": "so"}}, "a motion is recorded if and only if one was to be"),
+    ("more used up", {"usage": {"carry-rate": 1}}, "the use of quotas differs: the earlier decisions"),
+    ("another quota", {"usage": {"unheard": 5}}, "the use of quotas differs: the earlier decisions"),
+    ("a motion", {"motion": {"motionless": "so"}}, "a motion must be recorded exactly if one was to be"),
     ("another caller", {"module": "unheard_of"}, ""),
     ("no action", {"asked": "move"}, "the record is not a decision"),
     ("no time", {"time": None}, "the record is not a decision"),
@@ -167,7 +167,7 @@ def test_a_clock_that_went_back_denies_again_and_a_new_session_has_a_new_clock(l
     records = [("decision", details), ("decision", denied)]
     assert replayed(OPENED, *records, OPENED, records[0], path=log).mismatches == []
     (found,) = replayed(records[1], path=log.with_name("other")).mismatches
-    assert found.reason.startswith("the use of quotas is recorded if and only if")
+    assert found.reason.startswith("the use of quotas must be recorded exactly if")
 
 
 def test_gates_that_disagree_are_named_with_the_record(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -128,9 +128,9 @@ def test_an_unreadable_or_missing_log_leads_to_no_configuration(
 ) -> None:
     log = registry.folder / "audit.jsonl"
     log.write_bytes(log.read_bytes().splitlines(keepends=True)[-1])  # not sound from its first record on
-    assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
+    assert _refusal(registry, lived[0].digest).startswith("no change recorded")
     log.unlink()
-    assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
+    assert _refusal(registry, lived[0].digest).startswith("no change recorded")
 
 
 # A log across changes.

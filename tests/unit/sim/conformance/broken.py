@@ -367,14 +367,14 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     },
     "readings_are_fresh_and_never_in_the_future": {
         ReadingsOfTheFuture: "which is in the future",
-        ReadingsThatAreNeverTakenAnew: "was moved, and its reading is still of 0",
+        ReadingsThatAreNeverTakenAnew: "was moved, but its reading is still of 0",
         ReadingsThatStandStillAtRest: "though nothing moved",
     },
     "readings_are_of_the_types_that_the_port_has": {
-        ReadingsThatAreNumPys: "which no gate takes",
+        ReadingsThatAreNumPys: "which every gate refuses",
     },
     "the_monitor_may_observe_and_changes_nothing_by_it": {
-        ObservingThatMovesWhatIsUnderWay: "ends otherwise where the monitor observes",
+        ObservingThatMovesWhatIsUnderWay: "ends differently if the monitor observes",
         ReadingsThatWaitForTheEnd: "s for the monitor, of",
     },
     "planning_moves_nothing": {
@@ -417,8 +417,8 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         SkillsThatMove: "after a skill that asked for nothing",
     },
     "a_rule_broken_at_once_prevents_motion": {
-        RulesAreHeededATickLater: "named before anything moved, and",
-        MonitorNeverLooksBefore: "named before anything moved, and",
+        RulesAreHeededATickLater: "named a rule before anything moved, and",
+        MonitorNeverLooksBefore: "named a rule before anything moved, and",
     },
     "a_broken_rule_stops_everything_within_one_tick": {
         RulesAreHeededATickLater: "it was asked 1 more times",
