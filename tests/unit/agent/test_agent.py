@@ -285,9 +285,7 @@ def test_a_skill_does_not_start_where_its_hold_condition_is_not_known(tmp_path: 
     report = run(tmp_path, runtime)
     assert runtime.submitted == []
     assert report.reason is not None
-    assert "its hold-condition `fill_level > 0.5` is not measured: `fill_level` is not measured" in (
-        report.reason
-    )
+    assert "its hold-condition `fill_level > 0.5` is not met: `fill_level` is not measured" in (report.reason)
 
 
 def test_a_request_denied_twice_ends_the_run(tmp_path: Path) -> None:

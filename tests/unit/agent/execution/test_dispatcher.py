@@ -136,7 +136,7 @@ def test_what_may_not_start_is_not_chosen_and_the_reason_is_told(memory: Memory)
     boil, steam = dispatch.options
     assert boil.sampled_success is not None
     assert steam.sampled_success is None
-    assert "its precondition `not wrapper_aligned` is not measured" in steam.unavailable_reason
+    assert "its precondition `not wrapper_aligned` is not met" in steam.unavailable_reason
 
 
 def test_an_unknown_predicate_starts_no_provider_that_needs_it(memory: Memory) -> None:

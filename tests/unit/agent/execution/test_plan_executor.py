@@ -121,7 +121,7 @@ def test_a_branch_that_cannot_start_lets_no_other_start() -> None:
     kitchen = Kitchen()
     end = kitchen.run(par(step("wrap"), step("dough")))
     assert end is not None
-    assert "its precondition `wrapper_aligned` is not measured" in end.reason
+    assert "its precondition `wrapper_aligned` is not met" in end.reason
     assert kitchen.started == []
 
 
@@ -165,7 +165,7 @@ def test_a_condition_that_was_taken_to_hold_and_does_not_ends_it() -> None:
     kitchen = Kitchen()
     found = kitchen.run(step("water"), if_aligned(step("dough")))
     assert found is not None
-    assert "is not measured: `wrapper_aligned` = False" in found.reason
+    assert "is not met: `wrapper_aligned` = False" in found.reason
 
 
 def test_nothing_to_do_is_done() -> None:

@@ -77,7 +77,7 @@ def test_a_failure_that_one_measured_value_excludes_is_no_doubt(measured: dict[s
 
 def test_a_halted_step_gives_both_reasons() -> None:
     reason = assess_step("dumpling", DROP, StepResult(StepStatus.STOPPED, "as scripted"), world()).reason
-    assert reason.startswith("stopped: as scripted; outcome `dropped` is not excluded")
+    assert reason.startswith("stopped: as scripted; outcome `dropped` cannot be excluded")
 
 
 def test_among_equals_success_is_preferred() -> None:

@@ -85,7 +85,7 @@ def test_recoveries_must_not_go_round_in_a_circle_over_several_steps() -> None:
     wrap = PlanStep("dumpling", "wrap", retry=1, on_failure="recover")
     recover = PlanStep("dumpling", "recover", retry=1, on_failure="wrap")
     (found,) = problems(wrap, recover)
-    assert "circle" in found
+    assert "leads back" in found
 
 
 @pytest.mark.parametrize("graph", [None, "steps", TaskGraph(()), TaskGraph([PlanStep("dumpling", "wrap")])])  # type: ignore[arg-type]

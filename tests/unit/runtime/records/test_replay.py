@@ -236,7 +236,8 @@ def test_a_decision_under_another_configuration_than_the_one_in_force_is_named(l
     (found,) = replay.mismatches
     assert found.sequence == 1
     assert (
-        found.reason == f"it names the configuration {'e' * 64} where {bench.configuration().digest} governs"
+        found.reason
+        == f"it names the configuration {'e' * 64}, but {bench.configuration().digest} was in force"
     )
     assert replay.matching_count == 1
 
