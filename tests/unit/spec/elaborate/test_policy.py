@@ -29,7 +29,7 @@ def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planni
         (("sensors: [panel, scanner,", "sensors: [pannel, scanner,"), "`pannel` is not a sensor of any"),
         (("module: works_but_is_blocked, action: wipe", "action: whipe"), "`whipe` is not an action kind"),
         (("module: works_but_is_blocked, action: wipe", "skill: wipe"), "a blocked skill needs its `module`"),
-        (("on: [wipe], at_most: 30", "on: [stop], at_most: 30"), "a quota may not run out for the"),
+        (("on: [wipe], at_most: 30", "on: [stop], at_most: 30"), "a quota must not count the"),
         (("within: 60 s", "within: 0 s"), "a quota's window must be above 0 s"),
     ],
 )
