@@ -70,7 +70,7 @@ def elaborate_limits(limits: declared.ModuleLimits, diagnostics: Diagnostics) ->
     Returns:
         The limits, times in seconds.
     """
-    timeout = _timeout(limits.skill_timeout, "a time-out", diagnostics)
+    timeout = _timeout(limits.skill_timeout, "a timeout", diagnostics)
     found = ModuleLimits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
     if limits.planning is None:
         return found
@@ -166,7 +166,7 @@ def elaborate_isolation(
         return usual
     within: Fraction | None = usual.answer_timeout_s
     if isolation.answer_within is not None:
-        within = _timeout(isolation.answer_within, "a time-out", diagnostics)
+        within = _timeout(isolation.answer_within, "a timeout", diagnostics)
     require = isolation.require
     return IsolationPolicy(
         usual.required_layers if require is None else frozenset(layer.value for layer in require),
