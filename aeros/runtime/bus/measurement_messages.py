@@ -116,8 +116,12 @@ def point_message(reading: Reading) -> PointStamped:
 
     Returns:
         The message.
+
+    Raises:
+        ValueError: the position has not three coordinates.
     """
-    return PointStamped(Header(stamp(reading.time), WORLD), Point(*reading.value))
+    x, y, z = reading.value
+    return PointStamped(Header(stamp(reading.time), WORLD), Point(x, y, z))
 
 
 ScalarMessage = BoolStamped | Float64Stamped | StringStamped

@@ -14,6 +14,8 @@ from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove_configuration
 from aeros.skill import Action
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.verification.reports import Report
 
 SITE = Path(__file__).parent / "data" / "bench.yaml"
@@ -52,6 +54,17 @@ ALLOWED = (
 @cache
 def proved() -> tuple[Configuration, Report]:
     return prove_configuration([MODULE], SITE, certified=False)
+
+
+@cache
+def unproved() -> Configuration:
+    """The same site and module without a certificate, for tests that need no solver."""
+    sink = Diagnostics()
+    site = load_site(SITE, sink)
+    assert site is not None, list(sink)
+    loaded = load_ecm(MODULE, site, sink)
+    assert loaded is not None, list(sink)
+    return Configuration(site, {"handling": loaded.ecm}, {}, "c" * 64)
 
 
 def configuration() -> Configuration:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,8 @@ from aeros.runtime.audit.checkpoints import (
     verify_signed,
 )
 from aeros.runtime.audit.keys import (
-    InvalidKeyError,
-    PublicKey,
     SigningKey,
     make_key,
-    read_public_key,
     read_signing_key,
 )
 from aeros.runtime.audit.log import AuditError, AuditLog
@@ -320,56 +316,3 @@ def test_an_anchor_without_our_signature_is_refused(log: Path, key: SigningKey, 
     anchor.write_bytes(to_canonical_json({**json.loads(anchor.read_bytes()), "sequence": 2}))
     with pytest.raises(AnchorError, match="is not signed with this key"):
         verify_signed(log, key.public, anchor)
-
-
-# Keys.
-
-
-def test_the_private_key_is_the_owners_alone_and_never_overwritten(tmp_path: Path) -> None:
-    path = tmp_path / "key"
-    public = make_key(path)
-    assert path.stat().st_mode & 0o777 == 0o600
-    assert read_public_key(public).id == read_signing_key(path).public.id
-    content = path.read_bytes()
-    with pytest.raises(InvalidKeyError, match="exists already"):
-        make_key(path)
-    public.unlink()
-    with pytest.raises(InvalidKeyError, match="cannot be written: File exists"):
-        make_key(path)
-    assert path.read_bytes() == content
-    path.chmod(0o640)
-    with pytest.raises(InvalidKeyError, match="is accessible to other users"):
-        read_signing_key(path)
-
-
-@pytest.mark.parametrize("read", [read_signing_key, read_public_key])
-def test_a_file_that_is_not_a_key_is_refused(
-    read: Callable[[Path], SigningKey | PublicKey], tmp_path: Path
-) -> None:
-    from cryptography.hazmat.primitives import serialization as form
-    from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
-
-    path = tmp_path / "key"
-    with pytest.raises(InvalidKeyError, match="cannot be read"):
-        read(path)
-    path.write_bytes(b"nonsense")
-    path.chmod(0o600)
-    with pytest.raises(InvalidKeyError, match="is not a p"):
-        read(path)
-    other = generate_private_key(SECP256R1())
-    private = other.private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, form.NoEncryption())
-    public = other.public_key().public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
-    path.write_bytes(private if read is read_signing_key else public)
-    with pytest.raises(InvalidKeyError, match="not an Ed25519 one"):
-        read(path)
-
-
-def test_without_cryptography_signing_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import sys
-
-    monkeypatch.setitem(sys.modules, "cryptography.hazmat.primitives.asymmetric.ed25519", None)
-    for refused in (make_key, read_signing_key, read_public_key):
-        with pytest.raises(InvalidKeyError, match=r"pip install 'aeros\[audit\]'"):
-            refused(tmp_path / "key")

@@ -111,6 +111,12 @@ def test_places_are_vectors_of_length(site: Site) -> None:
     )
 
 
+@pytest.mark.parametrize("value", [(), (1.0,), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0), None])
+def test_a_place_without_three_coordinates_is_no_message(value: Any) -> None:
+    with pytest.raises((ValueError, TypeError)):
+        point_message(Reading(value, 0.5))
+
+
 def test_bools_numbers_and_enums_have_messages_of_their_types(site: Site) -> None:
     types: dict[str, Type] = {"open": BOOL, "gap": RealType(LENGTH), "count": IntegerType(), "cell": CELLS}
     site = speaking(site, {**types, "place": VectorType(LENGTH), "angle": family(ANGLE)})

@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import os
+from base64 import b64decode
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.audit.keys import (
+    InvalidKeyError,
+    PublicKey,
+    SigningKey,
+    make_key,
+    read_public_key,
+    read_signing_key,
+)
+
+
+def test_the_private_key_is_the_owners_alone_and_never_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "key"
+    public = make_key(path)
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert read_public_key(public).id == read_signing_key(path).public.id
+    content = path.read_bytes()
+    with pytest.raises(InvalidKeyError, match="is there already"):
+        make_key(path)
+    public.unlink()
+    with pytest.raises(InvalidKeyError, match="cannot be written: File exists"):
+        make_key(path)
+    assert path.read_bytes() == content
+    path.chmod(0o640)
+    with pytest.raises(InvalidKeyError, match="is open to others"):
+        read_signing_key(path)
+
+
+@pytest.mark.parametrize("read", [read_signing_key, read_public_key])
+def test_a_file_that_is_not_a_key_is_refused(
+    read: Callable[[Path], SigningKey | PublicKey], tmp_path: Path
+) -> None:
+    from cryptography.hazmat.primitives import serialization as form
+    from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
+
+    path = tmp_path / "key"
+    with pytest.raises(InvalidKeyError, match="cannot be read"):
+        read(path)
+    path.write_bytes(b"nonsense")
+    path.chmod(0o600)
+    with pytest.raises(InvalidKeyError, match="is not a p"):
+        read(path)
+    other = generate_private_key(SECP256R1())
+    private = other.private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, form.NoEncryption())
+    public = other.public_key().public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
+    path.write_bytes(private if read is read_signing_key else public)
+    with pytest.raises(InvalidKeyError, match="not an Ed25519 one"):
+        read(path)
+
+
+def test_without_cryptography_signing_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import sys
+
+    monkeypatch.setitem(sys.modules, "cryptography.hazmat.primitives.asymmetric.ed25519", None)
+    for refused in (make_key, read_signing_key, read_public_key):
+        with pytest.raises(InvalidKeyError, match=r"pip install 'aeros\[audit\]'"):
+            refused(tmp_path / "key")
+
+
+@pytest.fixture
+def key(tmp_path: Path) -> SigningKey:
+    make_key(tmp_path / "own")
+    return read_signing_key(tmp_path / "own")
+
+
+def test_a_signature_is_of_one_message_and_one_key(key: SigningKey, tmp_path: Path) -> None:
+    signature = key.sign(b"message")
+    assert key.public.verify(signature, b"message")
+    assert not key.public.verify(signature, b"massage")
+    assert not read_public_key(make_key(tmp_path / "other")).verify(signature, b"message")
+
+
+def test_a_signature_has_one_spelling(key: SigningKey) -> None:
+    signature = key.sign(b"message")
+    assert len(signature) == 128
+    for other in (
+        signature.upper(),
+        f" {signature}",
+        f"{signature[:2]} {signature[2:]}",
+        signature[:-2],
+        "",
+        "xy",
+    ):
+        assert not key.public.verify(other, b"message"), other
+
+
+def test_the_id_of_a_key_is_the_hash_of_its_32_raw_bytes(tmp_path: Path) -> None:
+    public = make_key(tmp_path / "key")
+    assert public == tmp_path / "key.pub"
+    assert public.stat().st_mode & 0o077 == 0o044 & ~_umask()
+    # An Ed25519 key in SubjectPublicKeyInfo is 12 bytes of header and the 32 raw bytes (RFC 8410).
+    raw = b64decode("".join(public.read_text().splitlines()[1:-1]))[12:]
+    assert len(raw) == 32
+    assert read_public_key(public).id == sha256(raw).hexdigest()
+
+
+def test_a_private_key_with_a_password_is_refused(tmp_path: Path) -> None:
+    from cryptography.hazmat.primitives import serialization as form
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+    path = tmp_path / "key"
+    path.touch(0o600)
+    locked = form.BestAvailableEncryption(b"secret")
+    path.write_bytes(
+        Ed25519PrivateKey.generate().private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, locked)
+    )
+    with pytest.raises(InvalidKeyError, match="is not a private key without a password"):
+        read_signing_key(path)
+
+
+def test_keys_in_a_folder_that_is_not_there_cannot_be_written(tmp_path: Path) -> None:
+    with pytest.raises(InvalidKeyError, match="cannot be written: No such file"):
+        make_key(tmp_path / "absent" / "key")
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

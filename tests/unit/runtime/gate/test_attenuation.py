@@ -1,0 +1,89 @@
+"""Reduced parameters: never larger in magnitude, and rounded towards zero."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from math import nextafter
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.runtime.gate.attenuation import attenuate_parameters
+from aeros.spec.expr import terms as t
+from aeros.spec.model.model import Rule, Site
+from tests.unit.runtime.conftest import METRES, SPAN, declare
+
+SPEED, REACH = (declare(name, METRES, t.VariableRole.PARAMETER).variable for name in ("speed", "reach"))
+GAP = declare("gap", METRES, t.VariableRole.STATE).variable
+
+
+def rule(**reduced: t.Term) -> Rule:
+    return Rule("slow", "", "", "", {"move": t.TRUE}, {"move": reduced}, SPAN, SPAN)
+
+
+def literal(value: str) -> t.Term:
+    return t.Literal(Fraction(value), METRES)
+
+
+def test_a_parameter_is_reduced_to_the_value_of_the_rules_term() -> None:
+    asked = {"speed": 2.0, "tool": "brush"}
+    found = attenuate_parameters([rule(speed=literal("1/2"))], "move", asked, {"speed": 2.0})
+    assert found == {"speed": 0.5, "tool": "brush"}
+    assert asked == {"speed": 2.0, "tool": "brush"}
+
+
+def test_a_term_may_read_what_is_measured() -> None:
+    values = {"speed": 2.0, "gap": 0.25}
+    assert attenuate_parameters([rule(speed=GAP)], "move", {"speed": 2.0}, values) == {"speed": 0.25}
+
+
+def test_truths_and_members_of_enums_stay_what_they_are() -> None:
+    asked = {"speed": 2.0, "tool": "brush", "wet": True}
+    values = {**asked, "gap": 0.25}
+    found = attenuate_parameters([rule(speed=GAP)], "move", asked, values)
+    assert found == {"speed": 0.25, "tool": "brush", "wet": True}
+
+
+def test_a_parameter_is_never_enlarged() -> None:
+    for speed in (0.25, -0.25, 0.5, -0.5):
+        found = attenuate_parameters([rule(speed=literal("1/2"))], "move", {"speed": speed}, {"speed": speed})
+        assert found == {"speed": speed}
+
+
+def test_a_reduced_value_is_rounded_towards_zero() -> None:
+    # The double nearest to 1/10 is larger than it.
+    for bound, double in (("1/10", nextafter(0.1, 0.0)), ("-1/10", -nextafter(0.1, 0.0))):
+        found = attenuate_parameters([rule(speed=literal(bound))], "move", {"speed": 3.0}, {"speed": 3.0})
+        assert found == {"speed": double}
+
+
+def test_rules_reduce_one_after_the_other_and_each_sees_the_reduced_value() -> None:
+    first, second = rule(speed=literal("1")), rule(reach=SPEED)
+    asked = {"speed": 2.0, "reach": 4.0}
+    assert attenuate_parameters([first, second], "move", asked, asked) == {"speed": 1.0, "reach": 1.0}
+    assert attenuate_parameters([second, first], "move", asked, asked) == {"speed": 1.0, "reach": 2.0}
+
+
+def test_within_a_rule_all_terms_read_the_requested_values() -> None:
+    both = rule(speed=literal("1"), reach=SPEED)
+    asked = {"speed": 2.0, "reach": 4.0}
+    assert attenuate_parameters([both], "move", asked, asked) == {"speed": 1.0, "reach": 2.0}
+
+
+def test_only_the_terms_on_the_kind_count(site: Site) -> None:
+    one = replace(site.rules[0], attenuations={"move": {"speed": literal("0")}, "stop": {}})
+    assert attenuate_parameters([one], "stop", {"speed": 2.0}, {"speed": 2.0}) == {"speed": 2.0}
+    assert attenuate_parameters([], "move", {"speed": 2.0}, {}) == {"speed": 2.0}
+
+
+@given(st.floats(-5.0, 5.0), st.fractions(-5, 5))
+def test_the_result_is_no_larger_than_request_and_term(speed: float, bound: Fraction) -> None:
+    reduction = rule(speed=t.Literal(bound, METRES))
+    reduced = attenuate_parameters([reduction], "move", {"speed": speed}, {"speed": speed})["speed"]
+    assert abs(Fraction(reduced)) <= min(abs(Fraction(speed)), max(abs(bound), abs(Fraction(speed))))
+    if abs(bound) < abs(Fraction(speed)):
+        assert abs(Fraction(reduced)) <= abs(bound)
+        assert Fraction(reduced) * bound >= 0
+    else:
+        assert reduced == speed
