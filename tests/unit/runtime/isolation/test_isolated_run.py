@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import os
-import signal
 import subprocess
 import sys
 import time
@@ -10,10 +8,9 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.isolation import zygote_pool as module
 from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S, IsolatedRun
-from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
-from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
+from aeros.runtime.isolation.layers import APPLY_LAYER
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunResult
@@ -187,46 +184,6 @@ def test_values_that_no_frame_holds_refuse_the_skill(nursery: ZygotePool) -> Non
     assert isinstance(run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n").resume({}, 1.0), Action)
 
 
-def test_a_zygote_that_was_killed_is_replaced(bare: ZygotePool) -> None:
-    text = HEAD + "def lift(o, i):\n    yield act('move')\n"
-    first = run(bare, text)
-    first._zygote.kill()
-    ending = first.resume({}, 60.0)
-    assert isinstance(ending, SkillRunResult)
-    assert ending.status is StepStatus.RAISED
-    second = run(bare, text)
-    assert second.resume({}, 60.0) == act("move")
-    second.close()
-
-
-def test_an_idle_zygote_that_was_killed_is_replaced(bare: ZygotePool) -> None:
-    text = HEAD + "def lift(o, i):\n    yield act('move')\n"
-    first = run(bare, text)
-    first.close()
-    assert first._zygote._process is not None
-    os.kill(first._zygote._process.pid, signal.SIGKILL)
-    first._zygote._process.wait()
-    second = run(bare, text)
-    assert second.resume({}, 60.0) == act("move")
-    second.close()
-
-
-def test_a_bubblewrap_that_does_not_work_is_done_without_and_recorded() -> None:
-    nursery = ZygotePool([], bubblewrap="/bin/false")
-    try:
-        assert "does not work here" in str(nursery.missing[IsolationLayer.BUBBLEWRAP])
-        skill = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n")
-        assert skill.resume({}, 60.0) == act("move")
-        skill.close()
-    finally:
-        nursery.close()
-
-
-def test_a_zygote_that_cannot_start_says_why() -> None:
-    with pytest.raises(ZygoteError, match=r"No module named 'json\.absent_module'"):
-        ZygotePool(["json.absent_module"])
-
-
 _RUNTIME = """
 import sys, time
 from aeros.runtime.isolation.isolated_run import IsolatedRun
@@ -261,10 +218,3 @@ def _lives(pid: int) -> bool:
             return file.read().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
-
-
-def test_a_host_without_bubblewrap_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "find_bubblewrap", lambda: None)
-    nursery = ZygotePool([])
-    nursery.close()
-    assert nursery.missing[IsolationLayer.BUBBLEWRAP] == "there is no program `bwrap`"

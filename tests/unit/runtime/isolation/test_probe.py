@@ -8,7 +8,6 @@ import pytest
 
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.probe import probe_layer, probe_sandbox
-from aeros.runtime.isolation.seccomp import ARCHITECTURES
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 
 
@@ -56,31 +55,3 @@ def test_a_zygote_without_bubblewrap_is_found_to_have_none(bare: ZygotePool) -> 
     zygote.end_worker()
     assert zygote.probe()[IsolationLayer.BUBBLEWRAP] == "the runtime's process can be seen"
     bare.release(zygote)
-
-
-def test_the_same_system_calls_are_allowed_on_every_machine() -> None:
-    names = [frozenset(one.calls) for one in ARCHITECTURES.values()]
-    assert len(set(names)) == 1
-    for one in ARCHITECTURES.values():
-        assert len(set(one.calls.values())) == len(one.calls)
-
-
-@pytest.mark.parametrize(
-    ("machine", "header"),
-    [
-        ("x86_64", "/usr/include/x86_64-linux-gnu/asm/unistd_64.h"),
-        ("aarch64", "/usr/include/asm-generic/unistd.h"),
-    ],
-)
-def test_the_numbers_are_those_of_the_kernels_headers(machine: str, header: str) -> None:
-    if not Path(header).exists():
-        pytest.skip(f"this host has no {header}")
-    words = [
-        line.split() for line in Path(header).read_text().splitlines() if line.startswith("#define __NR")
-    ]
-    numbers = {
-        line[1].removeprefix("__NR_").removeprefix("__NR3264_"): int(line[2])
-        for line in words
-        if len(line) >= 3 and line[2].isdigit()
-    }
-    assert {name: numbers[name] for name in ARCHITECTURES[machine].calls} == ARCHITECTURES[machine].calls

@@ -1,0 +1,31 @@
+"""Runs a function in a forked child, for tests of what a process does to itself for good."""
+
+from __future__ import annotations
+
+import json
+import os
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+
+def in_child(work: Callable[[int], Any]) -> Any:
+    """What `work` returns in a child of this process, as JSON has it.
+
+    It gets a descriptor that stays open, through which the result comes back.
+    """
+    ours, theirs = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            result = {"returned": work(theirs)}
+        except BaseException:
+            result = {"raised": traceback.format_exc()}
+        os.write(theirs, json.dumps(result).encode())
+        os._exit(0)
+    os.close(theirs)
+    with open(ours, "rb") as answer:
+        found = json.loads(answer.read() or b'{"raised": "the child was killed"}')
+    os.waitpid(child, 0)
+    assert "raised" not in found, found["raised"]
+    return found["returned"]

@@ -1,0 +1,49 @@
+"""Privileges of a process are gone for good; tried in children."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from types import SimpleNamespace
+
+import pytest
+
+from aeros.runtime.isolation.kernel import process_control
+from aeros.runtime.isolation.privileges import become_subreaper, drop_privileges
+from tests.unit.runtime.isolation.forked import in_child
+
+PR_GET_CHILD_SUBREAPER = 37
+
+
+def status(_: int = 0) -> dict[str, str]:
+    with open("/proc/self/status") as file:
+        lines = dict(line.rstrip("\n").split(":\t", 1) for line in file)
+    return {name: lines[name] for name in ("CapInh", "CapPrm", "CapEff", "NoNewPrivs")}
+
+
+def dropped(_: int) -> dict[str, str]:
+    drop_privileges()
+    return status()
+
+
+def test_no_capability_is_left_and_none_can_be_gained() -> None:
+    zeros = "0" * 16
+    assert in_child(dropped) == {"CapInh": zeros, "CapPrm": zeros, "CapEff": zeros, "NoNewPrivs": "1"}
+
+
+def test_on_an_unknown_machine_no_new_ones_can_be_gained_at_least(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "uname", lambda: SimpleNamespace(machine="abacus"))
+    assert in_child(dropped) == {**in_child(status), "NoNewPrivs": "1"}
+
+
+def test_a_process_becomes_the_parent_of_its_orphans() -> None:
+    def adopts(_: int) -> list[int]:
+        found = []
+        for change in (lambda: None, become_subreaper):
+            change()
+            value = ctypes.c_int(-1)
+            process_control(PR_GET_CHILD_SUBREAPER, ctypes.byref(value))
+            found.append(value.value)
+        return found
+
+    assert in_child(adopts) == [0, 1]
