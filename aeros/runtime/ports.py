@@ -66,7 +66,9 @@ class Snapshot(Mapping[str, Reading]):
     __slots__ = ("column", "order", "time")
 
     def __init__(self, order: ColumnNames, column: tuple[Any, ...], time: float) -> None:
-        if type(order) is not ColumnNames or type(column) is not tuple or len(column) != len(order.names):
+        if type(order) is not ColumnNames:
+            raise MisuseError("a snapshot needs the names of its values as `ColumnNames`")
+        if type(column) is not tuple or len(column) != len(order.names):
             raise MisuseError(
                 f"a snapshot needs a tuple of {len(order.names)} values in the order of its `ColumnNames`"
             )

@@ -7,13 +7,10 @@ from math import nan
 from random import Random
 from typing import Any
 
-import pytest
-
 from aeros.runtime.execution.step import ObservationFilter
 from aeros.runtime.gate.gate import CompiledGate
-from aeros.runtime.ports import ColumnNames, Reading, Snapshot
+from aeros.runtime.ports import ColumnNames, Snapshot
 from aeros.runtime.records.encode_readings import IncrementalReadingsEncoder, encode_readings
-from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.runtime.bench import (
     ALLOWED,
     NOW,
@@ -62,26 +59,6 @@ def test_the_gate_decides_snapshots_like_individual_readings() -> None:
 
 def test_an_uninitialized_snapshot_is_denied() -> None:
     assert denied(replace(request(), readings=object.__new__(Snapshot))) == [("AE701", "state")]
-
-
-def test_a_snapshot_equals_its_readings() -> None:
-    values = dict(STATE)
-    moment = _moment(values)
-    assert moment == measured(values)
-    assert moment["load"] == Reading(0.5, NOW)
-    assert moment.get("mood") is None
-    assert list(moment) == sorted(values)
-
-
-@pytest.mark.parametrize("column", [(), tuple(range(len(STATE) + 1)), list(STATE.values())])
-def test_a_column_has_a_value_for_each_name(column: Any) -> None:
-    with pytest.raises(MisuseError):
-        Snapshot(_ORDER, column, NOW)
-
-
-def test_column_names_must_be_str() -> None:
-    with pytest.raises(MisuseError):
-        ColumnNames([1, 2])  # type: ignore[list-item]
 
 
 def test_snapshots_are_encoded_like_individual_readings() -> None:

@@ -1,0 +1,160 @@
+"""Bounds of rates in time, worked out by hand for straight paths and one joint."""
+
+from __future__ import annotations
+
+from math import hypot, pi, sqrt
+
+import pytest
+
+from aeros.runtime.motion.bezier import Piece
+from aeros.runtime.motion.kinematic_bounds import (
+    TIMING_PEAKS,
+    MotionRates,
+    add_rates,
+    base_rates,
+    is_c2_continuous,
+    joint_rates,
+    rates_in_time,
+    tool_rates,
+)
+from aeros.runtime.ports import RobotBody
+
+HALF_METRE = RobotBody(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.0), ())
+"""One joint about z, whose tool is half a metre from it."""
+
+
+def line(*ends: float) -> Piece:
+    """From 0 to these, straight."""
+    a, b, c, d = (tuple(end * third / 3.0 for end in ends) for third in range(4))
+    return a, b, c, d
+
+
+def near(speed: float, acceleration: float, jerk: float) -> object:
+    """Up to the factor that covers rounding, which makes no bound smaller."""
+    return pytest.approx((speed, acceleration, jerk), rel=1e-8)
+
+
+def test_the_peaks_are_those_of_the_profile() -> None:
+    def s(u: float) -> float:
+        return 10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5
+
+    steps = [i / 1000.0 for i in range(1001)]
+    first = [30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4 for u in steps]
+    second = [60.0 * u - 180.0 * u**2 + 120.0 * u**3 for u in steps]
+    third = [60.0 - 360.0 * u + 360.0 * u**2 for u in steps]
+    assert (s(0.0), s(1.0)) == (0.0, 1.0)
+    for values, peak in zip((first, second, third), TIMING_PEAKS, strict=True):
+        assert peak * (1.0 - 1e-5) <= max(map(abs, values)) <= peak
+
+
+def test_a_straight_path_of_one_metre() -> None:
+    assert rates_in_time(1.0, 0.0, 0.0, 1.0) == near(1.875, 10.0 / sqrt(3.0), 60.0)
+    assert rates_in_time(1.0, 0.0, 0.0, 2.0) == near(0.9375, 2.5 / sqrt(3.0), 7.5)
+    assert base_rates((3.0, 4.0, 0.0), 2.0) == near(4.6875, 12.5 / sqrt(3.0), 37.5)
+
+
+def test_a_bend_of_the_path_adds_to_acceleration_and_jerk() -> None:
+    assert rates_in_time(0.0, 1.0, 0.0, 1.0) == near(0.0, 1.875**2, 3.0 * 1.875 * 10.0 / sqrt(3.0))
+    assert rates_in_time(0.0, 0.0, 1.0, 2.0) == near(0.0, 0.0, 0.9375**3)
+    parts = [rates_in_time(*one, 2.0) for one in ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 3.0))]
+    assert rates_in_time(1.0, 2.0, 3.0, 2.0) == near(*(sum(column) for column in zip(*parts, strict=True)))
+
+
+def test_bounds_are_never_below_the_exact_value() -> None:
+    found = rates_in_time(1.0, 0.0, 0.0, 1.0)
+    assert found.speed > 1.875
+    assert found.jerk > 60.0
+
+
+def test_rates_of_a_carried_point_add_up() -> None:
+    assert add_rates(MotionRates(1.0, 2.0, 3.0), MotionRates(0.5, 0.25, 0.125)) == (1.5, 2.25, 3.125)
+
+
+def test_joints_are_bounded_each_by_itself() -> None:
+    first, second = joint_rates((line(1.0, -2.0),), 2.0)
+    assert first == near(0.9375, 2.5 / sqrt(3.0), 7.5)
+    assert second == near(1.875, 5.0 / sqrt(3.0), 15.0)
+
+
+def test_the_number_of_pieces_does_not_change_a_straight_path() -> None:
+    third = tuple(tuple((q + start,) for (q,) in line(1.0 / 3.0)) for start in (0.0, 1.0 / 3.0, 2.0 / 3.0))
+    (found,) = joint_rates(third, 2.0)  # type: ignore[arg-type]
+    assert found == near(0.9375, 2.5 / sqrt(3.0), 7.5)
+
+
+def test_the_fastest_piece_counts_and_its_derivatives_scale_with_the_number_of_pieces() -> None:
+    # 8x³ in the second of two pieces: by s, q' is at most 2·24, q'' 4·48 and q''' 8·48.
+    cube: Piece = ((0.0,), (0.0,), (0.0,), (8.0,))
+    (found,) = joint_rates((line(0.0), cube), 2.0)
+    assert found == near(*rates_in_time(48.0, 192.0, 384.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("second", "meets"),
+    [
+        ((3.0, 4.0, 5.0, 6.0), True),
+        # The third derivative may jump.
+        ((3.0, 4.0, 5.0, 9.0), True),
+        ((3.1, 4.1, 5.1, 6.1), False),
+        ((3.0, 4.1, 5.2, 6.3), False),
+        ((3.0, 3.9, 4.8, 5.7), False),
+        ((3.0, 4.0, 5.1, 6.0), False),
+        ((3.0, 4.0, 4.9, 6.0), False),
+        ((3.0, 4.0, 5.0 + 1e-10, 6.0), True),
+        ((float("nan"), 4.0, 5.0, 6.0), False),
+    ],
+)
+def test_pieces_meet_in_position_slope_and_bend(
+    second: tuple[float, float, float, float], meets: bool
+) -> None:
+    a, b, c, d = ((0.0, q) for q in second)
+    first = line(0.0, 3.0)
+    assert is_c2_continuous((first, (a, b, c, d))) is meets
+
+
+def test_a_path_of_one_piece_is_continuous_and_every_seam_counts() -> None:
+    assert is_c2_continuous((line(3.0),))
+    onwards: Piece = ((3.0,), (4.0,), (5.0,), (6.0,))
+    assert not is_c2_continuous((line(3.0), onwards, line(3.0)))
+
+
+def test_the_tool_of_a_joint_by_taylor_without_halving() -> None:
+    # By s: p' = 0.5·0.5 along y, p'' = 0.5·0.5² towards the axis, |p'''| <= L = 0.5·0.5³.
+    moving, turning = tool_rates(HALF_METRE, (line(0.5),), 2.0, 0.0)
+    first, second, third = hypot(0.25, 0.0625) + 0.0625 / 8.0, 0.125 + 0.0625 / 2.0, 0.0625
+    assert moving == near(*rates_in_time(first, second, third, 2.0))
+    # Rotation: 0.5 in the middle; its slope is bounded by half of 0.5², its bend by 1.5·0.5³.
+    assert turning == near(*rates_in_time(0.5 + 0.125 / 2.0, 0.125, 0.1875, 2.0))
+
+
+def test_halving_comes_close_to_the_exact_speed_and_stops_below_the_limit() -> None:
+    exact = 0.25 * 0.9375
+    tight, turning = tool_rates(HALF_METRE, (line(0.5),), 2.0, 1e-9)
+    assert exact <= tight.speed <= exact * 1.002
+    assert 0.5 * 0.9375 <= turning.speed <= 0.5 * 0.9375 * 1.01
+    enough, _ = tool_rates(HALF_METRE, (line(0.5),), 2.0, exact * 1.02)
+    assert tight.speed < enough.speed <= exact * 1.02
+    whole, _ = tool_rates(HALF_METRE, (line(0.5),), 2.0, 0.0)
+    assert enough.speed < whole.speed
+
+
+def test_a_tool_on_the_axis_turns_and_does_not_move() -> None:
+    moving, turning = tool_rates(RobotBody(((0.0, 0.0, 0.0),), (0.0, 0.0, 1.0), ()), (line(0.5),), 2.0, 1.0)
+    assert moving == near(0.0, 0.0, 0.0)
+    assert turning.speed >= 0.5 * 0.9375
+
+
+def test_joints_that_turn_against_each_other_leave_the_tool_where_it_is() -> None:
+    # Two joints at one place about one axis.
+    twins = RobotBody(((0.0, 0.0, 0.0),) * 2, (0.5, 0.0, 0.0), ())
+    still, _ = tool_rates(twins, (line(0.5, -0.5),), 2.0, 1e-9)
+    both, _ = tool_rates(twins, (line(0.25, 0.25),), 2.0, 1e-9)
+    assert still.speed <= 0.01
+    assert 0.25 * 0.9375 <= both.speed <= 0.25 * 0.9375 * 1.01
+
+
+def test_a_tilted_joint_is_bounded_as_an_upright_one() -> None:
+    tilted = RobotBody(((0.0, pi / 2, 0.0),), (0.5, 0.0, 0.0), ())
+    assert tool_rates(tilted, (line(0.5),), 2.0, 0.0)[0] == near(
+        *tool_rates(HALF_METRE, (line(0.5),), 2.0, 0.0)[0]
+    )

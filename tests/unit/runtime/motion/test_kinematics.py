@@ -1,0 +1,85 @@
+"""Bounds on displacements of planar arms, worked out by hand; tests/property samples random ones."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+from aeros.runtime.motion.kinematics import ForwardKinematics, chord_terms, norm
+from aeros.runtime.ports import RobotBody
+
+PLANAR = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.25, 0.0, 0.0), ())
+"""Two joints about z, half a metre apart."""
+
+STRETCHED = ForwardKinematics(PLANAR, (0.0, 0.0))
+TIP = (0.75, 0.0, 0.0)
+
+
+def test_the_frames_are_those_of_the_chain() -> None:
+    bent = ForwardKinematics(PLANAR, (pi / 2, -pi / 2)).frames
+    assert len(bent) == 3
+    assert bent[-1].to_base(PLANAR.tool_offset) == pytest.approx((0.25, 0.5, 0.0))
+
+
+def test_a_point_moves_by_each_joints_deviation_times_its_distance() -> None:
+    # Joint 2: 0.2 at 0.25 m. Joint 1: 0.1 at 0.75 m, and at 0.05 m more as joint 2 may have moved the tip.
+    total, reaches = STRETCHED.displacement_bound(2, TIP, (0.1, 0.2))
+    assert total == pytest.approx(0.13)
+    assert reaches == pytest.approx([0.8, 0.25])
+
+
+def test_only_the_joints_that_move_a_point_count() -> None:
+    assert STRETCHED.displacement_bound(0, TIP, (0.1, 0.2)) == (0.0, [])
+    total, reaches = STRETCHED.displacement_bound(1, (0.0, 0.3, 9.0), (0.1, 0.2))
+    assert (total, reaches) == (pytest.approx(0.03), pytest.approx([0.3]))
+
+
+def test_a_point_on_the_axis_does_not_move() -> None:
+    assert STRETCHED.displacement_bound(1, (0.0, 0.0, 2.0), (0.1, 0.2)) == (0.0, [0.0])
+
+
+def test_the_distance_from_a_tilted_axis_is_across_it() -> None:
+    tilted = ForwardKinematics(RobotBody(((0.0, -pi / 2, 0.0),), TIP, ()), (0.0,))  # its axis is y
+    total, reaches = tilted.displacement_bound(1, (0.3, 7.0, 0.4), (0.1,))
+    assert (total, reaches) == (pytest.approx(0.05), pytest.approx([0.5]))
+
+
+TERMS = [(0.1, 0.0, 0.1, 0.005), (-0.2, 0.05, 0.25, 0.05625)]
+"""0.1·0.1/2, and 0.25·(0.1 + 0.25/2)."""
+
+
+def test_the_terms_of_a_chord_hold_half_of_each_pair_of_joints() -> None:
+    found = chord_terms((0.1, -0.2), (0.0, 0.05))
+    assert [pytest.approx(row) for row in TERMS] == found
+    assert chord_terms((), ()) == []
+    w = [row[2] for row in found]
+    assert sum(row[3] for row in found) == pytest.approx(sum(w) ** 2 / 2.0)
+
+
+def test_near_a_chord_opposite_effects_of_joints_cancel() -> None:
+    edges, near = STRETCHED.chord_deviation_bound(2, TIP, TERMS)
+    # 0.75·0.1 - 0.25·0.2 along y.
+    assert edges == pytest.approx((0.0, 0.025, 0.0))
+    # Off the chord: 0.25·0.05. Bends: 0.25·0.05625 and, with joint 2's 0.0625 m, 0.8125·0.005.
+    assert near == pytest.approx(0.0125 + 0.0140625 + 0.0040625)
+
+
+def test_near_a_chord_only_the_joints_that_move_a_point_count() -> None:
+    assert STRETCHED.chord_deviation_bound(0, TIP, TERMS) == ((0.0, 0.0, 0.0), 0.0)
+    edges, near = STRETCHED.chord_deviation_bound(1, (0.0, 0.4, 0.0), TERMS)
+    assert edges == pytest.approx((0.04, 0.0, 0.0))
+    assert near == pytest.approx(0.4 * 0.005)
+
+
+def test_every_coordinate_of_a_chords_box_is_a_half_edge() -> None:
+    # About y, a point at (0.3, 0, 0.4) moves by 0.4 along x and by -0.3 along z for each rad.
+    tilted = ForwardKinematics(RobotBody(((0.0, -pi / 2, 0.0),), TIP, ()), (0.0,))
+    edges, near = tilted.chord_deviation_bound(1, (0.3, 7.0, 0.4), chord_terms((0.1,), (0.02,)))
+    assert edges == pytest.approx((0.04, 0.0, 0.03))
+    assert near == pytest.approx(0.5 * 0.02 + 0.5 * 0.12 * 0.06)
+
+
+def test_the_length_of_a_vector() -> None:
+    assert norm((3.0, -4.0, 12.0)) == 13.0
+    assert norm((0.0, 0.0, 0.0)) == 0.0
