@@ -158,3 +158,21 @@ def test_a_tilted_joint_is_bounded_as_an_upright_one() -> None:
     assert tool_rates(tilted, (line(0.5),), 2.0, 0.0)[0] == near(
         *tool_rates(HALF_METRE, (line(0.5),), 2.0, 0.0)[0]
     )
+
+
+@pytest.mark.parametrize("turn", [pi / 2.0, pi, -0.4])
+def test_the_posture_of_joints_that_stand_does_not_matter(turn: float) -> None:
+    planar = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.25, 0.125, 0.0), ())
+
+    def second_turns(first: float) -> Piece:
+        a, b, c, d = ((first, q / 3.0) for q in (0.0, 0.5, 1.0, 1.5))
+        return a, b, c, d
+
+    moving, turning = tool_rates(planar, (second_turns(0.0),), 2.0, 0.0)
+    turned, turned_turning = tool_rates(planar, (second_turns(turn),), 2.0, 0.0)
+    assert turned == near(*moving)
+    assert turned_turning == near(*turning)
+    # Joint 2 goes 0.5 rad at hypot(0.25, 0.125) m from its axis.
+    tight, _ = tool_rates(planar, (second_turns(turn),), 2.0, 1e-9)
+    exact = 0.5 * hypot(0.25, 0.125) * 0.9375
+    assert exact <= tight.speed <= exact * 1.01
