@@ -7,7 +7,6 @@ from dataclasses import replace
 from math import dist, inf, sqrt
 from typing import Any
 
-import numpy as np
 import pytest
 
 from aeros.runtime.ports import MotionCompletion
@@ -15,7 +14,6 @@ from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import Person, Waypoint
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.detected_object import DetectedObject
-from aeros.sim.faults.effects import detection_effect
 from aeros.sim.faults.injector import FaultEvent, FaultInjector
 from aeros.sim.faults.model import (
     CameraOpportunity,
@@ -280,18 +278,6 @@ def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
     plant.close()
     assert len(happened) == 1
     assert shown == [(False, False), (True, True)]
-
-
-def test_a_displacement_is_the_same_for_all_objects_in_a_picture() -> None:
-    away = detection_effect(DisplacedDetectionFault(0.06, None), np.random.default_rng(1))
-    first, second = away(DetectedObject((0.0, 0.0, 0.0))), away(DetectedObject((1.0, 2.0, 3.0)))
-    assert first is not None
-    assert second is not None
-    assert dist(first.position, (0.0, 0.0, 0.0)) == pytest.approx(0.06)
-    assert second.position == pytest.approx(
-        [a + b for a, b in zip(first.position, (1.0, 2.0, 3.0), strict=True)]
-    )
-    assert away(None) is None
 
 
 def test_the_camera_at_the_press_can_miss_too() -> None:

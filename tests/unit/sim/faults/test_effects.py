@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from math import dist, hypot
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from aeros.sim.bullet.people import Person, Waypoint
+from aeros.sim.detected_object import DetectedObject
+from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
+from aeros.sim.faults.effects import detection_effect, physical_effect
+from aeros.sim.faults.model import (
+    PersonEntersFault,
+    PhysicalFault,
+)
+from aeros.sim.physics import PlantParts
+from aeros.sim.sensors import SensorModel
+from aeros.spec.declared.faults import (
+    CommandDelayFault,
+    DisplacedDetectionFault,
+    GripForceFault,
+    ImpulseFault,
+    MissedDetectionFault,
+    PadFrictionFault,
+    SensorFault,
+    TorqueFault,
+)
+
+
+def test_a_displacement_is_the_same_for_all_objects_in_a_picture() -> None:
+    away = detection_effect(DisplacedDetectionFault(0.06, None), np.random.default_rng(1))
+    first, second = away(DetectedObject((0.0, 0.0, 0.0))), away(DetectedObject((1.0, 2.0, 3.0)))
+    assert first is not None
+    assert second is not None
+    assert dist(first.position, (0.0, 0.0, 0.0)) == pytest.approx(0.06)
+    assert second.position == pytest.approx(
+        [a + b for a, b in zip(first.position, (1.0, 2.0, 3.0), strict=True)]
+    )
+    assert away(None) is None
+
+
+def parts(**more: Any) -> PlantParts:
+    return cast("PlantParts", SimpleNamespace(**more))
+
+
+def ticks(kind: PhysicalFault, **more: Any) -> list[Degradation]:
+    return list(physical_effect(kind, np.random.default_rng(1), "it 1", parts(**more)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "each"),
+    [
+        (PadFrictionFault(0.25, 3), Degradation(friction=0.25)),
+        (GripForceFault(5.0, 3), Degradation(force=5.0)),
+        (TorqueFault(0.5, 3), Degradation(torque_share=0.5)),
+        (CommandDelayFault(7, 3), Degradation(lag_ticks=7)),
+        (
+            SensorFault("gap", 3, noise=0.5, latency=0.25, dropout=0.125),
+            Degradation(sensors={"gap": SensorModel(0.5, 0.0, 0.25, 0.125)}),
+        ),
+    ],
+)
+def test_a_degradation_lasts_as_many_ticks_as_declared(kind: PhysicalFault, each: Degradation) -> None:
+    assert ticks(kind) == [each] * 3
+
+
+class World:
+    """Notes each push."""
+
+    def __init__(self) -> None:
+        self.pushes: list[tuple[int, tuple[float, float, float]]] = []
+
+    def push(self, body: int, force: tuple[float, float, float]) -> None:
+        self.pushes.append((body, force))
+
+
+def bumped(direction: tuple[float, float, float] | None) -> list[tuple[int, tuple[float, float, float]]]:
+    world = World()
+    scene = SimpleNamespace(body={"cube": 7}.__getitem__)
+    kind = ImpulseFault("cube", 0.5, 12, direction)
+    assert ticks(kind, world=world, scene=scene) == [NO_DEGRADATION] * 12
+    return world.pushes
+
+
+def test_a_bump_spreads_its_impulse_evenly() -> None:
+    # 0.5 N·s over 12 ticks of 1/240 s are 10 N.
+    ((body, force), *others) = bumped((0.6, 0.0, -0.8))
+    assert (body, len(others)) == (7, 11)
+    assert force == pytest.approx((6.0, 0.0, -8.0))
+    assert set(others) == {(body, force)}
+
+
+def test_a_bump_without_a_direction_has_one_horizontal_direction() -> None:
+    (force,) = {force for _, force in bumped(None)}
+    assert hypot(force[0], force[1]) == pytest.approx(10.0)
+    assert force[2] == 0.0
+
+
+def test_a_person_enters_at_once_under_the_occurrences_name() -> None:
+    entered: list[Person] = []
+    person = Person("guest", (Waypoint((1.0, 2.0)),))
+    people = SimpleNamespace(add_person=entered.append)
+    assert ticks(PersonEntersFault(person), people=people) == []
+    assert entered == [replace(person, name="it 1")]
+
+
+def test_a_missed_detection_is_dropped_and_a_displaced_one_keeps_its_direction() -> None:
+    found = DetectedObject((1.0, 2.0, 3.0))
+    missed = detection_effect(MissedDetectionFault(), np.random.default_rng(1))
+    assert missed(found) is None
+    assert missed(None) is None
+    away = detection_effect(DisplacedDetectionFault(0.5, (0.0, 0.6, 0.8)), np.random.default_rng(1))
+    moved = away(found)
+    assert moved is not None
+    assert moved.position == pytest.approx((1.0, 2.3, 3.4))
