@@ -18,7 +18,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.ports import MotionCompletion, MotionHandle, PlannedMotion, Plant, RobotBody, Trajectory
-from aeros.sim.hosting.wire import ConnectionLostError, MessageChannel, decode_value, encode_body, encode_plan
+from aeros.sim.hosting.wire import (
+    ConnectionLostError,
+    MessageChannel,
+    decode_value,
+    encode_body,
+    encode_plan,
+    encode_value,
+)
 from aeros.skill import Action
 
 AGENT_TIMEOUT_S: Final = 5.0
@@ -155,7 +162,8 @@ class PlantHost:
         assert self._channel is not None  # noqa: S101
         try:
             self._connection.settimeout(self._agent_timeout_s)
-            self._channel.send({"tick": now, "measured": measured})
+            values = {name: encode_value(value) for name, value in measured.items()}
+            self._channel.send({"tick": now, "measured": values})
             while "rule" not in (message := self._channel.receive()):
                 self._answer(message)
         except ConnectionLostError:

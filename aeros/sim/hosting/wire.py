@@ -47,12 +47,13 @@ class MessageChannel:
         """Send one message.
 
         Args:
-            message: values that JSON can hold, `Reading`s, and numbers that convert to float.
+            message: values that JSON can hold, those of `encode_value`, and numbers that convert to float.
 
         Raises:
             ConnectionLostError: it cannot be sent.
         """
-        body = json.dumps(message, default=_json_default).encode()
+        # `float` encodes the numbers of NumPy, and raises TypeError for anything but a number.
+        body = json.dumps(message, default=float).encode()
         try:
             self._connection.sendall(_LENGTH_PREFIX.pack(len(body)) + body)
         except OSError as failure:
@@ -96,11 +97,16 @@ class MessageChannel:
         return b"".join(parts)
 
 
-def _json_default(value: object) -> object:
-    """Encode values that JSON cannot hold: readings, and the numbers of NumPy."""
-    if isinstance(value, Reading):
-        return {"reading": [value.value, value.time]}
-    return float(value)  # type: ignore[arg-type]  # raises TypeError for anything but a number
+def encode_value(value: Any) -> Any:
+    """Encode a value that a monitor sees.
+
+    Args:
+        value: as plants measure it; one that was measured earlier is a `Reading`.
+
+    Returns:
+        Values that JSON can hold. `json.dumps` alone would make a list of a `Reading`, as it is a tuple.
+    """
+    return {"reading": [value.value, value.time]} if type(value) is Reading else value
 
 
 def decode_value(value: Any) -> Any:

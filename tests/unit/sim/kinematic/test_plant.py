@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from math import cos, dist, inf, pi, sin
+from math import dist, inf, pi
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,11 @@ import pytest
 from aeros.runtime.ports import MotionCompletion, Plant, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Pose, yaw_orientation
-from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, slab
+from aeros.sim.kinematic.objects import GraspableObject, ObjectSet, slab
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
 from aeros.sim.kinematic.scenes import SCENES
 from aeros.sim.kinematic.scenes.bare import KinematicBareScene
-from aeros.sim.kinematic.tool_kinematics import tool_kinematics
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.kinematics import forward_kinematics
-from aeros.sim.robot.limits import Q_MAX, Q_MIN
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow, execute, recording
 
@@ -136,19 +133,6 @@ def test_fingers_that_close_next_to_an_object_hold_nothing() -> None:
     assert observed(plant)["finger_gap"] == pytest.approx(0.03)
 
 
-def test_a_box_turned_in_the_fingers_is_wider_and_a_round_thing_is_not() -> None:
-    tool = Pose((0.0, 0.0, 0.0), yaw_orientation(0.0))
-    corners = (-0.03, -0.02, -0.02), (0.03, 0.02, 0.02)
-    assert GraspableObject(tool, *corners, 0.02).width_between(tool) == pytest.approx(0.04)
-    for yaw in (0.3, -0.3, pi / 2):
-        box = GraspableObject(Pose((0.0, 0.0, 0.0), yaw_orientation(yaw)), *corners, 0.02)
-        assert box.width_between(tool) == pytest.approx(0.04 * cos(yaw) + 0.06 * abs(sin(yaw)))
-        can = CylindricalObject(
-            Pose((0.0, 0.0, 0.0), yaw_orientation(yaw)), (-0.02, -0.02, -0.02), (0.02, 0.02, 0.02), 0.02
-        )
-        assert can.width_between(tool) == pytest.approx(0.04)
-
-
 def test_the_arm_is_on_the_decided_path_at_every_tick() -> None:
     plant = make_plant("bare", 0)
     action = move(0.5, 0.2, 0.1, yaw=0.5)
@@ -219,17 +203,6 @@ def test_the_same_seed_repeats_and_another_does_not(run_skill: RunSkill) -> None
 
     assert after(3) == after(3)
     assert after(3) != after(4)
-
-
-def test_the_chain_of_one_posture_is_the_chain_of_many() -> None:
-    postures = Q_MIN + np.random.default_rng(5).uniform(size=(50, 7)) * (Q_MAX - Q_MIN)
-    places, rotations, jacobians = forward_kinematics(postures)
-    for q, place, rotation, jacobian in zip(postures, places, rotations, jacobians, strict=True):
-        found = tool_kinematics(q.tolist())
-        assert found.position == pytest.approx(place, abs=1e-12)
-        assert pytest.approx(jacobian[:3], abs=1e-12) == np.array(found.jacobian).T
-        turn = np.arctan2(rotation[1, 0], rotation[0, 0])
-        assert (cos(found.yaw), sin(found.yaw)) == pytest.approx((cos(turn), sin(turn)), abs=1e-12)
 
 
 def test_tool_speed_is_the_rate_at_which_the_tool_moves() -> None:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from aeros.runtime.ports import Plant, Trajectory
+from aeros.runtime.ports import Plant, RobotBody, Trajectory
+from aeros.sim.fake import FakePlant
+from aeros.sim.hosting.host import HostLog, PlantHost
+from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import ConnectionLostError
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import act
@@ -124,26 +130,100 @@ def test_a_host_without_clients_ends() -> None:
     assert not hosting.path.exists()
 
 
-def test_a_monitor_that_fails_has_stopped_the_plant_first() -> None:
-    hosting = Hosting(kinematic())
+# On a plant with scripted answers.
+
+
+def ask(plant: RemotePlant, **message: Any) -> Any:
+    plant._channel.send(message)
+    return plant._channel.receive()["is"]
+
+
+def test_skills_that_are_under_way_end_with_their_agent_and_others_do_not() -> None:
+    fake = FakePlant({"near": 1.5})
+    hosting = Hosting(fake)
     plant = hosting.join()
-    plant.begin(REACH, plant.plan(REACH))
+    plant.skill_began("m.a")
+    plant.skill_began("m.b")
+    plant.skill_ended("m.a", finished=True)
+    plant.close()
+    let_go = hosting.until("let-go")
+    assert (let_go["why"], let_go["amid_motion"]) == ("connection closed by peer", False)
+    assert let_go["measured"] == {"near": 1.5}
+    assert fake.calls[-2:] == [("stop",), ("skill_ended", "m.b", False)]
+    other = hosting.join()
+    other.close()
+    hosting.until("let-go")
+    last = hosting.join()
+    last.shut_down_host()
+    hosting.thread.join(20.0)
+    assert fake.call_count("skill_ended") == 2
+    assert fake.calls[-1] == ("close",)
 
-    def monitor(now: float, measured: Mapping[str, Any]) -> None:
-        if now > 0.2:
-            raise ZeroDivisionError
 
-    with pytest.raises(ZeroDivisionError):
-        plant.advance(monitor, 100.0)
-    assert max(map(abs, plant.observe()["joint_velocity"].value)) == 0.0
-    plant.shut_down_host()
-
-
-def test_a_plan_arrives_as_it_was_stated() -> None:
-    hosting, beside = Hosting(kinematic()), kinematic()
+def test_what_happens_is_told_with_what_was_measured_then() -> None:
+    fake = FakePlant({"near": 1.5})
+    fake.time = 4.0
+    hosting = Hosting(fake)
     plant = hosting.join()
-    stated, told = beside.plan(REACH), plant.plan(REACH)
-    assert isinstance(told, Trajectory)
-    assert told == stated
-    assert plant.plan(REACH) == stated
+    plant.skill_began("m.a")
+    fake.values["near"] = 0.5
+    plant.skill_ended("m.a", finished=True)
     plant.shut_down_host()
+    hosting.thread.join(20.0)
+    assert hosting.told == [
+        {"event": "connected", "time": 4.0, "measured": {"near": 1.5}},
+        {"event": "skill-began", "time": 4.0, "skill": "m.a", "measured": {"near": 1.5}},
+        {"event": "skill-ended", "time": 4.0, "skill": "m.a", "finished": True, "measured": {"near": 0.5}},
+        {"event": "ended", "time": 4.0, "measured": {"near": 0.5}},
+    ]
+    assert fake.calls[-2:] == [("stop",), ("close",)]
+
+
+def test_plans_have_numbers_and_a_body_is_sent_when_it_changes() -> None:
+    fake = FakePlant()
+    body = RobotBody(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.0), ())
+    fake.planned = Trajectory(body, ((((0.0,),) * 4,),), (0.0,) * 3, (0.0,) * 3, 1.0)
+    hosting = Hosting(fake)
+    plant = hosting.join()
+    first = ask(plant, do="plan", kind="move", parameters={})
+    assert (first["number"], first["body"]["tool"]) == (1, [0.5, 0.0, 0.0])
+    second = ask(plant, do="plan", kind="move", parameters={})
+    assert (second["number"], "body" in second) == (2, False)
+    assert ask(plant, do="begin", plan=1, kind="move", parameters={})["completed"] is False
+    assert ask(plant, do="begin", plan=2, kind="move", parameters={}) == 1
+    plant.close()
+    again = hosting.join()
+    assert "body" in ask(again, do="plan", kind="move", parameters={})
+    again.shut_down_host()
+
+
+def test_a_second_tick_after_the_agent_is_lost_is_not_asked_for() -> None:
+    fake = FakePlant()
+    fake.during = [{}, {}]
+    hosting = Hosting(fake, patience=0.05)
+    plant = hosting.join()
+    plant.begin(REACH)
+    plant._channel.send({"do": "advance", "until": 9.0})
+    assert "tick" in plant._channel.receive()
+    let_go = hosting.until("let-go")
+    assert (let_go["why"], let_go["amid_motion"]) == ("the agent did not confirm a tick in time", True)
+    plant.close()
+    hosting.join().shut_down_host()
+
+
+def test_a_log_is_a_line_of_json_for_each_event(tmp_path: Path) -> None:
+    log = HostLog(tmp_path / "host.jsonl")
+    log({"event": "connected", "measured": {"q": (1.0, np.float64(0.5))}})
+    log({"event": "ended"})
+    lines = (tmp_path / "host.jsonl").read_text().splitlines()
+    assert [json.loads(line) for line in lines] == [
+        {"event": "connected", "measured": {"q": [1.0, 0.5]}},
+        {"event": "ended"},
+    ]
+
+
+def test_a_socket_that_was_left_behind_is_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "plant.sock"
+    path.write_text("left behind")
+    PlantHost(FakePlant(), lambda event: None, linger=0.01).serve(path)
+    assert not path.exists()
