@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from zlib import crc32
 
+import numpy as np
 from numpy.random import Generator, Philox
 
 
@@ -26,4 +27,6 @@ class RandomSource:
         Returns:
             A new generator (NumPy's Philox, keyed by seed and channel, counter at `tick`).
         """
-        return Generator(Philox(key=[self.seed % 2**64, crc32(channel.encode())], counter=[0, 0, 0, tick]))
+        # Of a list with a number above 2^63, NumPy makes doubles: seeds below 0 would give the same numbers.
+        key = np.array([self.seed % 2**64, crc32(channel.encode())], dtype=np.uint64)
+        return Generator(Philox(key=key, counter=[0, 0, 0, tick]))
