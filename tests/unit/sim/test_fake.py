@@ -22,7 +22,7 @@ def test_values_are_measured_as_old_as_said() -> None:
     assert plant.observe() == {"near": Reading(1.5, 8.75)}
     plant.values["near"] = 2.0
     assert plant.observe()["near"].value == 2.0
-    assert FakePlant().observe() == {}
+    assert (FakePlant().observe(), FakePlant().now()) == ({}, 0.0)
 
 
 def test_calls_are_recorded_in_order_but_for_looking() -> None:

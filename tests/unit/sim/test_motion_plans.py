@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,10 @@ from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.kinematics import ForwardKinematics
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
-from aeros.sim.bullet.client import DATA
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.robot.body import CAPSULES, PANDA_BODY
-from aeros.sim.robot.kinematics import FLANGE, READY_POSTURE, forward_kinematics
+from aeros.sim.robot.body import PANDA_BODY
+from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX
 from aeros.sim.robot.profile import minimum_jerk
 from aeros.skill import Action, act
@@ -61,43 +59,6 @@ def test_both_kinematics_put_the_tool_in_the_same_place() -> None:
             )
             < 1e-12
         )
-
-
-def _vertices(mesh: str) -> np.ndarray[Any, Any]:
-    lines = (Path(DATA) / "franka_panda" / "meshes" / "collision" / f"{mesh}.obj").read_text().splitlines()
-    return np.array([[float(x) for x in line.split()[1:4]] for line in lines if line.startswith("v ")])
-
-
-def _mesh_of(link: str) -> np.ndarray[Any, Any]:
-    """Vertices of the link's collision meshes in the frame of its joint; fingers at every opening."""
-    if link == "foot":
-        return _vertices("link0")
-    if link not in ("hand", "fingers"):
-        return _vertices(link)
-    if link == "hand":
-        points = _vertices("hand")
-    else:
-        one = _vertices("finger") + np.array([0.0, 0.0, 0.0584])
-        openings = [one + np.array([0.0, gap, 0.0]) for gap in (0.0, 0.02, 0.04)]
-        points = np.concatenate([*openings, *(other * np.array([-1.0, -1.0, 1.0]) for other in openings)])
-    c = math.sqrt(0.5)
-    x, y, z = points.T
-    return np.stack((c * (x + y), c * (y - x), FLANGE + z), axis=1)
-
-
-@pytest.mark.parametrize("capsule", CAPSULES, ids=lambda capsule: capsule.link)
-def test_each_capsule_holds_its_links_mesh_and_its_balls_hold_the_capsule(capsule: Any) -> None:
-    a, b = np.array(capsule.a), np.array(capsule.b)
-    points = _mesh_of(capsule.link)
-    along = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
-    assert np.linalg.norm(points - a - along[:, None] * (b - a), axis=1).max() <= capsule.radius
-    chance = np.random.default_rng(0)
-    way = chance.normal(size=(5000, 3))
-    way *= capsule.radius / np.linalg.norm(way, axis=1)[:, None]
-    skin = a + chance.uniform(0.0, 1.0, (5000, 1)) * (b - a) + way
-    balls = [ball for ball in PANDA_BODY.balls if ball.link == capsule.link]
-    away = [np.linalg.norm(skin - np.array(ball.centre), axis=1) - ball.radius for ball in balls]
-    assert np.min(away, axis=0).max() <= 1e-12
 
 
 # What is decided is what is done.

@@ -17,7 +17,7 @@ TABLE: Colour = (200, 200, 200)
 
 
 class Top(NamedTuple):
-    """A horizontal top: a rectangle, or a disc of `half[0]`; m and rad. A slope lowers it along its length."""
+    """A top: a rectangle, or a disc of radius `half[0]`; m and rad. A slope lowers it along its length."""
 
     x: float
     y: float
