@@ -85,7 +85,9 @@ class _Reader:
 
     def doctype(self, at: int) -> None:
         """Refuse a document type: entities can be made to grow without end, and no model needs them."""
-        self._diagnostics.error("AE141", "DOCTYPE is not allowed", self.span(at))
+        # expat says where the name of the type ends.
+        start = self._bytes.rfind(b"<!DOCTYPE", 0, at)
+        self._diagnostics.error("AE141", "DOCTYPE is not allowed", self.span(start))
 
     def element(self, name: str, attributes: Mapping[str, str], at: int) -> None:
         """Check numbers and files of one element."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from typing import Any
 
 import pytest
@@ -60,7 +61,7 @@ def test_privileges_are_dropped_before_the_requested_layers_in_their_order(
     monkeypatch.setattr(module, "drop_privileges", lambda: done.append("dropped"))
     monkeypatch.setattr(os, "dup2", lambda source, target: done.append(f"{target} as {source}"))
     for layer in APPLY_LAYER:
-        monkeypatch.setitem(APPLY_LAYER, layer, lambda layer=layer: done.append(layer.value))
+        monkeypatch.setitem(APPLY_LAYER, layer, partial(done.append, layer.value))
     apply_layers(requested, 7)
     assert done == ["1 as 0", "2 as 0", "closed but 7", "dropped", *applied]
 

@@ -38,10 +38,10 @@ def test_on_an_unknown_machine_no_new_ones_can_be_gained_at_least(monkeypatch: p
 
 def test_a_process_becomes_the_parent_of_its_orphans() -> None:
     def adopts(_: int) -> list[int]:
-        found = []
-        for change in (lambda: None, become_subreaper):
-            change()
-            value = ctypes.c_int(-1)
+        value, found = ctypes.c_int(-1), []
+        for adopts_them in (False, True):
+            if adopts_them:
+                become_subreaper()
             process_control(PR_GET_CHILD_SUBREAPER, ctypes.byref(value))
             found.append(value.value)
         return found

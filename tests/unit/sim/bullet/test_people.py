@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 from math import dist, hypot
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from aeros.sim.bullet.people import Person, WalkSchedule, Waypoint
-from aeros.sim.bullet.people_file import read_people, shipped_people
+from aeros.sim.bullet.people_file import read_people
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.skill import act
-from aeros.spec.diagnostics.errors import UserError
 from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
@@ -139,97 +137,6 @@ def test_the_same_seed_repeats_bit_for_bit_with_people_and_another_does_not() ->
 
     assert told(3) == told(3)
     assert told(3)[-1]["human_distance"] != told(4)[-1]["human_distance"]
-
-
-# Files.
-
-
-def test_every_shipped_file_is_read_by_its_name_and_by_its_path() -> None:
-    assert len(shipped_people()) >= 3
-    for name, path in shipped_people().items():
-        assert read_people(name) == read_people(str(path))
-
-
-def write(folder: Path, body: str) -> str:
-    path = folder / "people.yaml"
-    path.write_text(f"schema: aeros/people/1\ndescription: Somebody.\npeople:\n  guest:\n{body}")
-    return str(path)
-
-
-def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
-    body = """\
-    height: 160 cm
-    radius: 200 mm
-    floor: -0.5 m
-    spread: 5 cm
-    delay: 500 ms
-    path:
-      - {at: [1 m, -2 m], stay: 3 s}
-      - {at: [100 cm, 0 m], speed: 1.5 m/s}
-      - {at: [0 m, 0 m], arrive: 9 s, stay: 1 s}
-"""
-    path = (
-        Waypoint((1.0, -2.0), dwell=3.0),
-        Waypoint((1.0, 0.0), speed=1.5),
-        Waypoint((0.0, 0.0), arrival_time=9.0, dwell=1.0),
-    )
-    assert read_people(write(tmp_path, body)) == (Person("guest", path, 1.6, 0.2, -0.5, 0.05, 0.5),)
-
-
-@pytest.mark.parametrize(
-    ("path", "more", "code", "said"),
-    [
-        ("[{at: [1 m, 0 m], speed: 1 m/s}]", "", "AE208", "the first waypoint is the start"),
-        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrive`"),
-        ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 1 m/s, arrive: 1 s}]", "", "AE208", "either"),
-        (
-            "[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 0 m/s}]",
-            "",
-            "AE208",
-            "walking speed 0 m/s is out of range",
-        ),
-        (
-            "[{at: [1 m, 0 m]}, {at: [2 m, 0 m], speed: 40 m/s}]",
-            "",
-            "AE208",
-            "walking speed 40 m/s is out of range",
-        ),
-        (
-            "[{at: [1 m, 0 m]}, {at: [9 m, 0 m], arrive: 0.1 s}]",
-            "",
-            "AE208",
-            "walking speed 80 m/s is out of range",
-        ),
-        ("[{at: [1 m, 0 m], stay: 5 s}, {at: [2 m, 0 m], arrive: 4 s}]", "", "AE208", "at 5 s"),
-        ("[{at: [1 m, 0 m], stay: -1 s}]", "", "AE208", "is negative"),
-        ("[{at: [1 m, 0 m], stay: 1e300 s}]", "", "AE208", "is larger than the limit"),
-        ("[{at: [1 m, -1e999 m]}]", "", "AE208", "is larger than the limit"),
-        ("[{at: [1 m, 0 m]}]", "height: 1 m\n    radius: 0.6 m", "AE208", "1 m tall, 1.2 m wide"),
-        ("[{at: [1 m, 0 m]}]", "radius: 0 m", "AE208", "0 m wide"),
-        ("[{at: [1 m, 0 m, 0 m]}]", "", "AE112", "3 entries"),
-        ("[]", "", "AE112", "0 entries"),
-        ("[{at: [1, 0 m]}]", "", "AE204", "expected a value in m"),
-        ("[{at: [1 m, 0 s]}]", "", "AE204", "expected a value in m"),
-        ("[{at: [1 m, 0 m], waits: 1 s}]", "", "AE101", "unknown field `waits`"),
-    ],
-)
-def test_an_impossible_walk_is_reported_at_its_place(
-    path: str, more: str, code: str, said: str, tmp_path: Path
-) -> None:
-    with pytest.raises(UserError) as refused:
-        read_people(write(tmp_path, f"    path: {path}\n" + (f"    {more}\n" if more else "")))
-    (found,) = refused.value.diagnostics
-    assert found.code == code
-    assert said in found.headline
-    assert found.primary is not None
-
-
-def test_an_unknown_people_file_is_refused_with_the_shipped_names() -> None:
-    with pytest.raises(UserError) as refused:
-        read_people("at_the_tabel")
-    (found,) = refused.value.diagnostics
-    assert found.code == "AE002"
-    assert found.help == ("did you mean `at_the_table`?",)
 
 
 def test_people_walk_no_faster_than_declared() -> None:

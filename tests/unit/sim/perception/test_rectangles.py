@@ -17,7 +17,7 @@ def grid(x: float, y: float, heading: float, length: float, width: float) -> NDA
     """Points all over a rectangle, its corners among them."""
     u, v = np.meshgrid(np.linspace(-length / 2, length / 2, 7), np.linspace(-width / 2, width / 2, 5))
     turned = np.stack((u * cos(heading) - v * sin(heading), u * sin(heading) + v * cos(heading)), axis=-1)
-    return turned.reshape(-1, 2) + np.array((x, y))
+    return np.asarray(turned.reshape(-1, 2) + np.array((x, y)), np.float64)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 0.5, 30.0, 45.0, 89.5])

@@ -102,6 +102,17 @@ def test_what_is_no_model_is_reported(text: str, headline: str, line: int, tmp_p
     assert [(code, said, at) for code, said, at, _ in found] == [("AE141", headline, line)]
 
 
+def test_a_document_type_is_underlined_from_its_start(tmp_path: Path) -> None:
+    for written in ("<!DOCTYPE robot>", '<!DOCTYPE robot [ <!ENTITY a "b">'):
+        end = "]>" if "ENTITY" in written else ""
+        found = problems(tmp_path, f'<?xml version="1.0"?>\n{written}{end}{GOOD}')
+        assert [(line, underlined) for _, _, line, underlined in found] == [(2, written)]
+
+
+def test_a_model_without_a_link_is_underlined_from_its_start(tmp_path: Path) -> None:
+    assert [one[3] for one in problems(tmp_path, '<robot name="a"/>')] == ['<robot name="a"/>']
+
+
 def test_places_are_right_after_letters_of_several_bytes(tmp_path: Path) -> None:
     text = with_element('<box size="1"/>').replace("vase", "väse €")
     ((_, _, line, underlined),) = problems(tmp_path, text)

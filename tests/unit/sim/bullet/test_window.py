@@ -13,61 +13,14 @@ import pytest
 from PIL import Image
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.mirror import SceneMirror, bodies_of, poses_of, shapes_of
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.people import People, Person, Waypoint
 from aeros.sim.bullet.window import ViewerWindow, WindowError, orbit_view
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
-from aeros.sim.randomness import RandomSource
 from aeros.sim.scenes import SCENES
 
 pytestmark = pytest.mark.physics
 
 VIEW = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
-
-OFF_CENTRE = """<robot name="club"><link name="club">
-<inertial><origin xyz="0.1 0 0.05" rpy="0 0.4 0"/><mass value="1"/>
-<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
-<visual><origin xyz="0.02 0.1 0"/><geometry><sphere radius="0.07"/></geometry></visual></link></robot>"""
-
-
-@pytest.mark.parametrize("name", sorted(SCENES))
-def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
-    scene, world, other = SCENES[name](), PhysicsWorld(), PhysicsWorld()
-    robot = Panda(world, scene.robot)
-    scene.build(world, robot, RandomSource(0))
-    People(world, robot.body, [Person("guest", (Waypoint((0.5, 0.45)),))], RandomSource(0))
-    mirror = SceneMirror(other.client)
-    for body in bodies_of(world):
-        if not shapes_of(world, [body]):  # what is painted on it is not mirrored
-            bullet.removeBody(body, physicsClientId=world.client)
-    shapes = shapes_of(world, bodies_of(world))
-    mirror.add(shapes)
-    for _ in range(2):
-        for _ in range(120):
-            world.step()
-        mirror.place(poses_of(world, shapes))
-        seen = world.render(scene.view).rgb
-        assert len(np.unique(seen)) > 30
-        assert np.array_equal(seen, other.render(scene.view).rgb)
-    world.close()
-    other.close()
-
-
-def test_parts_are_where_they_are_on_a_body_that_is_heavier_at_one_end(tmp_path: Path) -> None:
-    (tmp_path / "club.urdf").write_text(OFF_CENTRE)
-    world, other = PhysicsWorld(), PhysicsWorld()
-    world.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2), (0.0, 0.0, 0.6, 0.8))
-    mirror = SceneMirror(other.client)
-    shapes = shapes_of(world, bodies_of(world))
-    mirror.add(shapes)
-    mirror.place(poses_of(world, shapes))
-    seen = world.render(VIEW).rgb
-    assert len(np.unique(seen)) > 10
-    assert np.array_equal(seen, other.render(VIEW).rgb)
-    world.close()
-    other.close()
 
 
 @pytest.mark.parametrize("name", sorted(SCENES))
