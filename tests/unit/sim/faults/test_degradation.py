@@ -128,7 +128,7 @@ def test_a_weak_arm_follows_its_commands_and_is_strong_again() -> None:
     one.tick(Degradation(torque_share=0.25))
     one.tick()
     one.tick()
-    assert one.robot.arm == [(pytest.approx(n), 1.0, share) for n, share in ((1, 0.5), (2, 0.25), (3, 1.0))]
+    assert one.robot.arm == pytest.approx(np.array([(1.0, 1.0, 0.5), (2.0, 1.0, 0.25), (3.0, 1.0, 1.0)]))
 
 
 def test_a_late_arm_waits_follows_late_and_catches_up_at_twice_the_pace() -> None:
@@ -137,7 +137,7 @@ def test_a_late_arm_waits_follows_late_and_catches_up_at_twice_the_pace() -> Non
         one.tick(Degradation(lag_ticks=3))
     for _ in range(4):
         one.tick()
-    # It waits in tick 0's place for three ticks, is three late, then goes two places a tick until it has caught up.
+    # It waits in tick 0's place for three ticks, is three late, then goes two places a tick and has caught up.
     places = [q for q, _, _ in one.robot.arm]
     assert places == pytest.approx([0, 0, 0, 1, 2, 3, 5, 7, 9], abs=1e-9)
     assert [speed for _, speed, _ in one.robot.arm] == [0.0] * 3 + [1.0] * 6

@@ -24,7 +24,7 @@ BASE: Vector3 = (1.0, 2.0, 0.5)
 AT = (1.5, 2.1, 0.8)
 """Half a metre ahead of the base, a little to the left, 0.3 m high."""
 
-JOINTS = {"q1": 0.2, "q2": -0.5, "q3": 0.1, "q4": -2.0, "q5": 0.2, "q6": 1.8, "q7": 0.6}
+JOINTS: dict[str, Any] = {"q1": 0.2, "q2": -0.5, "q3": 0.1, "q4": -2.0, "q5": 0.2, "q6": 1.8, "q7": 0.6}
 
 
 class Fixed(KinematicRobot):
