@@ -63,6 +63,7 @@ MARKED: Final = {
         "unit/runtime/isolation/test_isolated_run.py",
         "unit/runtime/isolation/test_probes.py",
         "unit/runtime/isolation/test_zygote.py",
+        "unit/runtime/isolation/test_zygote_pool.py",
         "unit/runtime/registry/test_archive.py",
         "unit/runtime/registry/test_past_configurations.py",
         "unit/runtime/registry/test_revocation.py",

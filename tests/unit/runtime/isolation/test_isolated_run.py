@@ -184,6 +184,18 @@ def test_values_that_no_frame_holds_refuse_the_skill(nursery: ZygotePool) -> Non
     assert isinstance(run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n").resume({}, 1.0), Action)
 
 
+def test_a_zygote_that_was_killed_is_replaced(bare: ZygotePool) -> None:
+    text = HEAD + "def lift(o, i):\n    yield act('move')\n"
+    first = run(bare, text)
+    first._zygote.kill()
+    ending = first.resume({}, 60.0)
+    assert isinstance(ending, SkillRunResult)
+    assert ending.status is StepStatus.RAISED
+    second = run(bare, text)
+    assert second.resume({}, 60.0) == act("move")
+    second.close()
+
+
 _RUNTIME = """
 import sys, time
 from aeros.runtime.isolation.isolated_run import IsolatedRun

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 from collections.abc import Callable, Iterator
 from math import sqrt
@@ -36,7 +37,7 @@ class Peer:
     def Pipe(self) -> tuple[Any, Any]:  # noqa: N802 - the name of multiprocessing's
         ours, its_end = multiprocessing.Pipe()
         # What the run closes is its copy of this end.
-        self.end = multiprocessing.connection.Connection(module.os.dup(its_end.fileno()))
+        self.end = multiprocessing.connection.Connection(os.dup(its_end.fileno()))
         return ours, its_end
 
     def Process(self, target: Any, args: Any, daemon: bool) -> Peer:  # noqa: N802

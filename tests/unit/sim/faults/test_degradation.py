@@ -137,7 +137,7 @@ def test_a_late_arm_waits_follows_late_and_catches_up_at_twice_the_pace() -> Non
         one.tick(Degradation(lag_ticks=3))
     for _ in range(4):
         one.tick()
-    # It waits in tick 0's place for three ticks, is three late, then goes two places a tick and has caught up.
+    # It waits in tick 0's place for three ticks, is three late, and catches up by two places a tick.
     places = [q for q, _, _ in one.robot.arm]
     assert places == pytest.approx([0, 0, 0, 1, 2, 3, 5, 7, 9], abs=1e-9)
     assert [speed for _, speed, _ in one.robot.arm] == [0.0] * 3 + [1.0] * 6
