@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from math import inf, nan
+from typing import Any
+
 import pytest
 
+from aeros.runtime.ports import Reading, Readings
 from aeros.sim.conformance import observation_checks
-from aeros.sim.conformance.suite import Check
+from aeros.sim.conformance.suite import Check, ConformanceError, PlantUnderTest
+from aeros.sim.fake import FakePlant
+from aeros.skill import act
 from tests.unit.sim.conformance.broken import Twin
 from tests.unit.sim.conformance.twins import accept, broken_twins, refuse, whole_twins
 
@@ -18,3 +24,64 @@ def test_the_twin_that_is_not_broken_passes(check: Check, twin: type[Twin]) -> N
 @pytest.mark.parametrize(("check", "twin", "why"), broken_twins(observation_checks))
 def test_a_broken_twin_is_refused(check: Check, twin: type[Twin], why: str) -> None:
     refuse(check, twin, why)
+
+
+# Readings, by hand.
+
+
+class Timed(FakePlant):
+    """A plant whose readings are of scripted times; nothing else is asked of it here."""
+
+    def __init__(self, *times: Any) -> None:
+        super().__init__()
+        self.time, self._times = 5.0, times
+
+    def observe(self) -> Readings:
+        return {f"v{number}": Reading(1.0, time) for number, time in enumerate(self._times)}
+
+
+@pytest.mark.parametrize(
+    ("time", "why"),
+    [
+        (5.0, None),
+        (0.0, None),
+        (-1.0, None),
+        (5.000001, "`v1` was measured at 5.000001 s, which is in the future: it is 5.0 s"),
+        (nan, "`v1` was measured at nan, which is no time"),
+        (-inf, "`v1` was measured at -inf, which is no time"),
+        (5, "`v1` was measured at 5, which is no time"),
+        (None, "`v1` was measured at None, which is no time"),
+    ],
+)
+def test_a_reading_has_a_time_that_has_come(time: Any, why: str | None) -> None:
+    if why is None:
+        assert observation_checks._require_timely(Timed(1.0, time)) == {"v0": 1.0, "v1": time}
+        return
+    with pytest.raises(ConformanceError, match=why):
+        observation_checks._require_timely(Timed(1.0, time))
+
+
+@pytest.mark.parametrize(
+    ("value", "is_taken"),
+    [
+        (True, True),
+        (1.5, True),
+        ("word", True),
+        ((1.0, 2.0, 3.0), True),
+        ((True, False), True),
+        ((), True),
+        (1, False),
+        (nan, False),
+        (None, False),
+        ([1.0], False),
+        ((1.0, inf), False),
+        (((1.0,),), False),
+    ],
+)
+def test_a_value_is_of_a_type_that_the_gate_takes(value: Any, is_taken: bool) -> None:
+    subject = PlantUnderTest(lambda: FakePlant({"seen": value}), act("move"), act("wait"))
+    if is_taken:
+        observation_checks.readings_are_of_the_types_that_the_port_has(subject)
+        return
+    with pytest.raises(ConformanceError, match=r"`seen` is .*, which no gate takes"):
+        observation_checks.readings_are_of_the_types_that_the_port_has(subject)

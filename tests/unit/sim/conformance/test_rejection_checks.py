@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
 import pytest
 
+from aeros.runtime.ports import MotionCompletion, NoMotion, RobotBody, Trajectory
 from aeros.sim.conformance import rejection_checks
-from aeros.sim.conformance.suite import Check, PlantUnderTest
+from aeros.sim.conformance.suite import Check, ConformanceError, PlantUnderTest
 from aeros.sim.fake import FakePlant
 from aeros.skill import act
 from tests.unit.sim.conformance.broken import Twin
@@ -39,3 +44,70 @@ def test_invalid_actions_are_mutants_of_each_parameter() -> None:
         assert bad in targets
     valid = {repr(subject.motion_action), repr(subject.parallel_action)}
     assert not valid & {repr(one) for one in found.values()}
+
+
+# Plans, by hand.
+
+BODY = RobotBody(((0.0, 0.0, 0.0),), (0.0, 0.0, 0.0), ())
+PIECE = ((0.5,), (0.5,), (0.75,), (1.0,))
+PLAN = Trajectory(BODY, ((PIECE, ((1.0,), (1.0,), (1.0,), (1.5,))),), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
+
+
+def scripted(plan: Any) -> PlantUnderTest:
+    """A plant that plans this, whose joint is measured at 0.5 rad."""
+
+    def make() -> FakePlant:
+        plant = FakePlant({"joint_position": (0.5,)})
+        plant.planned = plan
+        return plant
+
+    return PlantUnderTest(make, act("move"), act("wait"), tracking_tolerance=0.01)
+
+
+@pytest.mark.parametrize(
+    ("plan", "why"),
+    [
+        (PLAN, None),
+        (NoMotion("it only grips"), None),
+        (NoMotion(""), "it says of an action that it moves nothing, and not why"),
+        (MotionCompletion(False, "unreachable"), "it cannot plan `move`"),
+        (replace(PLAN, duration=0.0), "a motion takes 0.0 s"),
+        (replace(PLAN, duration=nan), "a motion takes nan s"),
+        (replace(PLAN, duration=inf), "a motion takes inf s"),
+        (replace(PLAN, joint_paths=()), "a motion has a path without pieces"),
+        (replace(PLAN, joint_paths=(*PLAN.joint_paths, ())), "a motion has a path without pieces"),
+        (replace(PLAN, joint_paths=((PIECE, PIECE),)), "the pieces of a path do not join"),
+        (replace(PLAN, joint_paths=(*PLAN.joint_paths, (PIECE, PIECE))), "the pieces of a path do not join"),
+        (replace(PLAN, joint_paths=((((0.509,),) * 4,),)), None),
+        (replace(PLAN, joint_paths=((((0.511,),) * 4,),)), "rad from where the joints are"),
+        (replace(PLAN, joint_paths=((((0.489,),) * 4,),)), "rad from where the joints are"),
+    ],
+)
+def test_a_plan_takes_time_joins_its_pieces_and_starts_where_the_robot_is(plan: Any, why: str | None) -> None:
+    check = rejection_checks.a_planned_motion_begins_where_the_robot_is
+    if why is None:
+        check(scripted(plan))
+        return
+    with pytest.raises(ConformanceError, match=why):
+        check(scripted(plan))
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        (NoMotion("still"), "is not refused"),
+        (1, "is not refused"),
+        (MotionCompletion(True), "is refused without a reason"),
+        (MotionCompletion(False, None), "is refused without a reason"),
+        (MotionCompletion(False, " "), "is refused without a reason"),
+        (MotionCompletion(True, "done"), "is refused without a reason"),
+        (MotionCompletion(False, "monitor:rule"), "in the monitor's name"),
+        (MotionCompletion(False, "unknown kind"), None),
+    ],
+)
+def test_a_refusal_has_a_reason_of_the_plants_own(answer: Any, why: str | None) -> None:
+    if why is None:
+        rejection_checks._require_reason(answer, "it")
+        return
+    with pytest.raises(ConformanceError, match=f"it .*{why}"):
+        rejection_checks._require_reason(answer, "it")
