@@ -292,6 +292,24 @@ def test_a_request_that_arrives_in_pieces_is_put_together() -> None:
     os.close(write)
 
 
+def test_a_request_that_arrives_with_the_next_one_is_taken_alone() -> None:
+    read, write = os.pipe()
+    first, second = ResumeSkill(TOKEN, {"near": 1.5}), ResumeSkill(TOKEN, {"near": 2.5})
+    data = encode(first) + encode(second)
+    os.write(write, data[:9])
+
+    def go_on() -> None:
+        time.sleep(0.02)
+        os.write(write, data[9:])
+
+    thread = Thread(target=go_on)
+    thread.start()
+    assert [receive_request(read), receive_request(read)] == [first, second]
+    thread.join(20.0)
+    os.close(read)
+    os.close(write)
+
+
 def test_a_response_is_sent_whole_even_in_short_writes(monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[bytes] = []
 

@@ -176,3 +176,15 @@ def test_the_posture_of_joints_that_stand_does_not_matter(turn: float) -> None:
     tight, _ = tool_rates(planar, (second_turns(turn),), 2.0, 1e-9)
     exact = 0.5 * hypot(0.25, 0.125) * 0.9375
     assert exact <= tight.speed <= exact * 1.01
+
+
+def test_a_bent_path_of_one_joint_by_taylor_without_halving() -> None:
+    # 0.8x³: q' is 0.6 in the middle and at most 2.4, q'' 2.4 and at most 4.8, q''' 4.8.
+    cube: Piece = ((0.0,), (0.0,), (0.0,), (0.8,))
+    moving, turning = tool_rates(HALF_METRE, (cube,), 2.0, 0.0)
+    bend = 4.8 + 0.5 * 2.4**2
+    assert turning == near(*rates_in_time(0.6 + bend / 2.0, bend, 4.8 + 3.0 * 2.4 * 4.8 + 1.5 * 2.4**3, 2.0))
+    # p' = 0.3 along the circle; p'' = 1.2 along it and 0.5·0.6² towards its centre.
+    third = 0.5 * (4.8 + 3.0 * 2.4 * 4.8 + 2.4**3)
+    first = hypot(0.3 + 0.6, 0.09) + third / 8.0
+    assert moving == near(*rates_in_time(first, hypot(1.2, 0.18) + third / 2.0, third, 2.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import cos, hypot, pi, sin
 
 import pytest
 
@@ -85,3 +85,16 @@ def test_every_coordinate_of_a_chords_box_is_a_half_edge() -> None:
 def test_the_length_of_a_vector() -> None:
     assert norm((3.0, -4.0, 12.0)) == 13.0
     assert norm((0.0, 0.0, 0.0)) == 0.0
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, pi / 2, -2.0])
+def test_a_distance_does_not_depend_on_where_the_axis_points(turn: float) -> None:
+    # Joint 2's axis is y, turned by joint 1; the point, at (0.3, 7, 0.4) before, is turned with it.
+    chain = ForwardKinematics(RobotBody(((0.0, 0.0, 0.0), (0.0, -pi / 2, 0.0)), TIP, ()), (turn, 0.0))
+    c, s = cos(turn), sin(turn)
+    point = (0.3 * c - 7.0 * s, 0.3 * s + 7.0 * c, 0.4)
+    _, reaches = chain.displacement_bound(2, point, (0.0, 0.0))
+    assert reaches == pytest.approx([hypot(0.3, 7.0), 0.5])
+    edges, near = chain.chord_deviation_bound(2, point, chord_terms((0.0, 0.1), (0.0, 0.02)))
+    assert edges == pytest.approx((abs(0.04 * c), abs(0.04 * s), 0.03))
+    assert near == pytest.approx(0.5 * 0.02 + 0.5 * 0.12 * 0.06)
