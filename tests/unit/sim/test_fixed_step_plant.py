@@ -254,7 +254,9 @@ def test_a_stop_forgets_every_motion() -> None:
     plant.advance(allow, 0.3)
     plant.stop()
     assert max(map(abs, plant.observe()["joint_velocity"].value)) == 0.0
+    there = q1(plant)
     assert plant.advance(allow, plant.now() + 0.1) == {}
+    assert q1(plant) == there
     assert plant.arm.yielded == 1
     motion = begin(plant, WAIT)
     assert plant.advance(allow, inf) == {motion: DONE}

@@ -139,7 +139,7 @@ def test_a_held_object_presses_on_the_surface_that_it_is_pushed_into() -> None:
 
 
 def test_the_finger_tips_press_by_the_one_that_is_deeper() -> None:
-    step = slab(0.0, 0.5, 0.001, 4.0, 0.99)  # from y = 0.005 on, the table is 1 mm higher
+    step = slab(0.0, 0.5, 0.001, 0.1, 0.99)  # from y = 0.005 on, the table is 1 mm higher
     objects = ObjectSet([], [TABLE, step])
     objects.tick(at(0.0, 0.0, 0.008), 0.02)
     assert objects.load == pytest.approx(20.0)
