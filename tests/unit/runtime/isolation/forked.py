@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import traceback
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -15,7 +16,10 @@ def in_child(work: Callable[[int], Any]) -> Any:
     It gets a descriptor that stays open, through which the result comes back.
     """
     ours, theirs = os.pipe()
-    child = os.fork()
+    with warnings.catch_warnings():
+        # Of other threads, whose locks a child might wait for: it calls nothing that needs them.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = os.fork()
     if child == 0:
         try:
             result = {"returned": work(theirs)}
