@@ -85,3 +85,17 @@ def test_a_value_is_of_a_type_that_the_gate_takes(value: Any, is_taken: bool) ->
         return
     with pytest.raises(ConformanceError, match=r"`seen` is .*, which no gate takes"):
         observation_checks.readings_are_of_the_types_that_the_port_has(subject)
+
+
+def test_the_monitors_last_look_is_what_is_measured_then() -> None:
+    def make() -> FakePlant:
+        plant = FakePlant({"joint_position": (0.5,)})
+        plant.during = [{}, {"joint_position": last}]
+        return plant
+
+    subject = PlantUnderTest(make, act("move"), act("wait"), period=None)
+    last = (0.5,)
+    observation_checks.the_monitor_runs_before_the_first_tick_and_after_each(subject)
+    last = (0.6,)
+    with pytest.raises(ConformanceError, match="the monitor's last look is not what is measured then"):
+        observation_checks.the_monitor_runs_before_the_first_tick_and_after_each(subject)

@@ -82,6 +82,15 @@ def test_a_single_plate_is_taken_to_point_away_from_the_robot() -> None:
     assert wrapper(plate(HINGE_TO_PLATE, DOUGH, 0.3 + pi)).yaw == pytest.approx(0.3, abs=0.04)
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_half_hidden_plate_does_not_shift_the_wrapper(side: float) -> None:
+    # The arm over one half of plate A, seen 0.93/0.79 as far from the picture's middle.
+    arm = Top(0.515, (0.0254, 0.0254 + 0.06)[side > 0] - 0.03, 0.21, (0.03, 0.03), (40, 40, 40))
+    found = wrapper(*opened(0.0), arm)
+    assert found.hinge == pytest.approx(HINGE, abs=0.003)
+    assert found.yaw == pytest.approx(0.0, abs=0.05)
+
+
 def test_a_folded_plate_is_seen_by_its_slope() -> None:
     # Plate B is folded up by 0.5 rad: its middle is nearer to the hinge and higher, and it looks shorter.
     fold = 0.5

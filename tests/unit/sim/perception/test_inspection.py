@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from aeros.sim.geometry import Camera
 from aeros.sim.layouts.table import BIN, OVERHEAD_CAMERA, SPONGE_SIZE
 from aeros.sim.perception.inspection import Inspection, inspect_table
 from tests.unit.sim.perception.drawn import Top, draw
@@ -90,3 +91,22 @@ def test_what_is_next_to_the_sponge_belongs_to_it() -> None:
     assert inspected(SPONGE, near).other_pixels == 0
     assert inspected(SPONGE, far).other_pixels > 0
     assert inspected(near).other_pixels > 0
+
+
+NEAR = Camera(
+    eye=(0.5, 0.12, 1.0),
+    target=(0.5, 0.12, 0.0),
+    up=(1.0, 0.0, 0.0),
+    field_of_view=6.0,
+    width=100,
+    height=100,
+)
+"""Some hundred cells of 1 cm at the edge of the area, and table beyond it; 1 mm a pixel."""
+
+
+@pytest.mark.parametrize(("dirty", "is_clean"), [(0.0038, True), (0.0062, False)])
+def test_most_of_a_cells_pixels_decide(dirty: float, is_clean: bool) -> None:
+    bars = [Top(0.5, 0.005 + 0.01 * row, 0.0005, (0.2, dirty / 2.0), DIRT) for row in range(15)]
+    found = inspect_table(draw(NEAR, bars), NEAR).clean_share
+    # Of the 900 cells the picture shows 9 rows of 12, some of them in part.
+    assert found == pytest.approx(108 / 900 if is_clean else 0.0, abs=0.015)
