@@ -21,7 +21,7 @@ from aeros.runtime.bus.messages import (
 from aeros.runtime.bus.port import M
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import METRES, declare
 from tests.unit.runtime.one_joint import PLAN, governed
 

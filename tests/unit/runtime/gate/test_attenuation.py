@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from aeros.runtime.gate.attenuation import attenuate_parameters
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Rule, Site
+from aeros.spec.model.rules import Rule
+from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import METRES, SPAN, declare
 
 SPEED, REACH = (declare(name, METRES, t.VariableRole.PARAMETER).variable for name in ("speed", "reach"))

@@ -10,7 +10,8 @@ import pytest
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller
 from aeros.runtime.gate.finite_layers import finite_objections
-from aeros.spec.model.model import Access, OperatorOverride, Risk
+from aeros.spec.model.policy import Access, OperatorOverride
+from aeros.spec.model.rules import Risk
 from tests.unit.runtime.bench import unproved
 
 FRESH = {"carry-rate": 0}

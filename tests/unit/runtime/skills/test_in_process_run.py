@@ -16,7 +16,7 @@ from aeros.runtime.skills.in_process_run import (
     run_in_process,
 )
 from aeros.skill import Inputs, Observation, SkillBody, act
-from aeros.spec.model.model import Site
+from aeros.spec.model.site import Site
 
 GOOD = """
 from __future__ import annotations

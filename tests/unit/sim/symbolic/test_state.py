@@ -14,7 +14,8 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.model import Declared, Site
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from tests.unit.runtime.conftest import declare
 
 JOINTS = EnumType("joints", tuple(f"j{number}" for number in range(1, 8)))

@@ -25,7 +25,8 @@ from aeros.spec.backends.compiled import compile_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, VectorType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.model.model import Quota, ranges_of
+from aeros.spec.model.policy import Quota
+from aeros.spec.model.variables import ranges_of
 from tests.unit.runtime.conftest import METRES, SPAN, declare
 
 NOW = 100.0

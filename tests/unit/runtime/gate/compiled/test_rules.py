@@ -16,7 +16,9 @@ from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.violation import RuleViolation
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, IntegerType
-from aeros.spec.model.model import History, Rule, Site
+from aeros.spec.model.rules import Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import History
 from tests.unit.runtime.bench import PARAMETERS, STATE, unproved
 from tests.unit.runtime.conftest import METRES, SPAN, declare
 from tests.unit.runtime.together import configuration as cart
