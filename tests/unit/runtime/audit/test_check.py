@@ -152,7 +152,7 @@ def test_a_hole_in_the_last_record_is_half_written_and_one_before_it_an_edit(log
     with log_path.open("rb") as file:
         prefix = read_prefix(file)
     assert (prefix.records, prefix.torn_tail) == (1, None)
-    assert prefix.problem == "record 1 was edited: its hash is not that of its content"
+    assert prefix.problem == "record 1 was edited: its hash does not match its content"
 
 
 def test_a_caller_sees_each_sound_record_with_its_hash_and_may_reject_it(log_path: Path) -> None:

@@ -49,7 +49,7 @@ def test_a_rule_reads_the_parameters_of_both_in_either_order(
 def test_an_objection_names_the_action_under_way_and_the_rule() -> None:
     (reason,) = COMPILED.objections(active(move(1.0)), [active(roll(1.0))])
     assert reason.text == (
-        "beside the `roll` under way it breaks `moving.speed + rolling.pace <= 1 m/s`: the cart tips"
+        "together with the `roll` under way it breaks `moving.speed + rolling.pace <= 1 m/s`: the cart tips"
     )
 
 

@@ -112,7 +112,7 @@ def test_a_malformed_response_is_a_violation(content: bytes) -> None:
 
 
 def test_a_response_with_another_token_is_a_violation() -> None:
-    with pytest.raises(ProtocolError, match="belongs to no question"):
+    with pytest.raises(ProtocolError, match="does not belong to the latest request"):
         decode_response(payload(SkillLoaded(TOKEN[::-1])), TOKEN)
 
 
@@ -191,13 +191,13 @@ def test_the_longest_response_is_accepted_and_a_longer_one_is_not_read(worker: W
 
 
 def test_an_answer_that_goes_on_is_a_violation(worker: Worker) -> None:
-    with pytest.raises(ProtocolError, match="it says more than it was asked"):
+    with pytest.raises(ProtocolError, match="it sent more than one answer"):
         worker.ask(lambda request: closed(request) + b"!")
 
 
 def test_an_answer_before_the_question_is_a_violation(worker: Worker) -> None:
     worker.channel.sendall(encode(SkillClosed(TOKEN, None)))
-    with pytest.raises(ProtocolError, match="belongs to no question"):
+    with pytest.raises(ProtocolError, match="does not belong to the latest request"):
         worker.ask(lambda request: b"")
 
 
@@ -251,7 +251,7 @@ def test_a_request_has_a_limit_too(worker: Worker) -> None:
     with pytest.raises(ProtocolError, match="the request to it has more than 1048576 bytes"):
         worker.connection.request(load(MAX_REQUEST_BYTES - header + 1), 0.02)
     # One that is just short enough fills the buffer of a worker that does not read.
-    with pytest.raises(ResponseTimeoutError, match="it does not listen"):
+    with pytest.raises(ResponseTimeoutError, match="it does not read requests"):
         worker.connection.request(load(MAX_REQUEST_BYTES - header), 0.02)
 
 

@@ -136,7 +136,7 @@ def test_a_bubblewrap_that_does_not_work_is_done_without_and_recorded() -> None:
     pool = ZygotePool([], bubblewrap="/bin/false")
     try:
         why = pool.missing[IsolationLayer.BUBBLEWRAP]
-        assert why == "`/bin/false` does not work here: bubblewrap does not say what it started"
+        assert why == "`/bin/false` does not work here: bubblewrap did not report the process that it started"
         zygote, channel = pool.spawn_worker()
         assert serves(channel)
         zygote.end_worker()

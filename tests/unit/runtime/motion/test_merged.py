@@ -89,9 +89,9 @@ def test_what_moves_nothing_gives_way_to_what_moves() -> None:
 @pytest.mark.parametrize(
     ("plan", "other", "why"),
     [
-        (TURN, under_way(DRIVE, is_halting=True), "the `roll` under way comes to rest"),
-        (replace(TURN, servo=SERVO), under_way(DRIVE), "where feedback leads is not known"),
-        (DRIVE, under_way(replace(TURN, servo=SERVO)), "beside the `roll` under way: where feedback leads"),
+        (TURN, under_way(DRIVE, is_halting=True), "the `roll` under way is coming to rest"),
+        (replace(TURN, servo=SERVO), under_way(DRIVE), "feedback on a moving base cannot be bounded"),
+        (DRIVE, under_way(replace(TURN, servo=SERVO)), "during the `roll` under way: feedback"),
         (TURN, under_way(replace(DRIVE, body=replace(BODY, tool_offset=(0.0, 0.0, 0.0)))), "another body"),
         (TURN, under_way(TURN), "would move the same part of the robot"),
         (DRIVE, under_way(DRIVE), "would move the same part of the robot"),

@@ -122,7 +122,7 @@ def test_the_declared_body_is_named_first(world: PhysicsWorld) -> None:
 def test_a_part_of_the_scene_without_a_name_is_told_by_its_place(world: PhysicsWorld) -> None:
     world.add_box((1.0, 1.0, 0.1), (0.25, 0.0, -0.045))
     (found,) = overlapping(world, body("pole"))
-    assert found.headline == "`pole` and what the scene has at (0.25, 0.00, -0.04) m overlap by 5.0 mm"
+    assert found.headline == "`pole` and the body at (0.25, 0.00, -0.04) m overlap by 5.0 mm"
 
 
 def test_an_overlap_of_the_scene_itself_has_no_place_in_a_file(world: PhysicsWorld) -> None:

@@ -47,10 +47,10 @@ class Timed(FakePlant):
         (0.0, None),
         (-1.0, None),
         (5.000001, "`v1` was measured at 5.000001 s, which is in the future: it is 5.0 s"),
-        (nan, "`v1` was measured at nan, which is no time"),
-        (-inf, "`v1` was measured at -inf, which is no time"),
-        (5, "`v1` was measured at 5, which is no time"),
-        (None, "`v1` was measured at None, which is no time"),
+        (nan, "`v1` was measured at nan, which is not a time"),
+        (-inf, "`v1` was measured at -inf, which is not a time"),
+        (5, "`v1` was measured at 5, which is not a time"),
+        (None, "`v1` was measured at None, which is not a time"),
     ],
 )
 def test_a_reading_has_a_time_that_has_come(time: Any, why: str | None) -> None:
@@ -83,7 +83,7 @@ def test_a_value_is_of_a_type_that_the_gate_takes(value: Any, is_taken: bool) ->
     if is_taken:
         observation_checks.readings_are_of_the_types_that_the_port_has(subject)
         return
-    with pytest.raises(ConformanceError, match=r"`seen` is .*, which no gate takes"):
+    with pytest.raises(ConformanceError, match=r"`seen` is .*, which every gate refuses"):
         observation_checks.readings_are_of_the_types_that_the_port_has(subject)
 
 
@@ -97,5 +97,7 @@ def test_the_monitors_last_look_is_what_is_measured_then() -> None:
     last = (0.5,)
     observation_checks.the_monitor_runs_before_the_first_tick_and_after_each(subject)
     last = (0.6,)
-    with pytest.raises(ConformanceError, match="the monitor's last look is not what is measured then"):
+    with pytest.raises(
+        ConformanceError, match="the monitor's last observation differs from the measurement at that time"
+    ):
         observation_checks.the_monitor_runs_before_the_first_tick_and_after_each(subject)

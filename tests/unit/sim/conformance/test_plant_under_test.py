@@ -89,7 +89,7 @@ def test_a_motion_is_begun_with_its_plan() -> None:
     assert begin_motion(plant, MOVE) == MotionHandle(1)
     assert plant.decided == [plant.planned]
     plant.planned = MotionCompletion(False, "unreachable")
-    with pytest.raises(ConformanceError, match="it cannot plan `move`, which it was said to do"):
+    with pytest.raises(ConformanceError, match="it cannot plan `move`, which its subject declares"):
         begin_motion(plant, MOVE)
 
 
@@ -101,7 +101,9 @@ class Refusing(FakePlant):
 
 
 def test_a_motion_that_is_planned_has_to_begin() -> None:
-    with pytest.raises(ConformanceError, match=r"cannot begin what it has planned just before: .*not today"):
+    with pytest.raises(
+        ConformanceError, match=r"cannot begin the motion that it has just planned: .*not today"
+    ):
         begin_motion(Refusing(), MOVE)
 
 

@@ -69,7 +69,7 @@ def scripted(plan: Any) -> PlantUnderTest:
     [
         (PLAN, None),
         (NoMotion("it only grips"), None),
-        (NoMotion(""), "it says of an action that it moves nothing, and not why"),
+        (NoMotion(""), "it reports that an action moves nothing, but gives no reason"),
         (MotionCompletion(False, "unreachable"), "it cannot plan `move`"),
         (replace(PLAN, duration=0.0), "a motion takes 0.0 s"),
         (replace(PLAN, duration=nan), "a motion takes nan s"),
@@ -101,7 +101,7 @@ def test_a_plan_takes_time_joins_its_pieces_and_starts_where_the_robot_is(plan: 
         (MotionCompletion(False, None), "is refused without a reason"),
         (MotionCompletion(False, " "), "is refused without a reason"),
         (MotionCompletion(True, "done"), "is refused without a reason"),
-        (MotionCompletion(False, "monitor:rule"), "in the monitor's name"),
+        (MotionCompletion(False, "monitor:rule"), "is refused as if by the monitor"),
         (MotionCompletion(False, "unknown kind"), None),
     ],
 )

@@ -51,10 +51,10 @@ def braked(rest: tuple[float, float], *, subject: PlantUnderTest = BRAKING) -> N
         # At least v²/2a: 0.25 and 0.125 rad. At most v·T/2 and two ticks: 0.27 rad.
         ((0.25, 0.125), None),
         ((0.2699, 0.2699), None),
-        ((0.2499, 0.125), "coming to rest within limits takes 0.2500 rad; it took 0.2499"),
-        ((0.25, 0.1249), "coming to rest within limits takes 0.1250 rad; it took 0.1249"),
-        ((0.2701, 0.125), "coming to rest, a joint went on by 0.2701 rad; 0.2700 would be enough"),
-        ((0.25, 0.2701), "coming to rest, a joint went on by 0.2701 rad"),
+        ((0.2499, 0.125), "a stop within the limits needs 0.2500 rad; it took 0.2499"),
+        ((0.25, 0.1249), "a stop within the limits needs 0.1250 rad; it took 0.1249"),
+        ((0.2701, 0.125), "while stopping, a joint moved by 0.2701 rad; 0.2700 would be enough"),
+        ((0.25, 0.2701), "while stopping, a joint moved by 0.2701 rad"),
         ((-0.25, 0.125), "it took -0.2500"),
     ],
 )
@@ -82,9 +82,9 @@ def test_something_has_to_move_when_it_is_stopped() -> None:
     for tick in range(3):
         watch(0.01 * tick, {"joint_position": (1.0, 2.0), "base_position": (0.0, 0.0, 0.0)})
     after = {"joint_position": (1.0, 2.0), "base_position": (0.0, 0.0, 0.0)}
-    with pytest.raises(ConformanceError, match="nothing moved when it was to come to rest"):
+    with pytest.raises(ConformanceError, match="nothing moved at the time of the stop"):
         stop_checks._require_braking_distance(BRAKING, watch, after)
-    with pytest.raises(ConformanceError, match="the base did not move when it was to come to rest"):
+    with pytest.raises(ConformanceError, match="the base did not move at the time of the stop"):
         stop_checks._require_braking_distance(
             replace(BRAKING, deceleration=(), base_deceleration=1.0), watch, after
         )
@@ -97,8 +97,8 @@ def test_something_has_to_move_when_it_is_stopped() -> None:
     [
         # 1 m/s along (3, 4)/5 at 2 m/s²: at least 0.25 m, at most 0.27 m.
         (0.26, None),
-        (0.24, "coming to rest within limits takes 0.2500 m; it took 0.2400"),
-        (0.28, "coming to rest, the base went on by 0.2800 m; 0.2700 would be enough"),
+        (0.24, "a stop within the limits needs 0.2500 m; it took 0.2400"),
+        (0.28, "while stopping, the base moved by 0.2800 m; 0.2700 would be enough"),
     ],
 )
 def test_a_base_brakes_by_its_own_limit(way: float, why: str | None) -> None:

@@ -90,7 +90,7 @@ def test_given_values_are_taken_as_a_sensor_reads_them() -> None:
 
 
 def test_an_unknown_name_is_misuse() -> None:
-    with pytest.raises(MisuseError, match="`aim` is no state variable of the site"):
+    with pytest.raises(MisuseError, match="`aim` is not a state variable of the site"):
         initial(state("load", METRES), zeal=1.0, aim=2.0)
 
 
