@@ -98,3 +98,12 @@ def test_a_distance_does_not_depend_on_where_the_axis_points(turn: float) -> Non
     edges, near = chain.chord_deviation_bound(2, point, chord_terms((0.0, 0.1), (0.0, 0.02)))
     assert edges == pytest.approx((abs(0.04 * c), abs(0.04 * s), 0.03))
     assert near == pytest.approx(0.5 * 0.02 + 0.5 * 0.12 * 0.06)
+
+
+def test_the_distance_from_an_oblique_axis_is_what_pythagoras_leaves() -> None:
+    chain = ForwardKinematics(RobotBody(((0.0, 0.0, 0.0), (0.0, 0.7, 0.0)), TIP, ()), (0.9, 0.0))
+    # The upright axis tilted by 0.7 about x, and turned by 0.9.
+    axis, point = (sin(0.7) * sin(0.9), -sin(0.7) * cos(0.9), cos(0.7)), (0.3, -0.2, 0.5)
+    along = sum(a * p for a, p in zip(axis, point, strict=True))
+    _, reaches = chain.displacement_bound(2, point, (0.0, 0.0))
+    assert reaches[1] == pytest.approx((norm(point) ** 2 - along**2) ** 0.5)
