@@ -26,7 +26,7 @@ def test_who_waited_for_a_first_change_that_was_refused_holds_the_lock_that_is_t
     waits, holds, done = Event(), Event(), Event()
 
     def change() -> None:
-        with other._change_lock():
+        with other._transactions.change_lock():
             holds.set()
             done.wait(_PATIENCE)
 
@@ -39,7 +39,7 @@ def test_who_waited_for_a_first_change_that_was_refused_holds_the_lock_that_is_t
         flock(lock, how)
 
     monkeypatch.setattr(fcntl, "flock", waiting)
-    with suppress(ZeroDivisionError), one._change_lock():
+    with suppress(ZeroDivisionError), one._transactions.change_lock():
         second.start()
         assert waits.wait(_PATIENCE)
         raise ZeroDivisionError
