@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.layouts.dirt import CELL_SIZE
 from aeros.sim.layouts.table import BIN, BIN_INNER, SPONGE_SIZE, WIPING_AREA

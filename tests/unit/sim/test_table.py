@@ -44,7 +44,7 @@ class Onlooker(NoDisturbance):
 
     def clean(self) -> float:
         """The share of the area that is clean in a picture from the mast."""
-        return inspect_table(self.stage.world.render(MAST_CAMERA), MAST_CAMERA).clean_share
+        return inspect_table(self.stage.world.renderer.render(MAST_CAMERA), MAST_CAMERA).clean_share
 
 
 def observed(plant: PhysicsPlant) -> dict[str, Any]:
