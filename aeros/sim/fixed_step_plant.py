@@ -24,10 +24,9 @@ from aeros.runtime.ports import (
 )
 from aeros.sim.clock import TICK
 from aeros.sim.robot.limits import SCANNER_RANGE
-from aeros.sim.robot.link_speed import max_link_speed
 from aeros.sim.robot.motions import PLANNERS, BlockedError, PreparedMotion, settle
 from aeros.sim.robot.parameters import ActionParameters, ActionRejectedError
-from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState
+from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, max_link_speed
 from aeros.skill import Action
 
 _CONTACT_FORCE_LIMIT: Final = 30.0

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.motion.bezier import remaining_path
-from aeros.runtime.motion.kinematics import ForwardKinematics
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.motion.swept_volume import SweptMotion
 from aeros.runtime.ports import JointVector, Trajectory, Vec3
 from aeros.skill import Action

@@ -2,10 +2,10 @@
 
 Conservative. A stretch of path is enclosed by a chord (a straight line in joint space) and the greatest
 distance of its control points from it. Each ball of the body is enclosed by a box around its centre at the
-middle joint position, and by a bound on the distance of its centre from that box (`kinematics`), enlarged by
-its radius and by the clearance. All of that is assumed to be anywhere on the part of the base's path that may
-be travelled meanwhile: the same fraction if one motion moves both, and all of it if base and joints are moved
-by motions that are not synchronized.
+middle joint position, and by a bound on the distance of its centre from that box (`kinematic_bounds`),
+enlarged by its radius and by the clearance. All of that is assumed to be anywhere on the part of the base's
+path that may be travelled meanwhile: the same fraction if one motion moves both, and all of it if base and
+joints are moved by motions that are not synchronized.
 A stretch of path that is not clear is halved, until pieces have been halved `_MAX_SUBDIVISIONS` times. If it
 is still not clear the motion is denied. So a motion that passes a barrier more closely than the last
 enclosures are wide is denied, and no motion that meets a barrier is allowed.
@@ -17,7 +17,7 @@ from math import sqrt
 from typing import Final, NamedTuple
 
 from aeros.runtime.motion.bezier import Piece, path_chord, split_in_half
-from aeros.runtime.motion.kinematics import ForwardKinematics, chord_terms, norm
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, chord_terms, norm
 from aeros.runtime.ports import Ball, JointVector, RobotBody, Vec3
 
 _MAX_SUBDIVISIONS: Final = 4

@@ -17,7 +17,6 @@ from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
-from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     BIN,
     BIN_INNER,
@@ -31,6 +30,7 @@ from aeros.sim.layouts.table import (
     WIPED_THRESHOLD,
     WIPING_AREA,
     WIPING_FORCE,
+    DirtMap,
     sample_table_layout,
     table_detections,
     table_measurements,

@@ -10,7 +10,8 @@ import pytest
 
 from aeros.runtime.canonical_json import MAX_SIZE
 from aeros.runtime.ports import Reading, Readings
-from aeros.runtime.records.encode_readings import IncrementalReadingsEncoder, encode_readings
+from aeros.runtime.records.encode_decisions import IncrementalReadingsEncoder
+from aeros.runtime.records.records import encode_readings
 
 _VALUES = (
     0.0, -0.0, 1, True, False, None, nan, inf, "open", "é", (0.1, 0.2), (True, False), (), [1.0], [[2.0]],
