@@ -38,6 +38,12 @@ _BASE_LAG: Final = 0.005
 _BASE_RATE_LAG: Final = 0.02
 """Tracking errors above which the carriage is hindered, m and m/s (seen at most: 0.0018 and 0.0021)."""
 
+SETTLE_TICKS: Final = 60
+"""Longest wait for the arm to come to rest after a profile, ticks (0.25 s)."""
+
+_REST_SPEED: Final = 0.01
+"""Joint speed below which the arm rests, rad/s."""
+
 BRAKED_PARTS: Final = frozenset(("arm", "base"))
 """Parts that a stop brings to rest; the fingers keep their grip."""
 
@@ -184,6 +190,17 @@ class Robot(ABC):
             self.hold_arm()
         if "base" in parts:
             self.hold_base()
+
+    def settle(self) -> Iterator[None]:
+        """Wait until the arm rests: all joints below `_REST_SPEED`, or `SETTLE_TICKS` have passed.
+
+        Yields:
+            Once per tick.
+        """
+        for _ in range(SETTLE_TICKS):
+            yield
+            if max(map(abs, self.read_sensors().qd)) < _REST_SPEED:
+                return
 
     def followed_set_points(self) -> tuple[Vector, Vector]:
         """Return the arm's set points; for joints that do not follow them, those that they would follow.
