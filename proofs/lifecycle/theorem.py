@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
-from proofs.lib.lifecycle_executor import GOVERNOR, STEP_CONTROL, executor_obligations
+from proofs.lib.lifecycle_executor import GOVERNOR, SCHEDULER, executor_obligations
 from proofs.lib.lifecycle_table import INSTALLED, LIFECYCLE, PROVING, table_obligations
 from proofs.lib.lifecycle_transaction import transaction_obligations
 from proofs.lib.registry_changes import GOVERNING, change_obligations
@@ -53,7 +53,7 @@ THEOREM = Theorem(
         Mutant(
             "begins-what-was-revoked-while-the-skill-computed",
             "begins",
-            STEP_CONTROL,
+            SCHEDULER,
             "if not in_force or action is None:",
             "if action is None:",
         ),

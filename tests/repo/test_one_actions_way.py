@@ -25,7 +25,8 @@ from aeros.sim.physics import make_plant
 from aeros.skill import Action, Observation
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, Site, Skill
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 

@@ -8,9 +8,9 @@ from random import Random
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, seal_record
+from aeros.runtime.audit.check import GENESIS
 from aeros.runtime.audit.log import SYNC_BATCH, AuditError, AuditLog, DecisionCounts, verify_log
-from aeros.runtime.canonical_json import MAX_SIZE, to_canonical_json
+from aeros.runtime.canonical_json import MAX_SIZE, seal_record, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
 from aeros.spec.model.policy import Durability
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from aeros.runtime.gate.time_window import TimeWindow
+from aeros.runtime.gate.quotas import TimeWindow
 
 TIMES = st.floats(-(2.0**53), 2.0**53)
 LENGTHS = st.fractions(0, 10**6) | st.sampled_from([Fraction(0), Fraction(1, 10), Fraction(10) ** 400])
