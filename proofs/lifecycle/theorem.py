@@ -41,7 +41,7 @@ THEOREM = Theorem(
             INSTALLED,
             "active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}",
             "active = {name for name, one in new.modules.items()"
-            " if one.state in allowed_states(LifecycleAction.REMOVE) or one.state is ModuleState.ACTIVE}",
+            " if one.state in (ModuleState.CONFIGURED, ModuleState.ACTIVE)}",
         ),
         Mutant(
             "puts-in-force-what-is-not-what-was-proved",
