@@ -40,8 +40,7 @@ THEOREM = Theorem(
             "in-force",
             INSTALLED,
             "active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}",
-            "active = {name for name, one in new.modules.items()"
-            " if one.state in (ModuleState.CONFIGURED, ModuleState.ACTIVE)}",
+            "active = {name for name, one in new.modules.items() if one.state is not ModuleState.ABSENT}",
         ),
         Mutant(
             "puts-in-force-what-is-not-what-was-proved",
