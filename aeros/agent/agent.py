@@ -178,9 +178,9 @@ class Agent:
                 problems.append(str(unusable))
                 self._journal.record("checkpoint-refused", str(unusable), reason=str(unusable))
         if problems:
-            raise AgentError(f"the task cannot be resumed: {'; '.join(problems)}; start it anew")
+            raise AgentError(f"the task cannot be resumed: {'; '.join(problems)}; start it again")
         if any(one.event == "step-began" for one in self._runtime.events_since(EMPTY_LOG_HEAD) or ()):
-            raise AgentError("the task cannot be resumed: its checkpoint is gone; start it anew")
+            raise AgentError("the task cannot be resumed: its checkpoint is gone; start it again")
         return None
 
     def _events_since(
@@ -193,7 +193,7 @@ class Agent:
         """
         now, task = self._runtime.now(), routed.task
         if kept.agent != str(self.identity.id):
-            raise UnusableCheckpointError("the checkpoint is another agent's")
+            raise UnusableCheckpointError("the checkpoint belongs to another agent")
         if (kept.instruction, kept.task, kept.goal) != (instruction, str(routed), task.goal_text):
             raise UnusableCheckpointError(
                 f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}"
@@ -216,7 +216,7 @@ class Agent:
         # People see that a task begins or ends; no text is needed for that.
         is_plain = change in (LifecycleEvent.BEGIN, LifecycleEvent.END)
         crashed = (
-            f", as its last session ended without a word{whose}" if change is LifecycleEvent.CRASH else ""
+            f", as its last session ended without a report{whose}" if change is LifecycleEvent.CRASH else ""
         )
         self._journal.record(
             "lifecycle",
@@ -260,7 +260,7 @@ def _summary(report: RunReport) -> dict[str, Any]:
 
 
 def _outcome_text(report: RunReport) -> str:
-    return "the goal is measured" if report.reached else str(report.reason)
+    return "goal reached" if report.reached else str(report.reason)
 
 
 @contextmanager

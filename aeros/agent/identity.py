@@ -143,7 +143,7 @@ def undisturbed(folder: Path) -> Iterator[None]:
         raise AgentError(f"{folder / _LOCK} cannot be locked: {error.strerror}") from error
     try:
         if not try_lock(descriptor):
-            raise AgentError(f"an agent is at work here: {_read_holder(descriptor)}")
+            raise AgentError(f"an agent is already running here: {_read_holder(descriptor)}")
         yield
     finally:
         os.close(descriptor)
@@ -156,7 +156,7 @@ def _read_holder(descriptor: int) -> str:
         return f"pid {holder['pid']} on {holder['host']}, since {holder['since']}{purpose}"
     except (ValueError, KeyError, TypeError):
         # Between taking the lock and saying who took it.
-        return "a process that has not said yet who it is"
+        return "a process that has not identified itself yet"
 
 
 def _read(path: Path) -> Identity | None:

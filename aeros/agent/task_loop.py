@@ -13,8 +13,8 @@
 4.  A plan that was denied because of measured values, such as a person nearby, does not count as a re-plan.
     The agent waits `RETRY_INTERVAL_S` and plans again, for at most `MAX_WAIT_S`.
 5.  The agent gives up at once when the gate denies the same request a second time for any other reason, when
-    two plans in a row are rejected for the same reasons, when the time for the task is over, or when the
-    operator has stopped everything.
+    two plans in a row are rejected for the same reasons, when the time limit of the task has passed, or when
+    the operator has stopped everything.
 6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
     every plan. A resumed run verifies that plan again and continues where it was. The end is kept, too.
 
@@ -188,7 +188,7 @@ class TaskLoop:
             if self._is_goal_reached():
                 break
             if self._engine.timed_out or self._runtime.now() >= self._until:
-                return f"the {self._timeout:g} s for the task are over; the plan ended: {end.reason}"
+                return f"the time limit of {self._timeout:g} s has passed; the plan ended: {end.reason}"
             if end.is_final:
                 return end.reason
             if end.is_transient:
@@ -198,7 +198,7 @@ class TaskLoop:
                 continue
             self._waited = 0.0
             if self._replans >= cap:
-                return f"the goal is not measured after {cap} re-plans; the last plan ended: {end.reason}"
+                return f"the goal is not reached after {cap} re-plans; the last plan ended: {end.reason}"
             self._replans += 1
             self._save()
             self._journal.record(
@@ -229,7 +229,7 @@ class TaskLoop:
         end = self._engine.run(graph.body, self._progress)
         if end is None or not end.is_final:
             self._plan = None
-        return end or PlanFailure("the plan is exhausted, and the goal is not measured")
+        return end or PlanFailure("the plan is finished, but the goal is not reached")
 
     def _next_plan(self) -> TaskGraph | PlanFailure:
         """Return a new verified plan; a resumed run first returns its own plan, if it is still valid."""

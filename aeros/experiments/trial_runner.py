@@ -355,7 +355,7 @@ def executor_at(address: str | None, workers: int) -> AbstractContextManager[tup
     if address is None:
         return local_executor(workers)
     if not address.startswith("dask://"):
-        raise MisuseError(f"`{address}` is no executor; expected `dask://HOST:PORT`")
+        raise MisuseError(f"`{address}` is not an executor; expected `dask://HOST:PORT`")
     try:
         from aeros.experiments.cluster import dask_executor
     except ImportError as error:

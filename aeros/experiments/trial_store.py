@@ -210,6 +210,6 @@ def _read_trials(path: Path, whole: bytes) -> Iterator[StoredTrial]:
         except FormatVersionError as error:
             raise UserError([Diagnostic("AE114", f"line {number}: {error}")]) from error
         except (AttributeError, ValueError, TypeError) as error:
-            headline = f"`{path}`, line {number}, is no finished trial: {error}"
+            headline = f"`{path}`, line {number}, is not a finished trial: {error}"
             help_ = ("give another folder with --out",)
             raise UserError([Diagnostic("AE002", headline, help=help_)]) from error

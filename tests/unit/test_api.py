@@ -228,7 +228,7 @@ def test_leaving_the_events_early_stops_the_robot_for_good() -> None:
         assert session.report is None
         result = session.run(_CLEAN)
         assert not result.reached
-        assert "the operator stops it" in str(result.reason)
+        assert "stopped by the operator" in str(result.reason)
     assert threading.active_count() == before
 
 

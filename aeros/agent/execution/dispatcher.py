@@ -169,8 +169,8 @@ def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: WorldM
 def _problem_text(problem: Cause) -> str:
     if problem.kind == "input":
         return f"`{problem.rule}`: {problem.text}"
-    what = "what it must hold to" if problem.kind == "hold" else "its precondition"
-    return f"{what} `{problem.text}` is not measured: {', '.join(map(str, problem.shortfalls))}"
+    what = "its hold-condition" if problem.kind == "hold" else "its precondition"
+    return f"{what} `{problem.text}` is not met: {', '.join(map(str, problem.shortfalls))}"
 
 
 def _unavailable_reason(problem: Cause | None) -> str:

@@ -129,7 +129,7 @@ class PlanExecutor:
                 return end
             while (ended := self._attempts.wait(until)) is None:
                 until, self.timed_out = inf, True
-                self._cancel(scope, "the time for the task is over")
+                self._cancel(scope, "the time limit of the task has passed")
 
     # Parts.
 
@@ -164,7 +164,7 @@ class PlanExecutor:
         if holds is False and part.otherwise is not None:
             return (yield from self._run_part(part.otherwise, scope, (*at, 1)))
         why = self._attempts.world.unmet_reason(part.condition)
-        return PlanFailure(f"nothing is said of what follows where `{part.text}` is not measured: {why}")
+        return PlanFailure(f"the plan does not say how to continue if `{part.text}` is not met: {why}")
 
     def _run_parallel(self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath) -> _Branch:
         inner = _CancelScope(scope.cancel_reason)
@@ -199,7 +199,7 @@ class PlanExecutor:
         if self._is_over():
             return None
         if self._is_redundant(step):
-            self._journal.record("step-left-out", f"{step} is not needed any more", step=str(step))
+            self._journal.record("step-left-out", f"{step} is no longer needed", step=str(step))
             self._progress.mark_done(at)
             return None
         return (yield from self._run_attempt(StepRole.STEP, step, scope, at))
@@ -251,7 +251,7 @@ class PlanExecutor:
         inputs = dict(step.inputs)
         for name, (source, output) in step.flows.items():
             if output not in self._outputs.get(source, {}):
-                why = f"its input `{name}` takes `{source}.{output}`, which is not there"
+                why = f"its input `{name}` takes `{source}.{output}`, which is missing"
                 return AttemptResult(failed=True, reason=why)
             inputs[name] = self._outputs[source][output]
         before, head = self._attempts.world.predicates, self._attempts.audit_head
@@ -280,7 +280,7 @@ class PlanExecutor:
         if attempt.is_halted:
             return PlanFailure(f"{name} was stopped: {attempt.reason}", is_final=True)
         if attempt.ends_run:
-            return PlanFailure(f"{name} came to what it does not declare: {attempt.reason}", is_final=True)
+            return PlanFailure(f"{name} ended with an undeclared outcome: {attempt.reason}", is_final=True)
         if not attempt.is_denied:
             return PlanFailure(f"{name} failed: {attempt.reason}")
         if attempt.is_transient:

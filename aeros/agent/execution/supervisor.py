@@ -109,9 +109,11 @@ def assess_step(
             and _is_expected_after_hold_failure(skill, before, after)
         ):
             return StepAssessment(None, True, False, halted, causes)
-        reason = "; ".join(filter(None, (halted, "what is measured is no declared outcome")))
+        reason = "; ".join(filter(None, (halted, "the measured state matches no declared outcome")))
         parts = tuple(_effect_mismatches(skill, after))
-        cause = Cause("undeclared-outcome", name, "what is measured is no declared outcome", shortfalls=parts)
+        cause = Cause(
+            "undeclared-outcome", name, "the measured state matches no declared outcome", shortfalls=parts
+        )
         return StepAssessment(None, True, True, reason, (*causes, cause))
     failed = halted != "" or outcome.failure
     if not failed:
@@ -138,7 +140,7 @@ class _UndeterminedOutcome:
     why: str
 
     def __str__(self) -> str:
-        return f"outcome `{self.outcome}` is not excluded: `{self.name}` {self.why}"
+        return f"outcome `{self.outcome}` cannot be excluded: `{self.name}` {self.why}"
 
 
 def _undetermined_outcome(

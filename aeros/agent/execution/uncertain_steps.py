@@ -63,9 +63,7 @@ class UncertainSteps:
         possible = possible_success(skill, world)
         if possible is None:
             return None
-        return (
-            f"it was begun before a crash, and what is measured does not exclude that `{possible}` happened"
-        )
+        return f"it began before a crash, and the measurements do not exclude that `{possible}` happened"
 
 
 def possible_success(skill: Skill, world: WorldModel) -> str | None:

@@ -115,7 +115,7 @@ def forget(folder: Path, path: Path, rows: DeletionFilter) -> DeletedRows:
         try:
             return _forget(database, rows)
         except sqlite3.Error as error:
-            raise AgentError(f"the agent's memory {path} could not forget it: {error}") from error
+            raise AgentError(f"the agent's memory {path} could not delete it: {error}") from error
         finally:
             database.close()
 

@@ -106,7 +106,7 @@ def _prepare(database: sqlite3.Connection, path: Path) -> None:
             "it was written by a newer AEROS: install a newer AEROS"
         )
     if version < 0 or (version == 0 and tables):
-        raise AgentError(f"{path} is a database of something else, not the agent's memory")
+        raise AgentError(f"{path} is not a database of this kind, not the agent's memory")
     (health,) = database.execute("PRAGMA quick_check(1)").fetchone()
     if health != "ok":
         raise AgentError(f"the agent's memory {path} is damaged: {health}")

@@ -54,7 +54,7 @@ class PlanChecker:
         try:
             return find_plan_problems(StrongCyclicStrategy(domain), domain.state(known), plan, known)
         except PlanUndecidedError as why:
-            return [f"it is not known whether it works: {why}"]
+            return [f"the plan could not be checked: {why}"]
 
     def _providers(self, step: PlanStep) -> tuple[str, ...]:
         module = self._modules.get(step.module)
@@ -63,7 +63,9 @@ class PlanChecker:
     def _to_planned_step(self, step: PlanStep, domain: PlanningDomain) -> PlannedStep:
         name = f"{step.module}.{step.skill}"
         if step.handler is not None or step.flows:
-            return PlannedStep(name, (), "steps with a handler or with outputs of others are not judged")
+            return PlannedStep(
+                name, (), "steps with a handler or with outputs of other steps cannot be checked"
+            )
         choices: list[GroundSkill] = []
         for skill in self._providers(step):
             found = self._choice(domain, step, skill)
@@ -85,7 +87,7 @@ class PlanChecker:
             if choice.name == name and _matches_inputs(choice, step):
                 return choice
         return domain.excluded_skills.get(
-            name, "with inputs that are not the declared defaults it is not judged"
+            name, "it cannot be checked with inputs other than the declared defaults"
         )
 
 

@@ -47,9 +47,7 @@ class CompositionPlanner:
             raise CompositionUnavailableError(f"`{routed.module}` has no composition `{self._composition}`")
         if world.evaluate(composition.precondition) is not True:
             why = world.unmet_reason(composition.precondition)
-            raise CompositionUnavailableError(
-                f"the precondition of `{composition.id}` is not measured: {why}"
-            )
+            raise CompositionUnavailableError(f"the precondition of `{composition.id}` is not met: {why}")
         return composition_to_graph(composition, routed.module)
 
 

@@ -68,7 +68,9 @@ class LlmEndpoint:
             or " " in self.api_key
             or not self.api_key
         ):
-            raise AgentError("the language model's key holds what no key does, such as a space or a newline")
+            raise AgentError(
+                "the language model's key contains an impossible character, such as a space or a newline"
+            )
         if parts.scheme == "http" and host not in _LOOPBACK_HOSTS:
             raise AgentError(
                 f"the language model's key would go to `{host}` in the clear: its URL is not https://"
@@ -133,7 +135,7 @@ def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
         raise LlmError("it has not answered in time") from error
     except httpx.HTTPError as error:
         raise LlmError(
-            f"it is not reached, or broke off ({type(error).__name__})", is_transient=True
+            f"it could not be reached, or the connection broke ({type(error).__name__})", is_transient=True
         ) from error
     return bytes(body)
 
@@ -144,7 +146,7 @@ def _completion_text(body: bytes) -> str:
         choice = parse_strict_json(body)["choices"][0]
         reason, text = choice.get("finish_reason"), choice["message"]["content"]
     except (MalformedPlanError, LookupError, TypeError, AttributeError) as error:
-        raise LlmError("its answer is no chat completion", is_transient=True) from error
+        raise LlmError("its answer is not a chat completion", is_transient=True) from error
     if reason == "length":
         raise LlmError("its answer is cut off", is_transient=True)
     if type(text) is not str:

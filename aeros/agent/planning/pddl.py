@@ -84,7 +84,7 @@ class OptimisticPlanFinder:
             try:
                 found = self._engine.solve(*write_pddl(domain, start, excluded))
             except ClassicalEngineError as error:
-                raise PlanUndecidedError(f"the engine does not say: {error}") from error
+                raise PlanUndecidedError(f"the engine gave no answer: {error}") from error
             if found is None:
                 return None
             path = _simulate(domain, start, avoided, [name.casefold() for name in found], actions)
@@ -109,7 +109,7 @@ def _simulate(
         if domain.goal(state) is True:
             break
         if name not in actions:
-            raise PlanUndecidedError(f"the engine's plan has `{name[:80]}`, which is no action")
+            raise PlanUndecidedError(f"the engine's plan has `{name[:80]}`, which is not an action")
         choice, outcome = actions[name]
         pairs = zip(domain.names, state, strict=True)
         then = tuple(outcome.effects.get(name, value) for name, value in pairs)

@@ -60,7 +60,7 @@ def _part_to_json(part: Part) -> dict[str, Any]:
         case Seq():
             return {"seq": _parts_to_json(part)}
         case _:
-            raise InternalError("no plan of ours has parallel branches")
+            raise InternalError("a plan with parallel branches has no JSON form")
 
 
 def _parts_to_json(part: Part) -> list[dict[str, Any]]:
@@ -82,18 +82,18 @@ def parse_strict_json(text: str | bytes) -> Any:
     try:
         return json.loads(text, object_pairs_hook=_reject_duplicate_keys, parse_constant=_reject_non_finite)
     except (ValueError, RecursionError) as error:
-        raise MalformedPlanError(f"it is no JSON: {error}") from error
+        raise MalformedPlanError(f"it is not JSON: {error}") from error
 
 
 def _reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        raise MalformedPlanError("an object says a key twice")
+        raise MalformedPlanError("an object has a key twice")
     return found
 
 
 def _reject_non_finite(name: str) -> float:
-    raise MalformedPlanError(f"{name} is no number")
+    raise MalformedPlanError(f"{name} is not a number")
 
 
 def plan_from_json(data: Any, site: Site) -> TaskGraph:
@@ -121,7 +121,7 @@ class _PlanReader:
 
     def parts(self, form: Any, place: str, level: int) -> tuple[Part, ...]:
         if type(form) is not list:
-            raise MalformedPlanError(f"`{place}` is no list of steps")
+            raise MalformedPlanError(f"`{place}` is not a list of steps")
         if level > MAX_DEPTH:
             raise MalformedPlanError(f"`{place}` is nested more than {MAX_DEPTH} deep")
         return tuple(self._part(one, f"{place}[{at}]", level) for at, one in enumerate(form))
@@ -131,7 +131,7 @@ class _PlanReader:
         if self._left < 0:
             raise MalformedPlanError(f"it has more than {2 * MAX_STEPS} parts")
         if type(form) is not dict:
-            raise MalformedPlanError(f"`{place}` is no object")
+            raise MalformedPlanError(f"`{place}` is not an object")
         if "if" in form:
             return self._if(form, place, level)
         if "seq" in form:
@@ -146,9 +146,9 @@ class _PlanReader:
             raise MalformedPlanError(f"`{place}.skill` is not of the form MODULE.SKILL")
         inputs, retry = form.get("inputs", {}), form.get("retry", 0)
         if type(inputs) is not dict:
-            raise MalformedPlanError(f"`{place}.inputs` is no object")
+            raise MalformedPlanError(f"`{place}.inputs` is not an object")
         if type(retry) is not int:
-            raise MalformedPlanError(f"`{place}.retry` is no whole number")
+            raise MalformedPlanError(f"`{place}.retry` is not a whole number")
         on_failure = None if form.get("on_failure") is None else _read_text(form, "on_failure", place)
         unless = None if form.get("unless") is None else self._condition(form, "unless", place)
         return PlanStep(module, skill, inputs, retry, on_failure, unless)
@@ -165,7 +165,7 @@ class _PlanReader:
         try:
             return check(parse(_read_text(form, key, place)), self._scope, BOOL)
         except (ExpressionSyntaxError, ExpressionTypeError) as fault:
-            raise MalformedPlanError(f"`{place}.{key}` is no condition: {fault.message}") from fault
+            raise MalformedPlanError(f"`{place}.{key}` is not a condition: {fault.message}") from fault
 
 
 def _reject_unknown_keys(form: Mapping[str, Any], known: set[str], place: str) -> None:
@@ -177,5 +177,5 @@ def _reject_unknown_keys(form: Mapping[str, Any], known: set[str], place: str) -
 def _read_text(form: Mapping[str, Any], key: str, place: str) -> str:
     text = form.get(key)
     if type(text) is not str or len(text) > _MAX_TEXT_CHARS:
-        raise MalformedPlanError(f"`{place}.{key}` is no text of at most {_MAX_TEXT_CHARS} characters")
+        raise MalformedPlanError(f"`{place}.{key}` is not a text of at most {_MAX_TEXT_CHARS} characters")
     return text

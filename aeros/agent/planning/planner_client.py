@@ -75,7 +75,7 @@ class PlannerClient:
             case [form, remark]:
                 pass
             case _:
-                raise PlannerProcessError("its process has said something else than a plan")
+                raise PlannerProcessError("its process sent something other than a plan")
         try:
             return replace(plan_from_json(form, self._runtime.site), remark=remark)
         except MalformedPlanError as error:

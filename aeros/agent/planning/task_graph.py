@@ -118,7 +118,7 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     if not isinstance(graph, TaskGraph) or not isinstance(graph.parts, tuple):
         return [f"the planner returned a {type(graph).__name__}, not a task graph"]
     if type(graph.remark) is not str or len(graph.remark) > MAX_REMARK_CHARS:
-        return [f"its remark is no text of at most {MAX_REMARK_CHARS} characters"]
+        return [f"its remark is not a text of at most {MAX_REMARK_CHARS} characters"]
     misshapen = _shape_problems(graph.body, 0)
     if misshapen is not None:
         return [misshapen]
@@ -126,7 +126,7 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     if any(not any(steps_of(branch)) for par in pars for branch in par.branches):
         return ["a branch of a `par` has no step"]
     if not graph.steps:
-        return ["the plan is empty, and the goal is not measured"]
+        return ["the plan is empty, but the goal is not reached"]
     if len(graph.steps) > MAX_STEPS:
         return [f"the plan has {len(graph.steps)} steps; at most {MAX_STEPS} are allowed"]
     runs = [
@@ -241,7 +241,7 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
     Returns:
         The reasons in words; empty iff it can run.
     """
-    problems = [f"`{name}` is no input of it" for name in (*inputs, *flows) if name not in skill.inputs]
+    problems = [f"`{name}` is not an input of it" for name in (*inputs, *flows) if name not in skill.inputs]
     for name, declared in skill.inputs.items():
         if name not in inputs:
             if declared.default_value is None and name not in flows:
@@ -267,7 +267,7 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
     import networkx as nx  # 80 ms, which plans whose recoveries have none themselves need not pay
 
     return [
-        "on_failure goes round in a circle: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
+        "on_failure leads back to itself: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
         for cycle in nx.simple_cycles(nx.DiGraph(recoveries))
     ]
 

@@ -94,7 +94,7 @@ class PlannerProcess:
             else:
                 return thought.result()
         self._advance_plant(began + max(0.0, within))
-        raise PlanningTimeoutError(f"nothing came within {within:g} s")
+        raise PlanningTimeoutError(f"there was no plan within {within:g} s")
 
     def _advance_plant(self, until: float) -> None:
         """Let plant time pass; steps that end meanwhile are not the planner's and are ignored."""
@@ -149,7 +149,11 @@ class _Child:
             raise PlannerProcessError("its process ended without an answer") from error
         if type(answer) is dict and answer.keys() == {"answer"}:
             return answer["answer"]
-        why = answer["failed"] if type(answer) is dict and answer.keys() == {"failed"} else "it is no answer"
+        why = (
+            answer["failed"]
+            if type(answer) is dict and answer.keys() == {"failed"}
+            else "its answer is malformed"
+        )
         raise PlannerProcessError(str(why))
 
 

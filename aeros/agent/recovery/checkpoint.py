@@ -52,7 +52,7 @@ class TaskCheckpoint:
         world: predicates as last measured, for people; a resumed agent measures anew.
         replans: re-plans so far.
         waited_s: plant time (s) waited so far after transient denials.
-        deadline: plant time (s) at which the time for the task is over; None for no limit.
+        deadline: plant time (s) at which the time limit of the task has passed; None for no limit.
         denied_steps: requests that the gate denied for good.
         avoided_skills: skills that the gate denied for good.
         uncertain_steps: steps that may have happened already (`uncertain_steps.py`).
@@ -232,10 +232,10 @@ def decode_checkpoint(content: bytes, path: Path) -> TaskCheckpoint:
         if version is not None and version != SCHEMA:
             raise UnusableCheckpointError("; ".join(CHECKPOINT.refusal(version, path)))
         if digest != _digest(body):
-            raise UnusableCheckpointError("it is damaged: its digest is another")
+            raise UnusableCheckpointError("it is damaged: its digest does not match")
         return TaskCheckpoint(**{name: _SERIALIZER.decode(value) for name, value in json.loads(body).items()})
     except (KeyError, TypeError, AttributeError) as error:
-        raise UnusableCheckpointError("it is damaged: it is not laid out as a checkpoint is") from error
+        raise UnusableCheckpointError("it is damaged: it does not have the layout of a checkpoint") from error
 
 
 def _digest(body: str) -> str:

@@ -103,7 +103,7 @@ class ValueSerializer:
             case {"class": name, "fields": held}:
                 return self._classes[name](**{key: self._decode(one) for key, one in held.items()})
             case dict():
-                raise ValueError(f"nothing is written as {sorted(written)}")
+                raise ValueError(f"no value has the form {sorted(written)}")
         return written
 
 

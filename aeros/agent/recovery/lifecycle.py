@@ -96,7 +96,7 @@ class Lifecycle:
             AgentError: the file cannot be written.
         """
         if not self.is_allowed(change):
-            raise InternalError(f"an agent that is {self.phase.value} knows no `{change.value}`")
+            raise InternalError(f"an agent that is {self.phase.value} does not allow `{change.value}`")
         then = TRANSITIONS[self.phase, change]
         self._on_transition(self.phase, change, then)
         self.phase = then

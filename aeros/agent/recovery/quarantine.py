@@ -63,8 +63,8 @@ class Quarantine:
         except FormatVersionError as error:
             why = str(error)
         except (OSError, ValueError, KeyError, TypeError):
-            why = f"{self._path} is there, and does not say why"
-        return f"this agent is in quarantine: {why}; `aeros release` lets it go on"
+            why = f"{self._path} exists, but gives no reason"
+        return f"this agent is in quarantine: {why}; run `aeros release` to lift it"
 
     def clear(self) -> bool:
         """Release the agent and forget its crashes; return True if it was in quarantine."""

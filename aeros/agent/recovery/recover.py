@@ -108,8 +108,8 @@ class ProgressRecovery:
         module = self.modules.get(step.module)
         skill = None if module is None else module.skills.get(step.skill)
         if skill is None:
-            self._record(name, "it is not active any more")
-            return AttemptResult(failed=True, reason=f"interrupted, and `{name}` is not active any more")
+            self._record(name, "it is no longer active")
+            return AttemptResult(failed=True, reason=f"interrupted, and `{name}` is no longer active")
         attempt, how = self._classify(skill, step, before)
         if (attempt is None or attempt.failed) and not skill.idempotent:
             self.bars.add(step.module, step.skill, step.inputs)
@@ -133,11 +133,11 @@ class ProgressRecovery:
             how = f"it was interrupted, and `{done.outcome}` is measured"
             return AttemptResult(done.failed, how if done.failed else "", is_retryable=done.failed), how
         if skill.idempotent:
-            return None, "it was interrupted, and may be run twice"
+            return None, "it was interrupted, and may be repeated"
         possible = possible_success(skill, self.world)
         if possible is None:
-            return None, "it was interrupted, and no success of it is measured"
-        why = f"it was interrupted, and what is measured does not tell whether `{possible}` happened"
+            return None, "it was interrupted, and the measurements exclude its successes"
+        why = f"it was interrupted, and the measurements do not show if `{possible}` happened"
         return AttemptResult(failed=True, reason=why), why
 
     def _has_new_effect(self, skill: Skill, outcome: str, before: Mapping[str, Any]) -> bool:

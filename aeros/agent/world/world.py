@@ -218,7 +218,7 @@ def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
         limit = "no age" if max_age is None else f"{float(max_age):g} s"
         raise UnusableValueError(f"was measured {float(age):g} s ago; {limit} is allowed")
     if age < 0:
-        raise UnusableValueError("is stamped with a time that has not come yet")
+        raise UnusableValueError("has a time stamp in the future")
 
 
 def is_finite_time(seconds: object) -> TypeGuard[float]:

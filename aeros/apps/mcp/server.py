@@ -122,5 +122,5 @@ def _client_name(context: ServerRequestContext[Any, Any]) -> str:
     """Return the name that the client gives itself."""
     parameters = context.session.client_params
     if parameters is None:
-        return "a client that does not say its name"
+        return "an unnamed client"
     return shortened(f"{parameters.client_info.name} {parameters.client_info.version}", 120)

@@ -109,7 +109,7 @@ def _summary(left: RunData, signed: str) -> Iterator[str]:
     counts = left.chain.decisions
     sound = f'<span class="good">sound</span>, {left.chain.records} records'
     if not left.chain.is_sound:
-        sound = f'<span class="bad">NOT SOUND: {_text(left.chain.reason)}</span>; what follows is not shown'
+        sound = f'<span class="bad">NOT SOUND: {_text(left.chain.reason)}</span>; the rest is not shown'
     ended = next((details for kind, details in reversed(left.notes) if kind == "run-ended"), None)
     rows = [
         ("instruction", _noted_details(left, "routed", "instruction")),

@@ -61,7 +61,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "new", __doc__, _EXAMPLES)
-    parser.add_argument("what", choices=("ecm",), help="what to create: a capability module")
+    parser.add_argument("what", choices=("ecm",), help="the thing to create: a capability module")
     parser.add_argument("name", type=_name, metavar="NAME", help="name of the module and of its folder")
     parser.add_argument(
         "--in", dest="place", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
@@ -83,7 +83,8 @@ def _name(text: str) -> str:
         near = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_0123456789")
         hint = f", or `{near}`" if form.regex.fullmatch(near) else ""
         raise argparse.ArgumentTypeError(
-            f"`{escape_invisible(text)}` is no module name: write {form.words}, as in `{form.example}`{hint}"
+            f"`{escape_invisible(text)}` is not a module name: "
+            f"write {form.words}, as in `{form.example}`{hint}"
         )
     if len(text) > _MAX_NAME_CHARS:
         raise argparse.ArgumentTypeError(f"a module name has at most {_MAX_NAME_CHARS} characters")

@@ -84,8 +84,8 @@ def add_to(commands: Subparsers) -> None:
         metavar="NAME=VALUE",
         help="initial value of a state variable, or `unknown` (repeatable)",
     )
-    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
-    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
@@ -177,7 +177,7 @@ def _steps(path: Path) -> tuple[str, ...]:
     try:
         return read_plan(read_source(path).text)
     except UnreadablePlanError as why:
-        raise UsageError(f"`{path}` is no plan: {why}") from why
+        raise UsageError(f"`{path}` is not a plan: {why}") from why
 
 
 def _export_pddl(folder: Path, domain: PlanningDomain, start: State) -> Exit:
@@ -203,7 +203,7 @@ def _check_result(strategy: StrongCyclicStrategy, start: State, steps: tuple[str
         found = {"schema": CHECK_SCHEMA, "steps": steps, "accepted": not problems, "problems": problems}
         print(json.dumps(found, indent=1))
     else:
-        accepted = f"accepted  {len(steps)} steps; whatever declared outcomes come, the goal stays reachable"
+        accepted = f"accepted  {len(steps)} steps; the goal stays reachable after every declared outcome"
         print("\n".join([f"rejected  {escape_invisible(text)}" for text in problems] or [accepted]))
     return Exit.REJECTED if problems else Exit.SUCCESS
 
@@ -259,7 +259,7 @@ def _as_text(found: Mapping[str, Any]) -> str:
         lines += ["plan", *_format_parts(found["plan"], "  ")]
         lines.append(
             f"proved the goal can be reached from each of the {found['states']} states that declared "
-            f"outcomes may lead to; the shortest way has {found['steps_at_least']} step"
+            f"outcomes may lead to; the shortest path has {found['steps_at_least']} step"
             + ("" if found["steps_at_least"] == 1 else "s")
         )
     return "\n".join(map(escape_invisible, lines))

@@ -162,7 +162,9 @@ def _disagreement(error: DisagreementError) -> str:
             file.write(error.script)
         lines.append(f"Please report it with the question, which is in {escape_invisible(name)}")
     except OSError as problem:
-        lines.append(f"Please report it with the question, which no file could take ({problem.strerror}):")
+        lines.append(
+            f"Please report it with the question, which could not be written to a file ({problem.strerror}):"
+        )
         lines.append(error.script)
     return "\n".join(lines)
 

@@ -71,8 +71,8 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("instruction", help='the task for which the robot is set up, as in "make dumplings"')
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
-    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros run`)")
-    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as of `aeros run`)")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
     parser.add_argument("--out", type=Path, help="a new folder for trace and audit log (default: in runs/)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"

@@ -180,7 +180,7 @@ def _problems(outcome: TheoremResult) -> list[str]:
         if one.verdict is not Verdict.PROVED
     ]
     if not outcome.mutants:
-        problems.append("it has no mutant, so it is not shown that it can fail")
+        problems.append("it has no mutant, so nothing shows that it can fail")
     return problems + [f"the theorem also holds for the mutant {name}" for name in outcome.surviving_mutants]
 
 

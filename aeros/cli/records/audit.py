@@ -77,7 +77,7 @@ examples:
 """
 _KEYGEN_EXAMPLES = """\
 Writes the private key to FILE, readable only by its owner, and the public key to FILE.pub.  Keep the
-public key where nobody who can write the log can write: whoever can replace it can sign a forged log.
+public key where no process that writes the log can write. Anyone who can replace the key can forge a log.
 
 examples:
   aeros audit keygen --out .aeros/audit.key      where `aeros run` looks for it
@@ -191,15 +191,15 @@ def _verify(arguments: argparse.Namespace) -> Exit:
 def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchored: bool) -> list[str]:
     """List changes to the log that this check cannot detect."""
     if signed is None:
-        return ["a tail cut off", "a log or its end rewritten with new hashes"]
+        return ["records removed at the end", "a log, or its end, rewritten with new hashes"]
     found = []
     if not anchored:
-        found.append("a tail cut off right after an earlier checkpoint")
-        found.append("another log that the same key signed, in place of this one")
+        found.append("records removed right after an earlier checkpoint")
+        found.append("replacement by another log that the same key signed")
     loose = chain.records - (signed.anchored if anchored else signed.signed)
     if loose > 0:
         after = "the anchored checkpoint" if anchored else "the newest checkpoint"
-        found.append(f"anything done after {after}, where {loose} records stand now")
+        found.append(f"changes after {after}, which {loose} records follow now")
     return found
 
 
@@ -356,6 +356,6 @@ def _keygen(arguments: argparse.Namespace) -> Exit:
     except InvalidKeyError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    print(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; nobody else should read it")
+    print(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; keep it secret")
     print(f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere")
     return Exit.SUCCESS

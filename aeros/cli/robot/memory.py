@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 SCHEMA: Final = "aeros/memory/1"
 
 _EXAMPLES: Final = """\
-The dispatcher uses memory to choose between skills that provide the same capability.  Memory never decides
-whether an action is safe: the gate decides each action and does not read it.
+The dispatcher uses memory to choose between skills that provide the same capability.  Memory has no
+influence on safety: the gate decides each action and does not read it.
 
 examples:
   aeros memory show                                      each skill's record, also by context

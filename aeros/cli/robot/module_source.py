@@ -64,7 +64,7 @@ def _package_folder(found: EntryPoint) -> Path:
         path = Path(folder, *inner)
         if path.is_dir():
             return path
-    raise _error(f"the entry point `{found.name}` is `{found.value}`, which is no folder of a package")
+    raise _error(f"the entry point `{found.name}` is `{found.value}`, which is not a folder of a package")
 
 
 def _error(reason: str) -> UserError:

@@ -68,7 +68,7 @@ def add_to(commands: Subparsers, name: str) -> None:
 
 def _block(arguments: argparse.Namespace) -> Exit:
     if arguments.module is None and arguments.action is None:
-        print("aeros: name what to block: --module, with or without --skill, or --action", file=sys.stderr)
+        print("aeros: give --module, with or without --skill, or --action", file=sys.stderr)
         return Exit.USAGE
     parts = (arguments.module, arguments.skill, arguments.action)
     Registry(arguments.state).add_override(OperatorOverride(arguments.id, arguments.reason, *parts))

@@ -89,7 +89,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "run", __doc__, _EXAMPLES)
-    parser.add_argument("instruction", nargs="?", help='what to do, as in "make dumplings"')
+    parser.add_argument("instruction", nargs="?", help='the instruction, as in "make dumplings"')
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument(

@@ -55,7 +55,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
     )
-    parser.add_argument("--site", type=existing_path, help="the site file (default: as of `aeros report`)")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros report`)")
     parser.add_argument("--once", action="store_true", help="print the current state once and exit")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.add_argument(

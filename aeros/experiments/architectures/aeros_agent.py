@@ -88,7 +88,7 @@ class AerosAgent:
             self._planning_timeout is not None
             and max(first_delay_s, replan_delay_s) >= self._planning_timeout
         ):
-            raise StateSpaceError("what is left of the plan before is followed in place of one that is late")
+            raise StateSpaceError("the rest of the previous plan replaces a late plan")
         rules = tuple(
             replace(
                 rule,

@@ -161,7 +161,7 @@ def _check(line: bytes, before: LogPrefix, watch: RecordCheck | None) -> LogPref
     body = line[:-HASH_SUFFIX_LENGTH] + b"}"
     expected, own = seal_record(body)
     if line != expected:
-        return replace(before, problem=f"record {place} was edited: its hash is not that of its content")
+        return replace(before, problem=f"record {place} was edited: its hash does not match its content")
     record = _parse(body)
     if record is None:
         return replace(before, problem=f"record {place} is not a record")

@@ -194,9 +194,7 @@ class CheckpointVerifier:
         if self._anchor is None or self._anchor.sequence < records:
             return None
         if records == 0:
-            return (
-                "it is empty, and the anchor holds a record of one that is not; each log has its own anchor"
-            )
+            return "the log is empty, but the anchor is of a log with records; each log has its own anchor"
         return f"the log was cut: it ends before record {self._anchor.sequence}, which the anchor holds"
 
 

@@ -90,7 +90,7 @@ def make_key(path: Path) -> Path:
     public = key.public_key().public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
     public_path = path.with_name(path.name + PUBLIC_SUFFIX)
     if public_path.exists():
-        raise InvalidKeyError(f"`{public_path}` is there already")
+        raise InvalidKeyError(f"`{public_path}` exists already")
     _write_new(path, private, _OWNER_ONLY)
     _write_new(public_path, public, 0o644)
     return public_path
@@ -116,7 +116,7 @@ def read_signing_key(path: Path) -> SigningKey:
         raise InvalidKeyError(_MISSING) from missing
     content = _read(path)
     if stat.S_IMODE(path.stat().st_mode) & 0o077:
-        raise InvalidKeyError(f"`{path}` is open to others than its owner: chmod 600 it")
+        raise InvalidKeyError(f"`{path}` is accessible to other users; run `chmod 600` on it")
     try:
         key = load_pem_private_key(content, password=None)
     except (ValueError, TypeError) as error:

@@ -50,7 +50,7 @@ class Bag:
             self._writer = Writer(folder, version=_VERSION, storage_plugin=StoragePlugin.MCAP)
             self._writer.open()
         except (OSError, WriterError) as failure:
-            raise BagError(f"no bag can be made in `{folder}`: {failure}") from failure
+            raise BagError(f"a bag cannot be created in `{folder}`: {failure}") from failure
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _Recorder[M]:
         """Implements `PublisherFactory.publisher`; ignores `latched`."""

@@ -15,7 +15,7 @@ from aeros.runtime.registry.control_page import MotionTimeoutError, request_comm
 TRIGGER: Final = (TriggerRequest, TriggerResponse)
 
 _SERVICES: Final = {
-    "/aeros/pause": (OperatorCommand.PAUSE, "paused: nothing begins until `/aeros/resume`"),
+    "/aeros/pause": (OperatorCommand.PAUSE, "paused: no action starts until `/aeros/resume`"),
     "/aeros/resume": (OperatorCommand.RUN, "resumed"),
     "/aeros/stop": (OperatorCommand.STOP, "stopped"),
 }
@@ -46,7 +46,7 @@ def _command_handler(
         try:
             request_command(folder, command)
         except MotionTimeoutError as late:
-            return TriggerResponse(False, f"something still moves {late}; use the robot's own stop")
+            return TriggerResponse(False, f"still moving {late}; use the robot's emergency stop")
         except OSError as failure:
             return TriggerResponse(False, f"the run cannot be reached: {failure}")
         return TriggerResponse(True, done)

@@ -79,7 +79,9 @@ class StepControl:
         if self._governor.command is OperatorCommand.STOP:
             return HALTED
         if not self._followed.is_active(step.ecm):
-            return SkillRunResult(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is not active as it was")
+            return SkillRunResult(
+                StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is no longer active, or was changed"
+            )
         in_force = self._followed.hold()
         try:
             action = step.requested_action
@@ -94,7 +96,7 @@ class StepControl:
     def _resume_skill(self, step: ActiveStep) -> SkillRunResult | None:
         """Store the skill's next action in `step.requested_action`; or return how the step ends."""
         if step.request_count == MAX_ACTIONS:
-            return SkillRunResult(StepStatus.RAISED, f"the skill floods: more than {MAX_ACTIONS} actions")
+            return SkillRunResult(StepStatus.RAISED, f"the skill asked for more than {MAX_ACTIONS} actions")
         step.request_count += 1
         site = self._followed.configuration.site
         if step.observation_filter is None or step.observation_filter.site is not site:
@@ -104,7 +106,7 @@ class StepControl:
         if isinstance(response, SkillRunResult) and response.status is StepStatus.RAISED:
             return response
         if self._plant.now() > step.deadline:
-            return SkillRunResult(StepStatus.TIMED_OUT, "the skill's time-out has passed")
+            return SkillRunResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
         if isinstance(response, SkillRunResult):
             return check_result_outputs(step.skill, response)
         step.requested_action = response
@@ -129,7 +131,7 @@ class StepControl:
             why = format_reasons(decided.decision.reasons)
             return SkillRunResult(StepStatus.DENIED, why, causes=decided.causes)
         if decided.is_protective_stop:
-            self._clean_up.stop_all(f"stopped for `{step.name}`, which asks for a protective stop")
+            self._clean_up.stop_all(f"stopped for `{step.name}`, which asked for a protective stop")
         self._pipeline.count_execution(active_action)
         # A completion means that the plant cannot do it; nothing moves then.
         motion = plan if isinstance(plan, MotionCompletion) else self._plant.begin(active_action.action, plan)
@@ -263,7 +265,7 @@ class Scheduler:
                 None if step.is_running else self._resources.never_available(required_resources(step.skill))
             )
             if lacking is not None:
-                reason = f"this site has no `{lacking}` any more"
+                reason = f"this site no longer has `{lacking}`"
                 self._clean_up.halt_step(handle, SkillRunResult(StepStatus.STOPPED, reason))
 
     def _advance_plant(self, until: float) -> bool:
@@ -290,7 +292,7 @@ class Scheduler:
             return False
         for handle, step in moving.items():
             if step.deadline <= latest:
-                reason = "the skill's time-out passed during a motion"
+                reason = "the skill's timeout passed during a motion"
                 self._clean_up.halt_step(handle, SkillRunResult(StepStatus.TIMED_OUT, reason))
         return latest == until
 

@@ -240,7 +240,7 @@ def end_motions(
     followed.release()
 
 
-HALTED: Final = SkillRunResult(StepStatus.HALTED, "the operator stops it")
+HALTED: Final = SkillRunResult(StepStatus.HALTED, "stopped by the operator")
 """Ending of every step when the operator stops the run."""
 
 

@@ -63,7 +63,7 @@ def stop_cause(site: Site, rule: str, violation: RuleViolation | None) -> Cause:
     """
     kind, _, name = rule.partition(":")
     if kind == "input":
-        part = UnmetBound(name, None, "known", True, reason="is not measured as it should be")
+        part = UnmetBound(name, None, "known", True, reason="is missing, old or malformed")
         at = file_and_line(site.state[name].span) if name in site.state else ""
         return Cause(
             "reading", name, "every value that a rule reads is measured", location=at, shortfalls=(part,)

@@ -68,7 +68,7 @@ def _malformed_usage_objections(site: Site, usage: Mapping[str, int]) -> Iterato
         if name not in known:
             yield Reason("AE702", name, f"`{name}` is not a quota of this site")
         elif not _is_count(used):
-            yield Reason("AE704", name, f"the use of `{name}` is not a whole number from 0 on")
+            yield Reason("AE704", name, f"the use of `{name}` is not a whole number of at least 0")
 
 
 def _is_count(used: object) -> bool:
@@ -78,6 +78,6 @@ def _is_count(used: object) -> bool:
 def _quota_objections(quota: Quota, usage: Mapping[str, int]) -> Iterator[Reason]:
     used = usage.get(quota.id)
     if used is None:
-        yield Reason("AE703", quota.id, f"how much of the quota `{quota.id}` is used up is not known")
+        yield Reason("AE703", quota.id, f"the use of the quota `{quota.id}` is unknown")
     elif _is_count(used) and used >= quota.max_count:
         yield Reason("AE742", quota.id, f"the quota `{quota.id}` of {quota.max_count} is used up")

@@ -127,7 +127,7 @@ class _JointRule:
         truth = self.condition.decide(values)
         if truth is ConditionValue.FAILS:
             yield Reason(
-                "AE751", self.id, f"beside the `{active_action.action.kind}` under way it {self._says}"
+                "AE751", self.id, f"together with the `{active_action.action.kind}` under way it {self._says}"
             )
         elif truth is ConditionValue.UNDECIDED:
             yield Reason("AE790", self.id, f"the solver could not decide `{self.id}`")

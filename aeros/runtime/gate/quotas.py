@@ -137,7 +137,7 @@ class QuotaUsageCounter:
     def _drop_expired(self, now: float) -> float:
         at = now if type(now) is float else _double(now)
         if not isfinite(at):
-            raise ClockError(f"the time {now} is no time")
+            raise ClockError(f"the time {now} is not a valid time")
         if at < self._latest:
             raise ClockError(f"the clock went back from {self._latest:.6g} s to {at:.6g} s")
         self._latest = at

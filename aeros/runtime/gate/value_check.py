@@ -173,7 +173,7 @@ def check_freshness(checker: ValueChecker, time: Any, now: float, required: bool
     age = Fraction(now) - Fraction(time)
     if age > limit:
         return Reason(
-            "AE706", name, f"`{name}` is {float(age):.3g} s old; after {float(limit):g} s it is unknown"
+            "AE706", name, f"`{name}` is {float(age):.3g} s old; at most {float(limit):g} s is allowed"
         )
     return None
 

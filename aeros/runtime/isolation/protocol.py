@@ -153,7 +153,7 @@ def decode_response(payload: bytes, token: bytes) -> WorkerResponse:
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as failure:
         raise ProtocolError(f"its answer is malformed: {str(failure)[:200]}") from failure
     if answer.token != token:
-        raise ProtocolError("its answer belongs to no question, or to an earlier one")
+        raise ProtocolError("its answer does not belong to the latest request")
     return answer
 
 
@@ -197,7 +197,7 @@ class WorkerConnection:
             raise ProtocolError(f"its answer has {length} bytes, more than {MAX_RESPONSE_BYTES}")
         answer = decode_response(self._receive(length, deadline), question.token)
         if self._is_readable(0) and self._peek():
-            raise ProtocolError("it says more than it was asked")
+            raise ProtocolError("it sent more than one answer")
         return answer
 
     def close(self) -> None:
@@ -213,7 +213,7 @@ class WorkerConnection:
         try:
             self._channel.sendall(data)
         except TimeoutError as failure:
-            raise ResponseTimeoutError("it does not listen") from failure
+            raise ResponseTimeoutError("it does not read requests") from failure
         except OSError as failure:
             raise WorkerEndedError("its process ended") from failure
         finally:

@@ -143,7 +143,7 @@ def _format_unavailable(modules: Iterable[str], lacking: Mapping[str, str]) -> s
     names = ", ".join(f"`{name}`" for name in modules)
     return (
         f"{names} may not run here: the site requires isolation that this host lacks "
-        f"({_format_missing_layers(lacking)}); run it where there is more, or let the site trust it "
+        f"({_format_missing_layers(lacking)}); use another host, or let the site trust it "
         "(`policy.isolation.trusted`) or only warn (`policy.isolation.missing: warn`)"
     )
 

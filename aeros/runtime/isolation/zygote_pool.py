@@ -281,6 +281,6 @@ def _first_process_handle(info: int) -> int:
         readable, _, _ = select.select([info], [], [], _START)
         part = os.read(info, 4096) if readable else b""
         if not part:
-            raise ZygoteError("bubblewrap does not say what it started")
+            raise ZygoteError("bubblewrap did not report the process that it started")
         output += part
     return os.pidfd_open(json.loads(output)["child-pid"])

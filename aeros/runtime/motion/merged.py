@@ -70,9 +70,9 @@ def merge_motions(plan: Trajectory, concurrent_motions: Sequence[ConcurrentMotio
     """
     for action, other, _, is_halting in concurrent_motions:
         if is_halting:
-            return f"the `{action.kind}` under way comes to rest, and where it will is not decided"
+            return f"the `{action.kind}` under way is coming to rest, and its final position is not known yet"
         if plan.servo is not None or other.servo is not None:
-            return f"beside the `{action.kind}` under way: where feedback leads is not known on a moving base"
+            return f"during the `{action.kind}` under way: feedback on a moving base cannot be bounded"
         if plan.body != other.body:
             return f"the `{action.kind}` under way is a motion of another body"
     parts = [

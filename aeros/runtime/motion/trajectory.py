@@ -119,7 +119,7 @@ class MotionDecider:
         if type(plan) is NoMotion:
             return ()
         if type(plan) is not Trajectory:
-            return (Reason("AE760", action.kind, "the plant does not say what motion it would make"),)
+            return (Reason("AE760", action.kind, "the plant did not return the motion that it would make"),)
         fault = self._malformed(policy, plan)
         if fault is not None:
             return (Reason("AE760", action.kind, f"the motion is malformed: {fault}"),)
@@ -168,12 +168,12 @@ class MotionDecider:
             or not all(plan.joint_paths)
             or (plan.servo is None and len(plan.joint_paths) != 1)
         ):
-            return "it has not one path, or under feedback several"
+            return "it does not have one path, or several under feedback"
         columns = [column for path in plan.joint_paths for piece in path for column in piece]
         if any(len(piece) != 4 for path in plan.joint_paths for piece in path):
-            return "a piece has not four control points"
+            return "a segment does not have four control points"
         if len(plan.body.dh_rows) != joints or any(len(column) != joints for column in columns):
-            return f"it is not about {joints} joints"
+            return f"it does not have {joints} joints"
         numbers = [
             *chain.from_iterable(columns),
             *plan.base,
@@ -182,15 +182,15 @@ class MotionDecider:
             *_other_numbers(plan),
         ]
         if set(map(type, numbers)) != {float} or not all(map(isfinite, numbers)):
-            return "something of it is not a finite number"
+            return "one of its numbers is not finite"
         if plan.duration <= 0.0:
-            return "it takes no time"
+            return "its duration is not above 0 s"
         if plan.servo is not None and any(plan.base_path):
             return "the base travels under feedback"
         if any(not 0 <= ball.joint <= joints or ball.radius < 0.0 for ball in plan.body.balls):
-            return "a ball of the body moves with no joint, or has no radius"
+            return "a sphere of the body moves with no joint, or has no radius"
         if not all(is_c2_continuous(path) for path in plan.joint_paths):
-            return "its pieces do not meet, so its jerk has no bound"
+            return "its segments do not join smoothly, so its jerk has no bound"
         links = {ball.link for ball in plan.body.balls}
         named = {link for box in self._boxes for link in box.links or ()}
         if not links or named - links:
@@ -237,7 +237,7 @@ class MotionDecider:
             reached = moving.speed if plan is arm else carried.speed if plan is base else 0.0
             if reached > speed:
                 part = "tool" if plan is arm else "base"
-                text = f"the {part} may reach {reached:.4g} m/s where {speed:.4g} m/s was decided"
+                text = f"the {part} may reach {reached:.4g} m/s; {speed:.4g} m/s was decided"
                 reasons.append(Reason("AE762", name, text))
         return reasons
 
@@ -251,7 +251,7 @@ class MotionDecider:
         where = "may leave" if barrier.keep_inside else "may enter"
         text = (
             f"`{breach.link}` {where} the volume `{barrier.volume}` at {100.0 * breach.path_parameter:.0f} % "
-            f"of the way, or comes nearer than the clearance: {barrier.rationale}"
+            f"of the path, or comes nearer than the clearance: {barrier.rationale}"
         )
         return [Reason("AE763", barrier.id, text)]
 
@@ -262,11 +262,17 @@ def _start_mismatch(
     """Report a joint that is not measured where the motion has it now."""
     measured = readings.get(policy.start_variable)
     if measured is None:
-        return [Reason("AE761", policy.start_variable, "where the joints are is not known")]
+        return [Reason("AE761", policy.start_variable, "the joint positions are not known")]
     distance = max(abs(a - b) for a, b in zip(posture, measured.value, strict=True))
     if distance <= float(policy.start_tolerance):
         return []
-    return [Reason("AE761", policy.start_variable, f"{subject} {distance:.3g} rad from where a joint is")]
+    return [
+        Reason(
+            "AE761",
+            policy.start_variable,
+            f"{subject} {distance:.3g} rad from the measured position of a joint",
+        )
+    ]
 
 
 def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, subject: str) -> list[Reason]:
@@ -276,20 +282,20 @@ def _end_mismatch(policy: MotionPolicy, action: Action, merged: MergedMotion, su
     if targets.tool_target is not None:
         distance = dist(merged.tool_at_end(), parameters[targets.tool_target])
         if not distance <= tolerance:
-            text = f"{subject} {1000.0 * distance:.3g} mm from where the tool was asked to be"
+            text = f"{subject} {1000.0 * distance:.3g} mm from the target of the tool"
             reasons.append(Reason("AE761", targets.tool_target, text))
     if targets.joint_target is not None:
         ends = (parameters[name] for name in targets.joint_target)
         each = [abs(a - b) for a, b in zip(merged.joints.motion.joint_paths[0][-1][3], ends, strict=True)]
         # Compare each, because `max` may hide a NaN.
         if not all(distance <= _JOINT_TOLERANCE for distance in each):
-            text = f"{subject} {max(each):.3g} rad from where a joint was asked to be"
+            text = f"{subject} {max(each):.3g} rad from the target of a joint"
             reasons.append(Reason("AE761", targets.joint_target[0], text))
     if targets.base_target is not None:
         x, y = targets.base_target
         distance = dist(merged.base_at_end()[:2], (parameters[x], parameters[y]))
         if not distance <= tolerance:
-            text = f"{subject} {1000.0 * distance:.3g} mm from where the base was asked to be"
+            text = f"{subject} {1000.0 * distance:.3g} mm from the target of the base"
             reasons.append(Reason("AE761", x, text))
     return reasons
 
@@ -351,7 +357,7 @@ def _other_numbers(plan: Trajectory) -> list[float]:
         len(p) != 3
         for p in (plan.base, plan.base_path, body.tool_offset, *(ball.centre for ball in body.balls))
     ):
-        raise ValueError("a point has not three coordinates")
+        raise ValueError("a point does not have three coordinates")
     numbers = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
         numbers += [*ball.centre, ball.radius]
@@ -364,7 +370,7 @@ def _other_numbers(plan: Trajectory) -> list[float]:
 def _per_joint(servo: ServoBounds, joints: int) -> list[float]:
     rows = (servo.joint_tolerance, servo.speed, servo.acceleration, servo.jerk)
     if any(len(row) != joints for row in rows):
-        raise ValueError(f"its feedback is not about {joints} joints")
+        raise ValueError(f"its feedback does not have {joints} joints")
     return [*chain.from_iterable(rows)]
 
 

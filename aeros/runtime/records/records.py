@@ -270,7 +270,7 @@ def motion_from_json(encoded_value: Any, bodies: Mapping[str, Any]) -> Any:
             )
         case {"unheard_of": plan}:
             return decode_value(plan)
-    raise ValueError("it is no motion")
+    raise ValueError("it is not a motion")
 
 
 # Parts.
@@ -303,7 +303,7 @@ def _path_from_json(encoded_value: Any) -> JointPath:
         case {"joints": int(joints), "points": str(packed)}:
             raw = b64decode(packed, validate=True)
             if len(raw) % 8:
-                raise ValueError("its points are no doubles")
+                raise ValueError("its points are not doubles")
             numbers = struct.unpack(f"<{len(raw) // 8}d", raw)
             points: list[JointVector] = [*zip(*[iter(numbers)] * joints, strict=True)]
             return tuple([_piece(points[at : at + 4]) for at in range(0, len(points) - 1, 3)])

@@ -99,7 +99,7 @@ class SessionState:
             if recorded != known.get(name):
                 return (
                     f"the history `{name}` is recorded as {_format_reading(recorded)}, "
-                    f"and what was decided before it adds up to {_format_reading(known.get(name))}"
+                    f"but the earlier decisions give {_format_reading(known.get(name))}"
                 )
         return None
 

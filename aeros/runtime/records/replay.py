@@ -206,22 +206,20 @@ class LogReplay:
             raise _IncompleteRecordError(self._session.unusable_reason)
         named, digest = details.get("configuration"), governing.configuration.digest
         if named != digest:
-            raise _IncompleteRecordError(f"it names the configuration {named} where {digest} governs")
+            raise _IncompleteRecordError(f"it names the configuration {named}, but {digest} was in force")
         missing = [name for name in _REQUIRED_KEYS if name not in details]
         if missing:
             raise _IncompleteRecordError(f"the record does not hold its {', '.join(missing)}")
         if details.get("state_digest") != _digest(details["state"]):
-            raise _IncompleteRecordError("the state is not the one whose digest is recorded")
+            raise _IncompleteRecordError("the state does not match its recorded digest")
         if self._session.state is None:
-            raise _IncompleteRecordError(
-                "what was counted before it depends on a configuration that is not known"
-            )
+            raise _IncompleteRecordError("the counts before it depend on an unknown configuration")
         if wrong is not None:
             raise _IncompleteRecordError(wrong)
         try:
             return self._decide_complete(governing, details, used)
         except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as fault:
-            raise _IncompleteRecordError("the record is not one of a decision") from fault
+            raise _IncompleteRecordError("the record is not a decision") from fault
 
     def _decide_complete(
         self, governing: _ReplayDecider, details: Mapping[str, Any], used: QuotaUsage | None
@@ -233,17 +231,15 @@ class LogReplay:
         if used is None:
             raise ValueError("at no time")
         if isinstance(used, ClockError) != (recorded is None):
-            raise _IncompleteRecordError(
-                "the use of quotas is recorded if and only if the clock was in order"
-            )
+            raise _IncompleteRecordError("the use of quotas must be recorded exactly if the clock was valid")
         spell = partial(
             self._outcome, governing.configuration, caller, readings, action, now, "causes" in details
         )
         if isinstance(used, ClockError):
             return spell(clock_denial(used))
         if recorded != used:
-            sums = f"what was decided before it adds up to {dict(used)}, and recorded is {recorded}"
-            raise _IncompleteRecordError(f"the use of quotas is another: {sums}")
+            sums = f"the earlier decisions give {dict(used)}, but {recorded} is recorded"
+            raise _IncompleteRecordError(f"the use of quotas differs: {sums}")
         gated = governing.gate.decide(caller, readings, action, now, recorded)
         active = [_parse_active_action(number, earlier) for number, earlier in others]
         if others:
@@ -288,7 +284,7 @@ class LogReplay:
     ) -> Decision:
         governed = gated.action is not None and motions.covers_kind(gated.action.kind)
         if governed != ("motion" in details):
-            raise _IncompleteRecordError("a motion is recorded if and only if one was to be decided")
+            raise _IncompleteRecordError("a motion must be recorded exactly if one was to be decided")
         return (
             motions.decide(gated, self._motion(details), readings, concurrent_motions) if governed else gated
         )
@@ -299,7 +295,7 @@ class LogReplay:
             return None
         motion = details["motion"]
         if details.get("motion_digest") != _digest(motion):
-            raise _IncompleteRecordError("the motion is not the one whose digest is recorded")
+            raise _IncompleteRecordError("the motion does not match its recorded digest")
         if type(motion) is dict and "body" in motion and motion["body"] not in self._session.bodies:
             raise _IncompleteRecordError("no record before it holds the body that the motion names")
         return motion_from_json(motion, self._session.bodies)
@@ -310,7 +306,7 @@ class LogReplay:
         """Return number and details of an earlier decision whose action began."""
         if record not in self._session.active_actions:
             raise _IncompleteRecordError(
-                f"it was decided together with record {record}, which is not of an action that began"
+                f"it was decided together with record {record}, which is not an action that began"
             )
         return record, self._session.active_actions[record]
 

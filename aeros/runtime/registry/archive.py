@@ -65,7 +65,7 @@ def unpack(path: Path, into: Path) -> None:
                 with archive.open(entry) as opened:
                     content = opened.read(entry.file_size + 1)
                 if len(content) != entry.file_size:
-                    raise _refused(path, f"`{entry.filename}` is not as large as it says")
+                    raise _refused(path, f"`{entry.filename}` does not have its stated size")
                 target.write_bytes(content)
     except (OSError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as failure:
         raise _refused(path, str(failure)) from failure

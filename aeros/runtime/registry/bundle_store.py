@@ -109,4 +109,4 @@ def remove_unreferenced(store: Path, named: set[Path]) -> None:
 
 
 def _unreadable(path: Path, reason: str) -> UserError:
-    return UserError([Diagnostic("AE961", f"`{path}` cannot be kept: {reason}")])
+    return UserError([Diagnostic("AE961", f"`{path}` cannot be stored: {reason}")])

@@ -114,7 +114,7 @@ class InstalledModules:
         blocks = tuple(new.blocks.values())
         for one in new.modules.values():
             if one.name not in sources and bundle_digest(module_files(folders[one.name])) != one.digest:
-                raise refusal("AE965", f"the kept files of `{one.name}` are not what was installed")
+                raise refusal("AE965", f"the stored files of `{one.name}` differ from the installed ones")
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         configuration, report = self._prove(
             folders.values(), policy, certified=False, blocks=blocks, active=active.__contains__

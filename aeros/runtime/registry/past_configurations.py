@@ -26,12 +26,12 @@ class PastConfigurations:
         if snapshot is None:
             log = self._registry.folder / LOG
             raise UnknownConfigurationError(
-                f"no change that is recorded in `{log}` led to that; "
-                "a run with --site or --ecms is replayed with the same"
+                f"no change recorded in `{log}` led to it; "
+                "replay a run with --site or --ecms with the same options"
             )
         lost = self._missing_files(snapshot)
         if lost:
-            raise UnknownConfigurationError(f"parts of it are not stored any more: {', '.join(lost)}")
+            raise UnknownConfigurationError(f"parts of it are no longer stored: {', '.join(lost)}")
         try:
             configuration, _ = self._registry.configuration(snapshot)
         except UserError as refusal:

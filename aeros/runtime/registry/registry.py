@@ -77,15 +77,15 @@ class Registry(InstalledModules):
             digest = bundle_digest(files)
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
-                raise refusal("AE963", f"`{name}` is not what was pinned: its digest is {found}")
+                raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
             site = self._policy_of(old)
             ecm = load_module(site, source)
             kept = old.modules.get(ecm.id)
             if kept is not None and kept.version == ecm.version and kept.digest != digest:
                 raise refusal(
                     "AE962",
-                    f"`{ecm.id}` {ecm.version} is installed with other contents",
-                    "give what has changed a version of its own",
+                    f"`{ecm.id}` {ecm.version} is already installed with other contents",
+                    "raise the version of the changed module",
                 )
             state = self._next_state(old, ecm.id, LifecycleAction.INSTALL)
             one = InstalledModule.from_digest(ecm.id, ecm.version, digest, state)
@@ -167,7 +167,7 @@ class Registry(InstalledModules):
         """
         with self._transactions.change_lock() as old:
             if block.id in old.blocks:
-                raise refusal("AE960", f"there is a block `{block.id}` already", "name it otherwise")
+                raise refusal("AE960", f"there is a block `{block.id}` already", "choose another name")
             kinds = self._policy_of(old).kinds
             if block.action is not None and block.action not in kinds:
                 raise _unknown_name_error("action kind", block.action, kinds)

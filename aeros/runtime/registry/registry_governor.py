@@ -84,9 +84,9 @@ class RegistryGovernor(OperatorCommands):
         now, was = self._latest_snapshot(), self._loaded
         one = now.modules.get(module)
         if one is None or one.state is not ModuleState.ACTIVE:
-            return f"`{module}` is not active any more"
+            return f"`{module}` is no longer active"
         if one.digest != was.modules[module].digest:
-            return f"`{module}` is another version now"
+            return f"`{module}` now has another version"
         if now.site != was.site:
             return "another policy is in force"
         for block in now.blocks.values():

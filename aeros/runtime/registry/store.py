@@ -173,7 +173,7 @@ class RegistryStore:
 
     def _other_version(self, version: int) -> UserError:
         if version == 0:
-            return self._damaged("it is a database of something else")
+            return self._damaged("it is not a database of this kind")
         return self._damaged(*REGISTRY.refusal(version, self.path))
 
     def _damaged(self, reason: str, cure: str = _CURE) -> UserError:

@@ -102,7 +102,7 @@ def certified_files(ecm: Ecm) -> dict[str, bytes]:
     digest = code_digest(files)
     if digest != ecm.code_digest:
         raise SkillRefusedError(
-            f"the code of module `{ecm.id}` is not what was certified: "
-            f"its digest is {digest[:12]}…, certified is {ecm.code_digest[:12]}…"
+            f"the code of module `{ecm.id}` does not match its certificate: "
+            f"its digest is {digest[:12]}…, certified was {ecm.code_digest[:12]}…"
         )
     return files

@@ -140,7 +140,7 @@ def _body_name(
     if body in names:
         return names[body]
     x, y, z = world.pose(body).position
-    return f"what the scene has at ({x:.2f}, {y:.2f}, {z:.2f}) m"
+    return f"the body at ({x:.2f}, {y:.2f}, {z:.2f}) m"
 
 
 def _format_mm(depth: float) -> str:

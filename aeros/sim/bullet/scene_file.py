@@ -97,7 +97,7 @@ def _body(
     if isinstance(shape, UrdfModel):
         if declaration.mass is not None:
             _report(
-                "a model's mass is what its file says",
+                "the model's file sets its mass",
                 declaration.mass.span,
                 diagnostics,
                 "write `loose: true`",

@@ -54,9 +54,7 @@ def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
     for before, after in pairwise(seen):
         for a, b, limit in zip(before, after, servo.speed, strict=True):
             speed = abs(b - a) / subject.period
-            require(
-                speed <= limit + subject.max_overshoot, f"in contact a joint is as fast as {speed:.4f} rad/s"
-            )
+            require(speed <= limit + subject.max_overshoot, f"in contact a joint reaches {speed:.4f} rad/s")
 
 
 def a_broken_rule_stops_contact_within_one_tick(subject: PlantUnderTest) -> None:
@@ -100,7 +98,7 @@ def motions_of_arm_and_base_together_are_each_as_decided(subject: PlantUnderTest
             plan = plant.plan(action)
             require(
                 isinstance(plan, Trajectory),
-                f"`{action.kind}` of `parallel_actions` is no trajectory: {plan}",
+                f"`{action.kind}` of `parallel_actions` is not a trajectory: {plan}",
             )
             assert isinstance(plan, Trajectory)  # noqa: S101  for the type checker
             plans.append((plan, plant.now()))
@@ -166,7 +164,8 @@ def _begin_contact(subject: PlantUnderTest, plant: Plant) -> tuple[Trajectory, M
 def _begin_planned(plant: Plant, action: Any, plan: Trajectory) -> MotionHandle:
     motion = plant.begin(action, plan)
     require(
-        not isinstance(motion, MotionCompletion), f"it cannot begin what it has planned just before: {motion}"
+        not isinstance(motion, MotionCompletion),
+        f"it cannot begin the motion that it has just planned: {motion}",
     )
     assert not isinstance(motion, MotionCompletion)  # noqa: S101  for the type checker
     return motion
@@ -189,14 +188,14 @@ def _stop_midway(
     watch = RecordingMonitor(rule_time=plant.now() + after)
     over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
     expected = dict.fromkeys(motions, MotionCompletion(False, f"monitor:{MONITOR_RULE}"))
-    require(over == expected, f"a rule was named while {motions} were under way, and ended were {over}")
+    require(over == expected, f"the monitor named a rule while {motions} were under way; {over} ended")
     named = [time for time, _ in watch.seen if time >= watch.rule_time]
-    require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
+    require(len(named) == 1, f"after the monitor named a rule it was asked {len(named) - 1} more times")
     took = plant.now() - named[0]
-    require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
+    require(took <= subject.max_stop_time + 2 * subject.tick, f"the stop took {took:.3f} s")
     before = values_of(plant.observe())
     require(
-        plant.advance(RecordingMonitor(), plant.now() + 0.2) == {}, "something ends that has ended before"
+        plant.advance(RecordingMonitor(), plant.now() + 0.2) == {}, "a motion ends that had already ended"
     )
     require_unchanged(subject, before, values_of(plant.observe()), "after both came to rest")
 

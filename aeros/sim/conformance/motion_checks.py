@@ -35,9 +35,9 @@ def the_executed_motion_is_the_decided_one(subject: PlantUnderTest) -> None:
     if not isinstance(plan, Trajectory):
         joints = [values[subject.joint_variable] for _, values in seen]
         away = max(dist(position, joints[0]) for position in joints)
-        require(away <= subject.noise, f"it was said to move no joint, and moved one by {away} rad")
+        require(away <= subject.noise, f"it must move no joint, but moved one by {away} rad")
         return
-    require(plan.servo is None, "`motion_action` is to be an action whose path is decided beforehand")
+    require(plan.servo is None, "`motion_action` must be an action with a planned path")
     for time, values in seen:
         since = time - start
         profile, base = expected_position(plan, min(1.0, since / plan.duration))
@@ -69,7 +69,7 @@ def no_speed_is_higher_than_decided(subject: PlantUnderTest) -> None:
         for peak, limit in zip(measured, decided, strict=False):
             require(
                 peak <= limit + subject.max_overshoot,
-                f"{what} is as fast as {peak:.4f}, decided were {limit:.4f}",
+                f"{what} reaches {peak:.4f}; {limit:.4f} was decided",
             )
 
 
@@ -79,7 +79,8 @@ def _run_motion(subject: PlantUnderTest) -> tuple[object, list[tuple[float, Any]
         plan = plant.plan(subject.motion_action)
         motion = plant.begin(subject.motion_action, plan)
         require(
-            not isinstance(motion, MotionCompletion), f"it cannot begin what it has just planned: {motion}"
+            not isinstance(motion, MotionCompletion),
+            f"it cannot begin the motion that it has just planned: {motion}",
         )
         assert not isinstance(motion, MotionCompletion)  # noqa: S101  for the type checker
         start, watch = plant.now(), RecordingMonitor()
@@ -145,15 +146,15 @@ def advance_stops_at_until(subject: PlantUnderTest) -> None:
         for _ in range(3):
             until = plant.now() + 0.1
             over = plant.advance(watch, until)
-            require(over == {}, f"`motion_action` was to take half a second, and ended before: {over}")
+            require(over == {}, f"`motion_action` must take at least 0.5 s, but ended earlier: {over}")
             require(plant.now() <= until + 1e-9, f"it went on until {plant.now()} s, beyond {until} s")
             early = until - plant.now()
             require(early <= subject.tick + 1e-9, f"it came back {early} s before `until`")
         now = plant.now()
-        require(plant.advance(watch, now - 1.0) == {}, "something ends while time does not go on")
-        require(plant.now() - now <= subject.tick + 1e-9, "time went on beyond an `until` that had passed")
+        require(plant.advance(watch, now - 1.0) == {}, "a motion ends while the clock stands still")
+        require(plant.now() - now <= subject.tick + 1e-9, "the clock advanced although `until` had passed")
         require(
-            wait_for_end(plant, motion, watch).completed, "what was looked at in between is not completed"
+            wait_for_end(plant, motion, watch).completed, "the motion observed in between was not completed"
         )
 
 
@@ -180,7 +181,7 @@ def each_motion_has_its_own_number_and_ends_once(subject: PlantUnderTest) -> Non
                 require(bool(over), f"motions {motions} have not ended after {MOTION_TIMEOUT_S:g} s")
                 for motion, how in over.items():
                     require(motion in motions, f"motion {motion} ends, which was not under way")
-                    require(how.completed is (how.reason is None), f"it ended with {how}: which is it?")
+                    require(how.completed is (how.reason is None), f"it ended ambiguously, with {how}")
                     motions.remove(motion)
                     ended.append(motion)
             before = values_of(plant.observe())

@@ -48,7 +48,7 @@ def the_clock_never_goes_back(subject: PlantUnderTest) -> None:
     for sequence in (times, [time for time, _ in watch.seen]):
         pairs = pairwise(sequence)
         require(all(a <= b for a, b in pairs), f"the clock goes back: {sequence}")
-    require(all(map(isfinite, times)), "the clock shows no number of seconds")
+    require(all(map(isfinite, times)), "the clock does not show a number of seconds")
     require(times[-1] > times[0], "the clock stands still while something moves")
 
 
@@ -71,10 +71,10 @@ def readings_are_fresh_and_never_in_the_future(subject: PlantUnderTest) -> None:
         rested = _require_timely(plant)
     name = subject.joint_variable
     require(name in before and name in after and name in rested, f"`{name}` is not measured")
-    require(after[name] > before[name], f"`{name}` was moved, and its reading is still of {before[name]} s")
+    require(after[name] > before[name], f"`{name}` was moved, but its reading is still of {before[name]} s")
     require(
         rested[name] > after[name],
-        f"`{name}` is still of {after[name]} s though nothing moved for {_IDLE_S:g} s since",
+        f"`{name}` is still of {after[name]} s although nothing moved for {_IDLE_S:g} s since",
     )
 
 
@@ -83,7 +83,8 @@ def _require_timely(plant: Plant) -> dict[str, float]:
     now = plant.now()
     for name, time in times.items():
         require(
-            isinstance(time, float) and isfinite(time), f"`{name}` was measured at {time!r}, which is no time"
+            isinstance(time, float) and isfinite(time),
+            f"`{name}` was measured at {time!r}, which is not a time",
         )
         require(time <= now, f"`{name}` was measured at {time} s, which is in the future: it is {now} s")
     return times
@@ -107,7 +108,7 @@ def readings_are_of_the_types_that_the_port_has(subject: PlantUnderTest) -> None
     for reading in readings:
         for name, measured in reading.items():
             parts = measured.value if type(measured.value) is tuple else (measured.value,)
-            require(all(map(_is_scalar, parts)), f"`{name}` is {measured.value!r}, which no gate takes")
+            require(all(map(_is_scalar, parts)), f"`{name}` is {measured.value!r}, which every gate refuses")
 
 
 def _is_scalar(value: Any) -> bool:
@@ -131,7 +132,7 @@ def the_monitor_runs_before_the_first_tick_and_after_each(subject: PlantUnderTes
         start = plant.now()
         over = plant.advance(watch, start + MOTION_TIMEOUT_S)
         end, measured = plant.now(), plant.observe()
-    require(motion in over, "nothing else was under way, and `advance` came back without it")
+    require(motion in over, "nothing else was under way, but `advance` returned without it")
     require(len(watch.seen) >= 2, f"the monitor looked {len(watch.seen)} times")
     times = [time for time, _ in watch.seen]
     rounding = 1e-9 * max(1.0, abs(end))
@@ -146,7 +147,8 @@ def the_monitor_runs_before_the_first_tick_and_after_each(subject: PlantUnderTes
     )
     last = watch.history(subject.joint_variable)[-1]
     require(
-        last == measured[subject.joint_variable].value, "the monitor's last look is not what is measured then"
+        last == measured[subject.joint_variable].value,
+        "the monitor's last observation differs from the measurement at that time",
     )
 
 
@@ -167,7 +169,7 @@ def the_monitor_may_observe_and_changes_nothing_by_it(subject: PlantUnderTest) -
             monitor = _ObservingMonitor(plant) if observes else RecordingMonitor()
             wait_for_end(plant, begin_motion(plant, subject.motion_action), monitor)
             ends.append((plant.now(), plant.observe()[subject.joint_variable].value))
-    require(ends[0] == ends[1], "a motion ends otherwise where the monitor observes")
+    require(ends[0] == ends[1], "a motion ends differently if the monitor observes it")
 
 
 class _ObservingMonitor(RecordingMonitor):
@@ -181,7 +183,7 @@ class _ObservingMonitor(RecordingMonitor):
         """Compare the readings with the values that the monitor is given."""
         readings = self._plant.observe()
         late = [name for name, reading in readings.items() if reading.time > now]
-        require(not late, f"`{late[:1]}` is observed at {now} s, and of later")
+        require(not late, f"`{late[:1]}` is observed at {now} s, but has a later time")
         for name in values.keys() & readings.keys():
             given, seen = values[name], readings[name]
             time = getattr(given, "time", now)

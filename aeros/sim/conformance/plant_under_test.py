@@ -155,11 +155,12 @@ def begin_motion(plant: Plant, action: Action) -> MotionHandle:
     plan = plant.plan(action)
     require(
         not isinstance(plan, MotionCompletion),
-        f"it cannot plan `{action.kind}`, which it was said to do: {plan}",
+        f"it cannot plan `{action.kind}`, which its subject declares: {plan}",
     )
     motion = plant.begin(action, plan)
     require(
-        not isinstance(motion, MotionCompletion), f"it cannot begin what it has planned just before: {motion}"
+        not isinstance(motion, MotionCompletion),
+        f"it cannot begin the motion that it has just planned: {motion}",
     )
     assert not isinstance(motion, MotionCompletion)  # noqa: S101  for the type checker
     return motion

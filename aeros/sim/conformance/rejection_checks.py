@@ -58,7 +58,7 @@ def a_planned_motion_begins_where_the_robot_is(subject: PlantUnderTest) -> None:
         measured = values_of(plant.observe())
         plan = plant.plan(subject.motion_action)
     if isinstance(plan, NoMotion):
-        require(bool(plan.reason), "it says of an action that it moves nothing, and not why")
+        require(bool(plan.reason), "it reports that an action moves nothing, but gives no reason")
         return
     require(isinstance(plan, Trajectory), f"it cannot plan `{subject.motion_action.kind}`: {plan}")
     assert isinstance(plan, Trajectory)  # noqa: S101  for the type checker
@@ -108,7 +108,9 @@ def a_stale_plan_is_refused(subject: PlantUnderTest) -> None:
         begin = plant.begin(subject.motion_action, stale)
         if isinstance(stale, NoMotion):
             return
-        require(isinstance(begin, MotionCompletion), "a plan from where the robot no longer is was begun")
+        require(
+            isinstance(begin, MotionCompletion), "a plan that starts where the robot no longer is was begun"
+        )
         _require_reason(begin, "a stale plan")
         require_unchanged(subject, before, values_of(plant.observe()), "after a refusal")
 
@@ -136,7 +138,7 @@ def invalid_input_is_rejected_with_a_reason_before_any_motion(subject: PlantUnde
                 _require_reason(answer, what)
         require_unchanged(subject, before, values_of(plant.observe()), "after bad input")
         over = wait_for_end(plant, begin_motion(plant, subject.motion_action), RecordingMonitor())
-        require(over.completed, f"after bad input it no longer does what it can do: {over.reason}")
+        require(over.completed, f"after bad input it fails at a valid action: {over.reason}")
 
 
 def _require_reason(answer: object, what: str) -> None:
@@ -145,7 +147,7 @@ def _require_reason(answer: object, what: str) -> None:
     has_reason = isinstance(answer.reason, str) and bool(answer.reason.strip())
     require(not answer.completed and has_reason, f"{what} is refused without a reason: {answer}")
     require(
-        not str(answer.reason).startswith("monitor:"), f"{what} is refused in the monitor's name: {answer}"
+        not str(answer.reason).startswith("monitor:"), f"{what} is refused as if by the monitor: {answer}"
     )
 
 

@@ -41,7 +41,7 @@ def a_rule_broken_at_once_prevents_motion(subject: PlantUnderTest) -> None:
             plant.advance(RecordingMonitor(rule_time=plant.now()), plant.now() + MOTION_TIMEOUT_S), motions
         )
         require_unchanged(
-            subject, before, values_of(plant.observe()), "a rule was named before anything moved, and"
+            subject, before, values_of(plant.observe()), "the monitor named a rule before anything moved, and"
         )
         _require_ended_for_good(subject, plant)
 
@@ -66,9 +66,9 @@ def a_broken_rule_stops_everything_within_one_tick(subject: PlantUnderTest) -> N
         over = plant.advance(watch, plant.now() + MOTION_TIMEOUT_S)
         _require_all_ended(over, motions)
         named = [time for time, _ in watch.seen[1:] if time >= watch.rule_time]
-        require(len(named) == 1, f"after a rule was named the monitor was asked {len(named) - 1} times more")
+        require(len(named) == 1, f"after the monitor named a rule it was asked {len(named) - 1} more times")
         took = plant.now() - named[0]
-        require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
+        require(took <= subject.max_stop_time + 2 * subject.tick, f"the stop took {took:.3f} s")
         _require_braking_distance(subject, watch, values_of(plant.observe()))
         _require_ended_for_good(subject, plant)
 
@@ -137,13 +137,16 @@ def _check_halt(
         )
         watch, since = RecordingMonitor(), plant.now()
         over = halt(plant, halted, watch) or plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
-        require(set(over) == {halted}, f"one motion was halted, and ended were {sorted(over)}")
+        require(set(over) == {halted}, f"one motion was halted; {sorted(over)} ended")
         how, took = over[halted], plant.now() - since
         require(not how.completed and bool(how.reason), f"a halted motion ended with {how}")
-        require(not str(how.reason).startswith("monitor:"), f"halted, but in the monitor's name: {how}")
+        require(
+            not str(how.reason).startswith("monitor:"),
+            f"the halted motion ended as if the monitor had stopped it: {how}",
+        )
         require(
             took <= _INTERRUPT_AFTER_S + subject.max_stop_time + 2 * subject.tick,
-            f"coming to rest took {took - _INTERRUPT_AFTER_S:.3f} s",
+            f"the stop took {took - _INTERRUPT_AFTER_S:.3f} s",
         )
         _require_braking_distance(subject, watch, values_of(plant.observe()))
         require(
@@ -170,7 +173,7 @@ def stop_ends_everything(subject: PlantUnderTest) -> None:
         since = plant.now()
         plant.stop()
         took = plant.now() - since
-        require(took <= subject.max_stop_time + 2 * subject.tick, f"coming to rest took {took:.3f} s")
+        require(took <= subject.max_stop_time + 2 * subject.tick, f"the stop took {took:.3f} s")
         _require_braking_distance(subject, watch, values_of(plant.observe()))
         _require_ended_for_good(subject, plant)
 
@@ -196,11 +199,11 @@ def close_is_idempotent(subject: PlantUnderTest) -> None:
 
 
 def _require_all_ended(over: Mapping[MotionHandle, MotionCompletion], motions: list[MotionHandle]) -> None:
-    require(set(over) == set(motions), f"a rule was named: of {motions}, {sorted(over)} have ended")
+    require(set(over) == set(motions), f"the monitor named a rule: of {motions}, {sorted(over)} ended")
     for how in over.values():
         require(
             how == MotionCompletion(False, f"monitor:{MONITOR_RULE}"),
-            f"a rule was named, and one ended with {how}",
+            f"the monitor named a rule, but one motion ended with {how}",
         )
 
 
@@ -209,7 +212,7 @@ def _require_ended_for_good(subject: PlantUnderTest, plant: Plant) -> None:
     before = values_of(plant.observe())
     new = begin_motion(plant, subject.parallel_action)
     over = plant.advance(RecordingMonitor(), plant.now() + MOTION_TIMEOUT_S)
-    require(over == {new: MotionCompletion(True)}, f"{new} was begun after all had ended; ended were {over}")
+    require(over == {new: MotionCompletion(True)}, f"{new} was begun after all had ended; {over} ended")
     require_unchanged(subject, before, values_of(plant.observe()), "after everything came to rest")
 
 
@@ -228,7 +231,7 @@ def _require_braking_distance(
             after[subject.joint_variable],
         )
         speeds = [(b - a) / subject.period for a, b in zip(before, last, strict=True)]
-        require(dist(speeds, [0.0] * len(speeds)) > 0.0, "nothing moved when it was to come to rest")
+        require(dist(speeds, [0.0] * len(speeds)) > 0.0, "nothing moved at the time of the stop")
         for v, a, was, now in zip(speeds, subject.deceleration, last, rest, strict=True):
             way = (now - was) * (1.0 if v > 0.0 else -1.0)
             _check_braking(subject, abs(v), a, way, "a joint", "rad")
@@ -238,7 +241,7 @@ def _require_braking_distance(
             after[subject.base_variable],
         )
         speed = dist(before, last) / subject.period
-        require(speed > 0.0, "the base did not move when it was to come to rest")
+        require(speed > 0.0, "the base did not move at the time of the stop")
         _check_braking(subject, speed, subject.base_deceleration, dist(last, rest), "the base", "m")
 
 
@@ -246,5 +249,5 @@ def _check_braking(subject: PlantUnderTest, v: float, a: float, way: float, what
     assert subject.period is not None  # noqa: S101  for the type checker
     most = v * (subject.max_stop_time / 2.0 + 2.0 * subject.period) + subject.tracking_tolerance
     least = v * v / (2.0 * a) - subject.tracking_tolerance
-    require(way <= most, f"coming to rest, {what} went on by {way:.4f} {unit}; {most:.4f} would be enough")
-    require(way >= least - 1e-9, f"coming to rest within limits takes {least:.4f} {unit}; it took {way:.4f}")
+    require(way <= most, f"while stopping, {what} moved by {way:.4f} {unit}; {most:.4f} would be enough")
+    require(way >= least - 1e-9, f"a stop within the limits needs {least:.4f} {unit}; it took {way:.4f}")

@@ -283,5 +283,5 @@ class SymbolicPlant:
     def _apply_outcome(self, skill: str, outcome: Outcome) -> dict[str, Any]:
         unknown = outcome.effects.keys() - self._site.state.keys()
         if unknown:
-            raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is no state variable")
+            raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is not a state variable")
         return {name: as_reading(value, self._site.state[name]) for name, value in outcome.effects.items()}

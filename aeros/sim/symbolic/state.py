@@ -44,7 +44,7 @@ def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
     """
     unknown = given.keys() - site.state.keys()
     if unknown:
-        raise MisuseError(f"`{min(unknown)}` is no state variable of the site")
+        raise MisuseError(f"`{min(unknown)}` is not a state variable of the site")
     return {
         name: as_reading(given[name], declared) if name in given else _default_value(name, declared)
         for name, declared in site.state.items()

@@ -113,7 +113,7 @@ class _Queue:
         probability = self._reach.pop((made, node))
         self._work += probability.denominator.bit_length()
         if self._work > MAX_WORK:
-            raise StateSpaceError("its chain of states is too large to be solved exactly")
+            raise StateSpaceError("its Markov chain is too large to be solved exactly")
         return made, node, probability
 
 

@@ -108,7 +108,7 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
     )
     starts = [*itertools.islice(itertools.product(*domains), MAX_STARTS + 1)]
     if len(starts) > MAX_STARTS:
-        raise StateSpaceError("it has too many states to start from")
+        raise StateSpaceError("it has too many start states")
     reachable = ReachableStates(system)
     pending = deque(LoopState("plan", start) for start in starts)
     reachable.graph.update((start, []) for start in pending)

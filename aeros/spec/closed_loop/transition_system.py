@@ -218,8 +218,8 @@ class TransitionSystem:
         ]
         for _, recovery in recovered:
             if any(declared.default_value is None for declared in self._skills[recovery].inputs.values()):
-                return f"`{recovery}` runs with default inputs after a failure, and it has an input without"
-        return "`on_failure` goes round in a circle" if _is_cyclic(recovered) else None
+                return f"`{recovery}` runs with default inputs after a failure, but an input has no default"
+        return "`on_failure` leads back to itself" if _is_cyclic(recovered) else None
 
     def _attempt_transitions(self, node: LoopState) -> list[Transition]:
         index, rest = node.remaining_rules[0], node.remaining_rules[1:]
@@ -306,4 +306,4 @@ def _domain(site: Site, name: str) -> tuple[Any, ...]:
         case EnumType(members=members):
             return members
         case _:
-            raise StateSpaceError(f"it depends on `{name}`, which is no predicate")
+            raise StateSpaceError(f"it depends on `{name}`, which is neither a truth value nor an enum")

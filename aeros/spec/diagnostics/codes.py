@@ -54,7 +54,7 @@ _TABLE: Final = (
     ),
     DiagnosticCode("AE012", "explicit-tag", "form", "a value has a YAML tag; types come from the schema"),
     DiagnosticCode("AE013", "several-documents", "form", "a file holds more than one document"),
-    DiagnosticCode("AE014", "complex-key", "form", "a key is not a piece of text"),
+    DiagnosticCode("AE014", "complex-key", "form", "a key is not text"),
     DiagnosticCode("AE015", "merge-key", "form", "a mapping is merged into another by `<<`"),
     DiagnosticCode("AE016", "directive", "form", "a file begins with a YAML directive"),
     DiagnosticCode("AE017", "too-many-values", "form", "a file holds more values than any manifest needs"),
@@ -62,19 +62,19 @@ _TABLE: Final = (
     DiagnosticCode("AE101", "unknown-field", "form", "a mapping has a field its schema does not know"),
     DiagnosticCode("AE102", "missing-field", "form", "a mapping lacks a required field"),
     DiagnosticCode(
-        "AE103", "wrong-kind", "form", "a mapping, a list or a single value stands where another belongs"
+        "AE103", "wrong-kind", "form", "a value has the wrong kind: mapping, list or single value"
     ),
     DiagnosticCode("AE104", "missing-value", "form", "a field is written without a value"),
     DiagnosticCode("AE105", "malformed-name", "form", "a name does not have the required form"),
     DiagnosticCode("AE106", "malformed-boolean", "form", "a truth value is not `true` or `false`"),
     DiagnosticCode("AE107", "malformed-integer", "form", "an integer is not written in plain decimal digits"),
     DiagnosticCode("AE108", "malformed-number", "form", "a number is not a finite decimal"),
-    DiagnosticCode("AE109", "quoted-value", "form", "quotes make text of a number or truth value"),
+    DiagnosticCode("AE109", "quoted-value", "form", "a number or truth value is in quotes"),
     DiagnosticCode("AE110", "unknown-choice", "form", "a value is not one of the allowed words"),
     DiagnosticCode("AE111", "out-of-bounds", "form", "a number is outside its declared bounds"),
     DiagnosticCode("AE112", "wrong-length", "form", "a list or mapping has too few or too many entries"),
     DiagnosticCode(
-        "AE114", "format-version", "form", "a file is of a format version that this AEROS does not read"
+        "AE114", "format-version", "form", "a file has a format version that this AEROS does not read"
     ),
     DiagnosticCode("AE120", "duplicate-id", "form", "two declarations have the same name"),
     DiagnosticCode("AE121", "name-clash", "form", "a name already means something else"),
@@ -82,22 +82,27 @@ _TABLE: Final = (
     DiagnosticCode("AE123", "missing-entry-point", "form", "a skill's function does not exist"),
     DiagnosticCode("AE124", "not-a-generator", "form", "a skill's function yields no action"),
     DiagnosticCode("AE125", "malformed-version", "form", "a version or version range cannot be read"),
-    DiagnosticCode("AE127", "probability", "form", "probabilities are not a distribution"),
+    DiagnosticCode(
+        "AE127", "probability", "form", "the probabilities of a skill's outcomes do not form a distribution"
+    ),
     DiagnosticCode("AE128", "no-success", "form", "a skill has no outcome that is a success"),
     DiagnosticCode(
-        "AE129", "beyond-limits", "form", "a time-out or retry budget exceeds what the site allows"
+        "AE129", "beyond-limits", "form", "a timeout or retry budget exceeds what the site allows"
     ),
     DiagnosticCode("AE130", "no-module", "form", "a path holds no module"),
     DiagnosticCode("AE131", "missing-file", "form", "a file that the manifest names is not in the module"),
     DiagnosticCode("AE132", "malformed-license", "form", "a licence is not an SPDX expression"),
     DiagnosticCode(
-        "AE133", "undeclared-action", "form", "skill code asks for an action its envelope does not hold"
+        "AE133", "undeclared-action", "form", "skill code asks for an action that is not in its envelope"
     ),
     DiagnosticCode(
-        "AE134", "reaching-code", "form", "skill code reaches for more than actions and observations"
+        "AE134",
+        "reaching-code",
+        "form",
+        "skill code uses more than actions, observations and pure computation",
     ),
-    DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene are in each other's place"),
-    DiagnosticCode("AE141", "unusable-model", "form", "a file that is to describe a body describes none"),
+    DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene overlap"),
+    DiagnosticCode("AE141", "unusable-model", "form", "a model file does not describe a body"),
     # AE2xx: the expression language
     DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),
@@ -113,11 +118,13 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE208", "malformed-declaration", "form", "a variable or volume is declared inconsistently"
     ),
-    DiagnosticCode("AE209", "past-time", "form", "a condition looks back where it may not"),
+    DiagnosticCode(
+        "AE209", "past-time", "form", "a condition uses a past-time operator where none is allowed"
+    ),
     # AE3xx: dependencies
-    DiagnosticCode("AE301", "missing-dependency", "dependencies", "a required module is not there"),
+    DiagnosticCode("AE301", "missing-dependency", "dependencies", "a required module is missing"),
     DiagnosticCode("AE302", "dependency-version", "dependencies", "a required module has another version"),
-    DiagnosticCode("AE303", "dependency-cycle", "dependencies", "modules depend on each other in a circle"),
+    DiagnosticCode("AE303", "dependency-cycle", "dependencies", "modules depend on each other in a cycle"),
     DiagnosticCode(
         "AE304", "incompatible-runtime", "dependencies", "a module does not work with this runtime"
     ),
@@ -126,7 +133,7 @@ _TABLE: Final = (
         "AE401",
         "kind-not-permitted",
         "permission",
-        "a skill may ask for actions its module has no permission for",
+        "a skill may ask for an action kind that its module has no permission for",
     ),
     DiagnosticCode(
         "AE402", "actuator-not-declared", "permission", "an action moves an actuator that is not declared"
@@ -149,26 +156,31 @@ _TABLE: Final = (
     ),
     DiagnosticCode("AE409", "empty-permission", "permission", "a permission allows no action at all"),
     DiagnosticCode(
-        "AE410", "actuator-not-held", "permission", "a skill moves what it does not hold while it runs"
+        "AE410",
+        "actuator-not-held",
+        "permission",
+        "a skill moves an actuator that it does not hold as a resource",
     ),
     # AE5xx: safety
     DiagnosticCode(
         "AE501", "invariant-violated", "safety", "a skill may ask for an action that breaks an invariant"
     ),
-    DiagnosticCode("AE502", "dead-action", "safety", "no action that a skill may ask for is ever allowed"),
     DiagnosticCode(
-        "AE503", "empty-envelope", "safety", "an envelope holds no action, so nothing is proved of it"
+        "AE502", "dead-action", "safety", "a skill asks for an action kind of which no action is ever allowed"
+    ),
+    DiagnosticCode(
+        "AE503", "empty-envelope", "safety", "an envelope contains no action, so proofs about it say nothing"
     ),
     DiagnosticCode("AE504", "precondition-never-holds", "safety", "a skill could never start"),
     DiagnosticCode(
-        "AE505", "needless-gate", "safety", "an invariant is left to the gate although it is proved"
+        "AE505", "needless-gate", "safety", "an invariant is listed under `gated` although it is proved"
     ),
-    DiagnosticCode("AE506", "never-allowed", "safety", "a skill may ask for an action that no state allows"),
+    DiagnosticCode("AE506", "never-allowed", "safety", "a rule under `gated` does not depend on the state"),
     DiagnosticCode("AE507", "goal-never-holds", "safety", "a task could never reach its goal"),
     DiagnosticCode("AE508", "goal-always-holds", "safety", "a task's goal is reached by doing nothing"),
     DiagnosticCode("AE509", "undecided", "safety", "the solver ran out of its budget"),
     DiagnosticCode(
-        "AE510", "hold-excluded", "safety", "a skill could never run to its end without being halted"
+        "AE510", "hold-excluded", "safety", "a skill's hold-condition contradicts its start or its success"
     ),
     # AE6xx: policy
     DiagnosticCode("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),
@@ -176,12 +188,12 @@ _TABLE: Final = (
         "AE602", "stop-not-always-allowed", "policy", "the protective stop is denied in some state"
     ),
     DiagnosticCode("AE603", "vacuous-rule", "policy", "a rule can never deny anything"),
-    DiagnosticCode("AE604", "shadowed-rule", "policy", "a rule denies nothing that the others do not deny"),
+    DiagnosticCode("AE604", "shadowed-rule", "policy", "a rule denies only what other rules already deny"),
     DiagnosticCode(
         "AE605", "attenuation-not-allowed", "policy", "an attenuated action would still be denied"
     ),
     DiagnosticCode(
-        "AE606", "attenuation-enlarges", "policy", "an attenuation can enlarge an action or turn it round"
+        "AE606", "attenuation-enlarges", "policy", "an attenuation can enlarge an action or reverse its sign"
     ),
     DiagnosticCode(
         "AE607", "no-protective-stop", "policy", "a site does not have exactly one protective stop"
@@ -190,7 +202,7 @@ _TABLE: Final = (
     DiagnosticCode("AE609", "idle-quota", "policy", "a quota counts actions that are never allowed"),
     DiagnosticCode("AE610", "redundant-quota", "policy", "a quota never runs out before another one does"),
     # AE7xx: decisions
-    DiagnosticCode("AE701", "malformed-request", "decision", "a request does not have the form of a request"),
+    DiagnosticCode("AE701", "malformed-request", "decision", "a request is malformed"),
     DiagnosticCode(
         "AE702", "unknown-field", "decision", "a request holds a name that is not in the vocabulary"
     ),
@@ -198,7 +210,7 @@ _TABLE: Final = (
     DiagnosticCode("AE704", "wrong-type", "decision", "a value has the wrong type or is not finite"),
     DiagnosticCode("AE705", "out-of-range", "decision", "a value is outside its declared range"),
     DiagnosticCode("AE706", "stale", "decision", "a measured value is too old"),
-    DiagnosticCode("AE707", "from-the-future", "decision", "a measured value is younger than now"),
+    DiagnosticCode("AE707", "from-the-future", "decision", "a measured value has a time in the future"),
     DiagnosticCode("AE710", "operator-block", "decision", "an operator override forbids the action"),
     DiagnosticCode("AE720", "not-active", "decision", "the module or skill is not active"),
     DiagnosticCode("AE730", "outside-envelope", "decision", "the action is outside the skill's envelope"),
@@ -215,13 +227,13 @@ _TABLE: Final = (
         "AE751",
         "joint-invariant",
         "decision",
-        "the action breaks a joint invariant together with one that is under way",
+        "the action breaks a joint invariant together with an action under way",
     ),
     DiagnosticCode(
-        "AE752", "actuator-in-use", "decision", "the action moves what another that is under way moves"
+        "AE752", "actuator-in-use", "decision", "the action moves an actuator that is already moving"
     ),
     DiagnosticCode(
-        "AE760", "malformed-motion", "decision", "nothing can be said of the motion that the plant would make"
+        "AE760", "malformed-motion", "decision", "the planned motion is incomplete, malformed or not smooth"
     ),
     DiagnosticCode(
         "AE761",
@@ -236,13 +248,13 @@ _TABLE: Final = (
         "AE763",
         "motion-meets-barrier",
         "decision",
-        "a link may enter a volume it keeps out of, or leave its own",
+        "a link may enter a volume that it must avoid, or leave the one it must stay in",
     ),
     DiagnosticCode(
         "AE764",
         "second-motion",
         "decision",
-        "the robot would make a second motion beside one that it cannot be decided with",
+        "a second motion cannot be decided together with the one under way",
     ),
     DiagnosticCode("AE790", "undecided", "decision", "the solver could not decide"),
     # AE8xx: the closed loop
@@ -250,15 +262,21 @@ _TABLE: Final = (
         "AE801", "precondition-not-met", "closed-loop", "a planning rule calls a skill that may not start"
     ),
     DiagnosticCode(
-        "AE802", "dead-end", "closed-loop", "planning rules can come to a state without a way to the goal"
+        "AE802",
+        "dead-end",
+        "closed-loop",
+        "planning rules can lead to a state from which the goal is out of reach",
     ),
     DiagnosticCode(
-        "AE803", "not-analysed", "closed-loop", "planning rules are not over finitely many predicates"
+        "AE803",
+        "not-analysed",
+        "closed-loop",
+        "a task's goal or planning rules use more than truth values and enums",
     ),
     DiagnosticCode(
-        "AE804", "invariant-not-kept", "closed-loop", "a task can come to a state that its invariant excludes"
+        "AE804", "invariant-not-kept", "closed-loop", "a task can reach a state that violates its invariant"
     ),
-    DiagnosticCode("AE805", "nothing-to-do", "closed-loop", "a task starts where its goal is reached"),
+    DiagnosticCode("AE805", "nothing-to-do", "closed-loop", "a task's goal already holds at its start"),
     # AE85x: compositions
     DiagnosticCode(
         "AE851", "step-not-ready", "composition", "a step may start where its precondition does not hold"
@@ -271,14 +289,20 @@ _TABLE: Final = (
         "an input takes the output of a step that may not have run",
     ),
     DiagnosticCode(
-        "AE854", "unhandled-failure", "composition", "nothing is said of what follows when a step fails"
+        "AE854",
+        "unhandled-failure",
+        "composition",
+        "a step may fail, and the composition does not say how to continue",
     ),
     DiagnosticCode(
         "AE855", "unreachable-step", "composition", "a step or handler of a composition can never run"
     ),
-    DiagnosticCode("AE856", "handler-cycle", "composition", "handlers of failures lead back to each other"),
+    DiagnosticCode("AE856", "handler-cycle", "composition", "failure handlers lead back to each other"),
     DiagnosticCode(
-        "AE857", "uncovered-case", "composition", "a condition without `else` may not be measured"
+        "AE857",
+        "uncovered-case",
+        "composition",
+        "an `if` without `else` may be reached while its condition is false",
     ),
     DiagnosticCode(
         "AE858", "resource-shared", "composition", "parallel branches need more of a resource than there is"
@@ -291,28 +315,34 @@ _TABLE: Final = (
         "AE861", "joint-invariant-violated", "composition", "two parallel actions together break an invariant"
     ),
     DiagnosticCode(
-        "AE862", "too-many-paths", "composition", "a composition has more paths than are explored"
+        "AE862", "too-many-paths", "composition", "a composition has more paths than AEROS explores"
     ),
     # AE88x: configurations
     DiagnosticCode("AE881", "same-module-twice", "configuration", "two modules have the same name"),
-    DiagnosticCode("AE882", "ambiguous-word", "configuration", "one word routes to tasks of two modules"),
+    DiagnosticCode("AE882", "ambiguous-word", "configuration", "one word leads to tasks of two modules"),
     DiagnosticCode("AE883", "capability-twice", "configuration", "two modules provide the same capability"),
     DiagnosticCode(
         "AE884",
         "inconsistent-dependency",
         "configuration",
-        "the set lacks the one version that its modules need",
+        "a configuration lacks a version that all its modules accept",
     ),
     DiagnosticCode(
-        "AE885", "opposed-effects", "configuration", "what one module brings about, another undoes"
+        "AE885", "opposed-effects", "configuration", "two modules always set a variable to different values"
     ),
     DiagnosticCode(
-        "AE886", "absent-module", "configuration", "the policy names a module that is not in the set"
+        "AE886",
+        "absent-module",
+        "configuration",
+        "the policy names a module or skill that is not in the configuration",
     ),
     # AE9xx: certificates
     DiagnosticCode("AE901", "certificate-missing", "certificate", "a module has no certificate"),
     DiagnosticCode(
-        "AE902", "certificate-stale", "certificate", "a certificate is for something else than what is there"
+        "AE902",
+        "certificate-stale",
+        "certificate",
+        "a certificate does not match the module, site, verifier or solver",
     ),
     DiagnosticCode(
         "AE903", "certificate-tampered", "certificate", "a certificate's contents do not match its digest"
@@ -321,24 +351,30 @@ _TABLE: Final = (
     # AE95x: differences
     DiagnosticCode("AE951", "newly-allowed", "difference", "a change allows something that was denied"),
     DiagnosticCode("AE952", "newly-denied", "difference", "a change denies something that was allowed"),
-    DiagnosticCode("AE953", "not-comparable", "difference", "two versions do not speak of the same things"),
     DiagnosticCode(
-        "AE954", "otherwise-changed", "difference", "a change alters something but what is allowed"
+        "AE953",
+        "not-comparable",
+        "difference",
+        "two versions have different parameters, inputs or measurements",
+    ),
+    DiagnosticCode(
+        "AE954", "otherwise-changed", "difference", "a change does not affect the allowed actions"
     ),
     # AE96x: what is installed on a robot
+    DiagnosticCode("AE960", "not-now", "registry", "a command does not fit the state of a module or block"),
+    DiagnosticCode("AE961", "bundle-unusable", "registry", "a module's files cannot be stored"),
     DiagnosticCode(
-        "AE960", "not-now", "registry", "a module or a block is not in a state in which that can be done"
+        "AE962",
+        "same-version",
+        "registry",
+        "a module has the version of an installed one and different contents",
     ),
-    DiagnosticCode("AE961", "bundle-unusable", "registry", "a module's files cannot be kept"),
-    DiagnosticCode(
-        "AE962", "same-version", "registry", "a module has the version of another one with other contents"
-    ),
-    DiagnosticCode("AE963", "not-as-pinned", "registry", "a module's files are not those that were pinned"),
+    DiagnosticCode("AE963", "not-as-pinned", "registry", "a module's files do not have the pinned digest"),
     DiagnosticCode(
         "AE964", "inactive-dependency", "registry", "an active module needs one that is not active"
     ),
     DiagnosticCode(
-        "AE965", "registry-unusable", "registry", "the registry, or what it keeps, is not what was written"
+        "AE965", "registry-unusable", "registry", "the registry or a stored file is damaged or was changed"
     ),
     DiagnosticCode(
         "AE966", "still-moving", "registry", "an action of the old configuration did not end in time"

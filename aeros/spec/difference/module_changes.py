@@ -130,8 +130,7 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
     yield finite_change(
         f"{subject}/timeout",
         bounds_relation(new.timeout > old.timeout, new.timeout < old.timeout),
-        f"the time-out of `{new.id}` was {format_number(old.timeout)} s"
-        f" and is {format_number(new.timeout)} s",
+        f"the timeout of `{new.id}` was {format_number(old.timeout)} s and is {format_number(new.timeout)} s",
         old.span,
         new.span,
     )
@@ -149,7 +148,9 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
         yield finite_change(f"{subject}/{what}", sets_relation(before, after), headline, old.span, new.span)
     if set(old.runtime_checked) != set(new.runtime_checked):
         headline = describe_set_change(
-            f"`{new.id}` leaves invariants to the gate", set(old.runtime_checked), set(new.runtime_checked)
+            f"`{new.id}` leaves rules to the run-time check",
+            set(old.runtime_checked),
+            set(new.runtime_checked),
         )
         spans = [next(iter(skill.runtime_checked.values()), skill.span) for skill in (old, new)]
         yield finite_change(f"{subject}/gated", Relation.CHANGED_OTHERWISE, headline, *spans)
@@ -169,9 +170,11 @@ def _module_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
         relation = sets_relation(before, after)
         yield finite_change(f"{new.id}/{group}", relation, headline, old.access_span, new.access_span)
     if old.code_digest != new.code_digest:
-        headline = f"the code of `{new.id}` differs: what it may ask for is compared here, not what it does"
+        headline = f"the code of `{new.id}` differs; only the actions that it may ask for are compared"
         yield finite_change(f"{new.id}/code", Relation.CHANGED_OTHERWISE, headline)
     if old.model_digests != new.model_digests:
         changed = dict(old.model_digests.items() ^ new.model_digests.items())
-        headline = f"models of `{new.id}` differ, which is not compared: {', '.join(sorted(changed))}"
+        headline = (
+            f"models of `{new.id}` differ, and their contents are not compared: {', '.join(sorted(changed))}"
+        )
         yield finite_change(f"{new.id}/models", Relation.CHANGED_OTHERWISE, headline)

@@ -100,7 +100,7 @@ def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, rl
     unknown = [one for one in found.values() if one is not None and one.verdict is Verdict.UNKNOWN]
     if unknown:
         relation = Relation.UNDECIDED
-        headline = f"undecided: whether {what} is allowed as before"
+        headline = f"undecided: the solver could not compare {what}"
         note = f"the solver said: {unknown[0].reason}"
         diagnostics.append(diagnostic_for(relation, headline, old.labels("old"), new.labels("new"), (note,)))
     return PolicyChange(subject, relation, tuple(diagnostics), witnesses)

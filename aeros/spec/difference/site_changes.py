@@ -70,7 +70,7 @@ def _undeclared_outcome_change(old: Site, new: Site) -> PolicyChange:
     """Compare the reactions to undeclared outcomes; `replan` lets a task continue, so it allows more."""
     before, after = old.stops_on_undeclared_outcome, new.stops_on_undeclared_outcome
     words = ["stop" if stops else "replan" for stops in (before, after)]
-    headline = f"after an outcome that no manifest declares it was `{words[0]}`, and is `{words[1]}`"
+    headline = f"the reaction to an undeclared outcome was `{words[0]}` and is `{words[1]}`"
     places = [site.policy_spans.get("policy/undeclared_outcome") for site in (old, new)]
     relation = bounds_relation(before and not after, after and not before)
     return finite_change("policy/undeclared_outcome", relation, headline, *places)
@@ -80,7 +80,7 @@ def _motion_change(old: Site, new: Site) -> PolicyChange:
     """Report a change of the motion model, which may allow some motions and deny others, uncompared."""
     changed = old.motion != new.motion
     relation = bounds_relation(changed and old.motion is not None, changed and new.motion is not None)
-    headline = "what whole motions are decided by, the section `motion` and what it names, changed"
+    headline = "the limits for whole motions changed: the section `motion` or a constant that it names"
     return finite_change("motion", relation, headline, old.span, new.span)
 
 
@@ -118,7 +118,7 @@ def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -
         for site in (old, new)
     ]
     if reduced[0] != reduced[1] or before.protective != after.protective:
-        headline = f"what the gate makes of a `{after.name}` that it does not allow as asked differs"
+        headline = f"the attenuations of `{after.name}` differ"
         yield finite_change(f"{subject}/attenuation", Relation.CHANGED_OTHERWISE, headline, *places)
 
 
@@ -150,7 +150,7 @@ def _vocabulary_changes(old: Mapping[str, Declared], new: Mapping[str, Declared]
             yield finite_change(subject, Relation.CHANGED_OTHERWISE, headline, *spans)
             continue
         ages = [one.max_age or Fraction(0) for one in (before, after)]
-        headline = f"`{name}` may be {format_number(ages[1])} s old, and was {format_number(ages[0])} s"
+        headline = f"`{name}` may be {format_number(ages[1])} s old, before {format_number(ages[0])} s"
         age = bounds_relation(ages[1] > ages[0], ages[1] < ages[0])
         yield finite_change(f"{subject}/max_age", age, headline, before.span, after.span)
         if before.sensor != after.sensor:
@@ -215,7 +215,7 @@ def _quota_changes(old: Sequence[Quota], new: Sequence[Quota]) -> Iterator[Polic
         one, other = before.get(name), after.get(name)
         if one is None or other is None:
             relation = bounds_relation(other is None, one is None)
-            headline = f"the quota `{name}` {'is gone' if other is None else 'is new'}"
+            headline = f"the quota `{name}` {'was removed' if other is None else 'is new'}"
         else:
             relation = bounds_relation(
                 other.max_count > one.max_count
@@ -245,14 +245,14 @@ def _isolation_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     relation = sets_relation(after.required_layers, before.required_layers)
     yield finite_change("policy/isolation/require", relation, headline, *places)
     words = ["refuse" if one.refuses_missing else "warn" for one in (before, after)]
-    headline = f"where a layer of isolation is missing, the answer was `{words[0]}` and is `{words[1]}`"
+    headline = f"the reaction to a missing isolation layer was `{words[0]}` and is `{words[1]}`"
     relation = bounds_relation(
         before.refuses_missing and not after.refuses_missing,
         after.refuses_missing and not before.refuses_missing,
     )
     yield finite_change("policy/isolation/missing", relation, headline, *places)
     shown = [format_number(one.answer_timeout_s) for one in (before, after)]
-    headline = f"skill code may compute for {shown[1]} s before each action, and {shown[0]} s before"
+    headline = f"skill code may compute for {shown[1]} s before each action; the limit was {shown[0]} s"
     longer = after.answer_timeout_s > before.answer_timeout_s
     relation = bounds_relation(longer, after.answer_timeout_s < before.answer_timeout_s)
     yield finite_change("policy/isolation/answer_within", relation, headline, *places)
@@ -262,12 +262,16 @@ def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     """Compare rights of `aeros mcp` clients; less approval, longer plans and more skills allow more."""
     before, after = old.mcp, new.mcp
     places = [site.policy_spans.get("policy/mcp") for site in (old, new)]
-    headline = f"plans of MCP clients were `{before.execute.value}` and are `{after.execute.value}`"
+    headline = (
+        f"the execution of MCP clients' plans was `{before.execute.value}` and is `{after.execute.value}`"
+    )
     ways = [_EXECUTE_ORDER.index(one.execute) for one in (before, after)]
     yield finite_change(
         "policy/mcp/execute", bounds_relation(ways[1] > ways[0], ways[1] < ways[0]), headline, *places
     )
-    headline = f"plans of MCP clients had {before.max_steps} steps at most and have {after.max_steps}"
+    headline = (
+        f"plans of MCP clients may have {after.max_steps} steps at most; the limit was {before.max_steps}"
+    )
     relation = bounds_relation(after.max_steps > before.max_steps, after.max_steps < before.max_steps)
     yield finite_change("policy/mcp/most_steps", relation, headline, *places)
     if before.skills is None or after.skills is None:
@@ -275,11 +279,11 @@ def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
             before.skills != after.skills and after.skills is None,
             before.skills != after.skills and before.skills is None,
         )
-        headline = f"plans of MCP clients may {'' if after.skills is None else 'not '}have every skill"
+        headline = f"plans of MCP clients may {'' if after.skills is None else 'not '}use every skill"
     else:
         relation = sets_relation(before.skills, after.skills)
         headline = describe_set_change(
-            "skills that plans of MCP clients may have", before.skills, after.skills
+            "skills that plans of MCP clients may use", before.skills, after.skills
         )
     yield finite_change("policy/mcp/skills", relation, headline, *places)
 

@@ -50,7 +50,7 @@ def elaborate_compositions(
                 "AE121",
                 f"`{name.value}` is a skill already",
                 name.span,
-                help=("name this composition otherwise",),
+                help=("choose another name for the composition",),
             )
         elaborated = _Elaborator(one, site, skills, diagnostics).composition(name)
         if elaborated is not None:
@@ -100,7 +100,9 @@ class _Elaborator:
         for handler_name, handler in one.handlers:
             if handler_name.value == STOP_ON_FAILURE:
                 self._diagnostics.error(
-                    "AE121", "`stop` is what `on_failure` says to stop", handler_name.span
+                    "AE121",
+                    "a handler cannot be named `stop`: `on_failure: stop` ends the composition",
+                    handler_name.span,
                 )
             run = _InvocationFields(handler.skill, handler.inputs.items, handler.retry, handler.on_failure)
             step = self._step(handler_name.value, run, handler_name.span)
@@ -132,9 +134,9 @@ class _Elaborator:
             if value is not None
         ]
         if len(forms) != 1:
-            found = "nothing of these" if not forms else " and ".join(f"`{form}`" for form in forms)
+            found = "none of them" if not forms else " and ".join(f"`{form}`" for form in forms)
             self._report(
-                f"a part has one of `seq`, `par`, `if` and `skill`; here is {found}",
+                f"a part has exactly one of `seq`, `par`, `if` and `skill`; found {found}",
                 _first_line_span(part.span),
             )
             return None

@@ -112,11 +112,11 @@ class _MotionElaborator:
         parameters = {} if kind is None else kind.parameters
         base = motion.base_ends_at
         if base is not None and len(base) != 2:
-            self._diagnostics.error("AE112", "where the base ends takes two parameters, x and y", motion.span)
+            self._diagnostics.error("AE112", "`base_ends_at` takes two parameters, x and y", motion.span)
         ends = motion.joints_end_at
         count = _joint_count(measured)
         if ends is not None and count is not None and len(ends) != count:
-            headline = f"where the joints end takes {count} parameters, one for each, and not {len(ends)}"
+            headline = f"`joints_end_at` takes {count} parameters, one for each joint, not {len(ends)}"
             self._diagnostics.error("AE112", headline, motion.span)
         if kind is None:
             return MotionKind(None, None, None)
@@ -148,7 +148,7 @@ class _MotionElaborator:
         type_ = variable.type
         if isinstance(type_, FamilyType) and type_.element == RealType(ANGLE):
             return type_.index.name
-        self._diagnostics.error("AE203", f"`{name.value}` is not one angle for each joint", name.span)
+        self._diagnostics.error("AE203", f"`{name.value}` does not have one angle for each joint", name.span)
         return None
 
     def _joint_table(
@@ -158,7 +158,9 @@ class _MotionElaborator:
         if found is None:
             return None
         if not isinstance(found, t.ConstantTable) or (index is not None and found.type.index.name != index):
-            self._diagnostics.error("AE203", f"`{name.value}` has not one value for each joint", name.span)
+            self._diagnostics.error(
+                "AE203", f"`{name.value}` does not have one value for each joint", name.span
+            )
             return None
         if found.type.element != RealType(dimension):
             self._diagnostics.error(
@@ -181,7 +183,7 @@ class _MotionElaborator:
         box = resolve_name(barrier.volume, self._vocabulary.volumes, "a volume", self._diagnostics)
         if barrier.links == ():
             self._diagnostics.error(
-                "AE112", f"no link heeds the barrier `{barrier.id.value}`", barrier.id.span
+                "AE112", f"the barrier `{barrier.id.value}` applies to no link", barrier.id.span
             )
         if box is None:
             return None

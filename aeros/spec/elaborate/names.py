@@ -39,9 +39,9 @@ def check_name_is_free(name: TextField, used: Mapping[str, str], what: str, diag
     if name.value in used:
         diagnostics.error(
             "AE121",
-            f"`{name.value}` is {used[name.value]} already",
+            f"`{name.value}` is already {used[name.value]}",
             name.span,
-            help=(f"name this {what} otherwise",),
+            help=(f"choose another name for this {what}",),
         )
         return False
     return True

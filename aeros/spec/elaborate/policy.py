@@ -26,7 +26,7 @@ from aeros.spec.model.policy import (
 )
 from aeros.spec.text.fields import TextField
 
-_LONGEST_TIMEOUT = 3600  # s; a longer time-out would halt nothing in time
+_LONGEST_TIMEOUT = 3600  # s; a longer timeout would halt nothing in time
 
 
 def elaborate_access(access: declared.Access) -> Access:
@@ -70,7 +70,7 @@ def elaborate_limits(limits: declared.ModuleLimits, diagnostics: Diagnostics) ->
     Returns:
         The limits, times in seconds.
     """
-    timeout = _timeout(limits.skill_timeout, "a time-out", diagnostics)
+    timeout = _timeout(limits.skill_timeout, "a timeout", diagnostics)
     found = ModuleLimits(timeout or Fraction(0), limits.retries.value, limits.replans.value)
     if limits.planning is None:
         return found
@@ -81,7 +81,7 @@ def elaborate_limits(limits: declared.ModuleLimits, diagnostics: Diagnostics) ->
 def _timeout(text: TextField, what: str, diagnostics: Diagnostics) -> Fraction | None:
     duration = elaborate_quantity(text, TIME, diagnostics)
     if duration is not None and not 0 < duration <= _LONGEST_TIMEOUT:
-        diagnostics.error("AE129", f"{what} is longer than 0 s and at most 1 h", text.span)
+        diagnostics.error("AE129", f"{what} must be above 0 s and at most 1 h", text.span)
     return duration
 
 
@@ -140,10 +140,10 @@ def _quota(quota: declared.Quota, vocabulary: SiteVocabulary, diagnostics: Diagn
     if within is None:
         return None
     if within <= 0:
-        diagnostics.error("AE608", "a quota's window must be longer than nothing", quota.within.span)
+        diagnostics.error("AE608", "a quota's window must be above 0 s", quota.within.span)
     for kind in kinds:
         if kind.protective:
-            diagnostics.error("AE602", "a quota may not run out for the protective stop", quota.span)
+            diagnostics.error("AE602", "a quota must not count the protective stop", quota.span)
     return Quota(
         quota.id.value, frozenset(kind.name for kind in kinds), quota.at_most.value, within, quota.id.span
     )
@@ -166,7 +166,7 @@ def elaborate_isolation(
         return usual
     within: Fraction | None = usual.answer_timeout_s
     if isolation.answer_within is not None:
-        within = _timeout(isolation.answer_within, "a time-out", diagnostics)
+        within = _timeout(isolation.answer_within, "a timeout", diagnostics)
     require = isolation.require
     return IsolationPolicy(
         usual.required_layers if require is None else frozenset(layer.value for layer in require),

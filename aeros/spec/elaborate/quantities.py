@@ -53,7 +53,7 @@ def elaborate_variable(
     if numeric and quantity.range is None:
         diagnostics.error(
             "AE208",
-            "a number needs a range: proofs speak of every value inside it, and the gate denies all others",
+            "a number needs a range: proofs cover every value inside it, and the gate denies all others",
             quantity.type.span,
             help=("add `range: [lowest, highest]`, in `unit`",),
         )
@@ -90,7 +90,7 @@ def elaborate_state(
     base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, diagnostics)
     age = elaborate_quantity(quantity.max_age, TIME, diagnostics)
     if age is not None and age <= 0:
-        diagnostics.error("AE208", "`max_age` must be longer than nothing", quantity.max_age.span)
+        diagnostics.error("AE208", "`max_age` must be above 0 s", quantity.max_age.span)
         return None
     if base is None or age is None:
         return None

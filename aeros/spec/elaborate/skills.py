@@ -58,7 +58,10 @@ class _SkillElaborator:
             resolve_name(rule, rules, "an invariant of this site", self._diagnostics)
         if not skill.envelope:
             self._diagnostics.error(
-                "AE503", f"`{name.value}` may ask for nothing", name.span, help=("declare its `envelope`",)
+                "AE503",
+                f"`{name.value}` has no envelope, so it may ask for no action",
+                name.span,
+                help=("declare its `envelope`",),
             )
         module, _, function = skill.entry.value.partition(":")
         return Skill(
@@ -116,7 +119,7 @@ class _SkillElaborator:
         hold = self._state_condition(expression, inputs)
         if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
             headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
-            self._diagnostics.error("AE111", headline, hold.span, help=("hold to fewer of them",))
+            self._diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))
         return hold
 
     def _timeout(self, skill: declared.Skill) -> Fraction:
@@ -127,14 +130,14 @@ class _SkillElaborator:
         if not 0 < timeout <= ceiling:
             self._diagnostics.error(
                 "AE129",
-                f"a time-out is longer than 0 s and at most {format_number(ceiling)} s at this site",
+                f"a timeout must be above 0 s and at most {format_number(ceiling)} s at this site",
                 skill.timeout.span,
             )
         for name, outcome in skill.outcomes:
             duration = None if outcome.duration is None else parse_quantity(outcome.duration.value)
             if duration is not None and duration[0] * duration[1].factor > timeout:
                 self._diagnostics.error(
-                    "AE129", f"`{name.value}` lasts longer than the skill's time-out", name.span
+                    "AE129", f"`{name.value}` lasts longer than the skill's timeout", name.span
                 )
         return timeout
 
@@ -167,7 +170,9 @@ class _SkillElaborator:
         if outcome.probability is None:
             return None
         if not 0 <= outcome.probability.value <= 1:
-            self._diagnostics.error("AE127", "a probability is between 0 and 1", outcome.probability.span)
+            self._diagnostics.error(
+                "AE127", "a probability must be between 0 and 1", outcome.probability.span
+            )
         return outcome.probability.value
 
     def _duration(self, outcome: declared.Outcome) -> Fraction | None:
@@ -175,5 +180,5 @@ class _SkillElaborator:
             return None
         duration = elaborate_quantity(outcome.duration, TIME, self._diagnostics)
         if duration is not None and duration < 0:
-            self._diagnostics.error("AE111", "a duration is not below nothing", outcome.duration.span)
+            self._diagnostics.error("AE111", "a duration must not be negative", outcome.duration.span)
         return duration

@@ -121,14 +121,12 @@ class _TaskElaborator:
             return [self._skills[do.value]] if do.value in self._skills else []
         providers = self._providers[do.value]
         if do.value in self._skills and providers != [do.value]:
-            headline = f"`{do.value}` is a skill and a capability that others provide"
-            self._diagnostics.error(
-                "AE121", headline, do.span, help=("rename one, so that it is said what may run",)
-            )
+            headline = f"`{do.value}` is the name of a skill and of a capability that other skills provide"
+            self._diagnostics.error("AE121", headline, do.span, help=("rename one of them",))
             return []
         composed = next((name for name in providers if name not in self._skills), None)
         if composed is not None:
-            headline = f"`{do.value}` is no step: `{composed}`, which provides it, is not a skill"
+            headline = f"`{do.value}` cannot be a step: `{composed}`, which provides it, is not a skill"
             self._diagnostics.error("AE122", headline, do.span)
             return []
         return [self._skills[name] for name in providers]

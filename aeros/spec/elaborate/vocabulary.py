@@ -79,10 +79,10 @@ def check_protective_stop(site: declared.Site, vocabulary: SiteVocabulary, diagn
     for stop in stops:
         if stop.risk is not Risk.LOW:
             diagnostics.error(
-                "AE607", "the protective stop is of low risk: no ceiling may deny it", stop.span
+                "AE607", "the protective stop must have low risk, so that no ceiling denies it", stop.span
             )
         if stop.parameters:
-            diagnostics.error("AE607", "a protective stop has no parameters to get wrong", stop.span)
+            diagnostics.error("AE607", "the protective stop must not have parameters", stop.span)
 
 
 class _VocabularyElaborator:
@@ -129,7 +129,7 @@ class _VocabularyElaborator:
         if len(values) != len(index.members):
             self._diagnostics.error(
                 "AE112",
-                f"{index.name} has {len(index.members)} members, but {len(values)} values stand here",
+                f"{index.name} has {len(index.members)} members, but {len(values)} values are given",
                 constant.span,
             )
         elif unit is not None:

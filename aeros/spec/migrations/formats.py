@@ -131,7 +131,7 @@ MEMORY: Final = Format(
     kind=Kind.DATABASE,
     versions=(
         Version("the first version"),
-        Version("episodes have a context, and say whether they count as evidence"),
+        Version("episodes have a context and a flag: counted as evidence"),
         Version("episodes keep the causes of a failure as data"),
     ),
     cure=_AT_OPEN,

@@ -63,7 +63,7 @@ def _rule_never_dispatched(ecm: Ecm, explored: ReachableStates) -> Diagnostic | 
                 SpanLabel(rule.span, "called here"),
                 () if precondition is None else (SpanLabel(precondition.span, "does not hold then"),),
                 notes=(explored.trace(node),),
-                help=("put a rule before it that brings the precondition about, or weaken the precondition",),
+                help=("put a rule before it that makes the precondition true, or weaken the precondition",),
             )
     return None
 
@@ -77,16 +77,12 @@ def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
     chosen = any(len({move.choice for move in system.transitions(one)}) > 1 for one in explored.graph)
     return Diagnostic(
         "AE802",
-        f"the rules of `{task.id}` can come to a state from which they never reach its goal",
+        f"the rules of `{task.id}` can lead to a state from which they never reach its goal",
         SpanLabel(task.span, "from there, no path of outcomes leads to the goal"),
         notes=(
             explored.trace(node),
             *([f"there, {rejection}"] if rejection else []),
-            *(
-                ["a step that names a capability may be run by the same of its skills each time"]
-                if chosen
-                else []
-            ),
+            *(["if a step names a capability, the same skill of it may run each time"] if chosen else []),
         ),
         help=("add a rule, or an `on_failure`, that leads out of that state",),
     )
@@ -99,10 +95,10 @@ def _invariant_violated(invariant: TaskInvariant, explored: ReachableStates) -> 
         return None
     return Diagnostic(
         "AE804",
-        f"`{invariant.id}` does not hold all through `{explored.system.task.id}`",
+        f"`{invariant.id}` does not hold throughout `{explored.system.task.id}`",
         SpanLabel(invariant.span, "does not hold then"),
         notes=(explored.trace(node),),
-        help=("strengthen the preconditions of the skills on that way, or weaken the invariant",),
+        help=("strengthen the preconditions of the skills on that path, or weaken the invariant",),
     )
 
 
@@ -115,7 +111,7 @@ def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
         "AE803",
         f"undecided, so refused: the planning rules of `{task.id}` were not analysed: {reason}",
         SpanLabel(task.span),
-        help=("let the site measure a predicate of it, true or false, and speak of that",),
+        help=("declare a state variable of type bool for the condition in the site, and use that",),
     )
 
 
@@ -127,7 +123,7 @@ def _task_without_rules(explored: ReachableStates) -> Diagnostic | None:
         return None
     return Diagnostic(
         "AE805",
-        f"`{explored.system.task.id}` starts where its goal is reached, so nothing is proved of its rules",
+        f"`{explored.system.task.id}` starts with its goal reached, so nothing is proved of its rules",
         SpanLabel(explored.system.task.span),
         help=("correct the task's `initial`",),
     )

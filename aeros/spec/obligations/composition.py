@@ -72,9 +72,9 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
                 ClaimForm.PATHS_EXPLORED(composition.id),
                 Diagnostic(
                     "AE862",
-                    f"`{composition.id}` has too many paths to prove anything of them",
+                    f"`{composition.id}` has too many paths to explore, so nothing is proved of it",
                     SpanLabel(composition.span),
-                    help=("split it, or let fewer steps be tried again",),
+                    help=("split it, or use fewer retries",),
                 ),
             )
 
@@ -91,9 +91,9 @@ def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> 
             if handled
             else Diagnostic(
                 "AE854",
-                f"`{step.id}` may fail, and nothing is said of what follows",
+                f"`{step.id}` may fail, and the composition does not say how to continue",
                 SpanLabel(step.span, "may end as " + ", ".join(f"`{name}`" for name in failures)),
-                help=("write `on_failure: stop`, or `retry` with an `on_failure` that helps",),
+                help=("add `on_failure: stop`, or `retry` and a handler under `on_failure`",),
             ),
         )
 
@@ -103,9 +103,9 @@ def _cycle(composition: Composition, cycle: list[str]) -> Diagnostic:
     return Diagnostic(
         "AE856",
         "handlers lead back to each other: " + " → ".join(f"`{name}`" for name in cycle),
-        SpanLabel(composition.handlers[first].span, "a failure here leads on"),
+        SpanLabel(composition.handlers[first].span, "a failure here leads to the next handler"),
         tuple(SpanLabel(composition.handlers[name].span, "and here") for name in others),
-        help=("let one of them end: without `on_failure`, its failure stops the composition",),
+        help=("remove `on_failure` from one of them: its failure then stops the composition",),
     )
 
 
@@ -143,7 +143,7 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
                 f"`{step.id}` may start where its precondition does not hold",
                 SpanLabel(step.span, "started here"),
                 SpanLabel(skill.precondition.span, "may not hold then"),
-                "let a step before it bring the precondition about, or declare it of the composition",
+                "add a step before it that makes the precondition true, or declare it for the composition",
                 (*states, *arguments.variables),
             ),
             [
@@ -164,10 +164,10 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
                 site.state,
                 _obligation(
                     "AE857",
-                    f"nothing is said of what follows where not `{part.text}`",
+                    f"the composition does not say how to continue if `{part.text}` does not hold",
                     SpanLabel(part.span, "may not hold here"),
                     None,
-                    "write `else: nothing`, or what to do then",
+                    "add `else` with a part, or `else: nothing`",
                     states,
                 ),
             )

@@ -70,7 +70,7 @@ def _duplicate_module(same: Sequence[ModuleSummary]) -> Diagnostic:
     first, *others = same
     return Diagnostic(
         "AE881",
-        f"{len(same)} modules are named `{first.id}`: one would get what is granted to another",
+        f"{len(same)} modules are named `{first.id}`: one would get the access granted to another",
         SpanLabel(others[0].span),
         (SpanLabel(first.span, "the name is taken here"), *(SpanLabel(one.span) for one in others[1:])),
         help=("install one of them, or rename one together with its folder",),
@@ -115,7 +115,7 @@ def _ambiguous_phrases(one: _TaskPhrase, other: _TaskPhrase) -> Diagnostic:
         f"`{' '.join(one.phrase)}` may mean {tasks}",
         SpanLabel(one.span, f"routes to `{one.task}`"),
         (SpanLabel(other.span, f"routes to `{other.task}`"),),
-        help=("give the tasks words of which none is part of another's",),
+        help=("change the words: no word of a task may be part of another task's word",),
     )
 
 
@@ -148,7 +148,7 @@ def _effects(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
                 f"success leaves different values of `{name}` in `{first.id}` and in `{second.id}`",
                 SpanLabel(second.span),
                 (SpanLabel(first.span, "and of this one"),),
-                help=("what a task of one has brought about may not hold after a task of the other",),
+                help=("a task of one module may undo the result of a task of the other",),
                 severity=Severity.WARNING,
             )
         yield StaticClaim(ClaimForm.EFFECTS_AGREE(name), diagnostic)
@@ -187,7 +187,7 @@ def _unknown_policy_names(ecms: Sequence[ModuleSummary], site: SiteSummary) -> I
         warning = _missing_module(
             f"the site grants further access to `{name}`, which is not in this set",
             span,
-            "whatever takes that name gets the access: remove the grant while nobody needs it",
+            "a module that takes this name gets the access: remove the grant until a module needs it",
         )
         yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else warning)
     for block in site.blocks:

@@ -88,7 +88,7 @@ def _type_mismatch(name: str, flow: OutputReference, output: Declared, input_: D
     shown = _range(output.range, output.unit)
     return Diagnostic(
         "AE852",
-        f"`{flow.step}.{flow.output}` may be outside what the input `{name}` admits",
+        f"`{flow.step}.{flow.output}` may be outside the range of the input `{name}`",
         SpanLabel(flow.span),
         (SpanLabel(output.span, shown), SpanLabel(input_.span, _range(input_.range, input_.unit))),
         help=("widen the input's range, or narrow the output's",),

@@ -55,7 +55,7 @@ def dependency_obligations(
         ClaimForm.DEPENDENCIES_ACYCLIC(),
         Diagnostic(
             "AE303",
-            "modules depend on each other in a circle: " + " → ".join(f"`{name}`" for name in cycle),
+            "modules depend on each other in a cycle: " + " → ".join(f"`{name}`" for name in cycle),
             SpanLabel(ecm.span),
         )
         if cycle
@@ -69,11 +69,11 @@ def _unmet_dependency(
     label = SpanLabel(ecm.requires_spans[name])
     module = co_installed.get(name)
     if module is None:
-        help_ = (f"put the module beside `{ecm.id}`, or remove the dependency",)
-        return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is not there", label, help=help_)
+        help_ = (f"put the module into the folder of `{ecm.id}`, or remove the dependency",)
+        return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is missing", label, help=help_)
     if not is_compatible_version(specifier, module.version):
         return Diagnostic(
-            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but version {module.version} is there", label
+            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but found version {module.version}", label
         )
     return None
 

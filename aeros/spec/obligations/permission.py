@@ -79,7 +79,7 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
                 "AE404",
                 f"the site does not grant `{ecm.id}` the {group} {_join_names(excess)}",
                 SpanLabel(ecm.access_span),
-                help=(f"do without, or ask the operator to grant it under `policy.grants.{ecm.id}`",),
+                help=(f"remove the entry, or ask the operator to grant it under `policy.grants.{ecm.id}`",),
             ),
         )
 
@@ -134,7 +134,7 @@ def _actuators_permitted(ecm: Ecm, skill: Skill) -> StaticClaim:
             "AE402",
             f"`{skill.id}` moves {_join_names(excess)}, which `{ecm.id}` has no permission for",
             SpanLabel(skill.span),
-            help=("add it to `permissions.actuators`, or do without",),
+            help=("add it to `permissions.actuators`, or remove it from the skill",),
         ),
     )
 
@@ -150,7 +150,7 @@ def _actuators_reserved(site: Site, skill: Skill) -> StaticClaim:
         not loose,
         Diagnostic(
             "AE410",
-            f"`{skill.id}` moves {_join_names(loose)} without holding it while it runs",
+            f"`{skill.id}` moves {_join_names(loose)} without holding it as a resource",
             SpanLabel(skill.span),
             help=("add it to the skill's `resources`",),
         ),

@@ -116,9 +116,11 @@ def _not_vacuous(site: Site, kind: ActionKind, rule: Rule) -> Obligation:
         mode=ClaimMode.SOMETIMES,
         space=action_space(site, kind),
         conclusion=t.Not(rule.terms[kind.name]),
-        headline=f"`{rule.id}` can never deny a `{kind.name}`: it holds of every state and action in range",
+        headline=f"`{rule.id}` can never deny a `{kind.name}`: it holds for every state and action in range",
         primary=SpanLabel(rule.require_span, "always true"),
-        help=("check its numbers and units, or widen the declared ranges to what can really be measured",),
+        help=(
+            "check its numbers and units, or widen the declared ranges to the values that can be measured",
+        ),
         failure_verdict=Verdict.VACUOUS,
         primary_alone=True,
         labelled_conjuncts=_rule_violated(rule, kind, "always true", "never true"),
@@ -134,7 +136,7 @@ def _rule_not_redundant(site: Site, kind: ActionKind, rule: Rule, rules: tuple[R
         mode=ClaimMode.SOMETIMES,
         space=action_space(site, kind, *(other.terms[kind.name] for other in others)),
         conclusion=t.Not(rule.terms[kind.name]),
-        headline=f"`{rule.id}` denies no `{kind.name}` that the other invariants do not deny already",
+        headline=f"`{rule.id}` denies only a `{kind.name}` that the other invariants already deny",
         primary=SpanLabel(rule.require_span, "implied by the others"),
         secondary=tuple(SpanLabel(other.require_span, other.id) for other in others),
         help=("remove it, or take the action kind out of its `on`",),
@@ -177,7 +179,7 @@ def _attenuation_obligations(
         mode=ClaimMode.ALWAYS,
         space=space,
         conclusion=t.conjunction(*(t.substitute(one.terms[kind.name], reduced) for one in rules)),
-        headline=f"the attenuation of `{rule.id}` can give a `{kind.name}` that is denied again",
+        headline=f"the attenuation of `{rule.id}` can give a `{kind.name}` that is still denied",
         primary=SpanLabel(rule.span, "attenuates to an action that is still denied"),
     )
     yield Obligation(
@@ -186,8 +188,8 @@ def _attenuation_obligations(
         mode=ClaimMode.ALWAYS,
         space=space,
         conclusion=_reduction_is_smaller(kind, reduced),
-        headline=f"the attenuation of `{rule.id}` can enlarge a parameter of `{kind.name}` or turn it round",
-        primary=SpanLabel(rule.span, "enlarges a parameter, turns it round, or leaves its range"),
+        headline=f"the attenuation of `{rule.id}` can enlarge or reverse a parameter of `{kind.name}`",
+        primary=SpanLabel(rule.span, "enlarges a parameter, reverses its sign, or leaves its range"),
         help=("as in `speed: min(speed, 250 mm/s)`",),
     )
 

@@ -85,7 +85,7 @@ def _denial_of_kind(site: Site, kind: str) -> str | None:
         return "is riskier than the site's ceiling"
     accesses = (site.access, *(site.access_of(module) for module in site.grants))
     if not any(declared.actuators <= access.actuators for access in accesses):
-        return "moves what the site gives access to nobody"
+        return "moves actuators that the site grants to no module"
     return None
 
 

@@ -139,8 +139,8 @@ def _hold_condition_satisfiable(site: Site, skill: Skill, hold: ActionCondition)
         mode=ClaimMode.SOMETIMES,
         space=VariableSpace((*site.observed_variables.values(), *skill.inputs.values()), ()),
         conclusion=t.conjunction(precondition, hold.term, *_state_rules_of_skill(site, skill)),
-        headline=f"`{skill.id}` would be halted at once: wherever it may start, its `hold` is not measured",
-        primary=SpanLabel(hold.span, "never true then"),
+        headline=f"`{skill.id}` would be halted at once: no state in which it may start satisfies its `hold`",
+        primary=SpanLabel(hold.span, "never true at the start"),
         labelled_conjuncts=label_conjuncts(dict.fromkeys((*hold.conjuncts, *known)), "clashes"),
     )
 
@@ -162,9 +162,9 @@ def _can_succeed(site: Site, skill: Skill, hold: ActionCondition) -> Iterator[Ob
             mode=ClaimMode.SOMETIMES,
             space=VariableSpace((*site.observed_variables.values(), *skill.inputs.values()), ()),
             conclusion=t.substitute(hold.term, set_),
-            headline=f"`{skill.id}` is halted before it can end as `{outcome.id}`, which excludes its `hold`",
-            primary=SpanLabel(hold.span, f"never true once `{outcome.id}` is measured"),
-            help=("let the hold-condition leave room for what the skill brings about",),
+            headline=f"`{skill.id}` is halted before it ends as `{outcome.id}`, which contradicts its `hold`",
+            primary=SpanLabel(hold.span, f"never true after `{outcome.id}`"),
+            help=("weaken the hold-condition so that it agrees with the effects of the outcome",),
         )
 
 
@@ -175,7 +175,7 @@ def _not_empty(skill: Skill, kind: str, clause: ActionCondition, space: Variable
         mode=ClaimMode.SOMETIMES,
         space=VariableSpace(space.variables, ()),
         conclusion=clause.term,
-        headline=f"the envelope of `{skill.id}` holds no `{kind}`, so nothing is proved of it",
+        headline=f"the envelope of `{skill.id}` contains no `{kind}`, so nothing is proved of it",
         primary=SpanLabel(clause.span, "satisfied by no action in range"),
         help=("remove the action kind, or correct the condition",),
         failure_verdict=Verdict.VACUOUS,
@@ -216,7 +216,7 @@ def _clause_obeys_rule(
 ) -> Obligation:
     help_ = ["tighten the envelope until it implies the invariant"]
     if _reads_state(rule, kind):
-        help_.append(f"or leave it to the gate, which then decides each action: `gated: [{rule.id}]`")
+        help_.append(f"or let the gate check it before each action: `gated: [{rule.id}]`")
     return Obligation(
         id=ClaimForm.ENVELOPE_OBEYS(skill.id, kind, rule.id),
         code="AE501",
@@ -264,7 +264,7 @@ def _runtime_checks_matter(site: Site, skill: Skill) -> Iterator[Obligation | St
         )
 
 
-_IDLE_RUNTIME_CHECK = "`{}` cannot be left to the gate: what breaks it is allowed in no state"
+_IDLE_RUNTIME_CHECK = "`{}` cannot be runtime-checked: its result does not depend on the state"
 _IDLE_RUNTIME_CHECK_HELP = "remove it from `gated` and tighten the envelope"
 
 

@@ -63,10 +63,8 @@ def _no_forbidden_access(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
     return Diagnostic(
         "AE134",
         f"skill code of `{ecm.id}` {description}",
-        SpanLabel(file.span(node), "a skill only yields actions and gets observations"),
-        help=(
-            "import names of `aeros.skill` and of what computes, such as `math`; ask for the rest as actions",
-        ),
+        SpanLabel(file.span(node), "a skill only yields actions and receives observations"),
+        help=("import only from `aeros.skill` and modules such as `math`; yield actions for the rest",),
     )
 
 
@@ -79,7 +77,7 @@ def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
     annotations = {id(part) for hint in _annotations(file) for part in ast.walk(hint)}
     for node in file.nodes:
         if isinstance(node, ast.Name) and node.id == "act" and id(node) not in called | annotations:
-            return _unreadable_call(file, node, "`act` is used for something else than a call")
+            return _unreadable_call(file, node, "`act` is used other than in a call")
         if isinstance(node, ast.ImportFrom) and node.module == "aeros.skill":
             renamed = [alias.name for alias in node.names if alias.asname not in (None, alias.name)]
             if renamed:
@@ -113,9 +111,9 @@ def _bound_names(statement: ast.stmt) -> Iterator[str]:
 def _unreadable_call(file: SkillFile, node: ast.expr | ast.stmt, what: str) -> Diagnostic:
     return Diagnostic(
         "AE133",
-        f"which actions this code asks for cannot be read: {what}",
+        f"the actions that this code asks for cannot be determined: {what}",
         SpanLabel(file.span(node)),
-        help=("call `act(KIND, ...)` where the action is asked for, and give every name one meaning",),
+        help=("call `act(KIND, ...)` directly, and bind every name once",),
     )
 
 
@@ -130,7 +128,7 @@ def _requests_within_envelope(skill: Skill, site: Site, file: SkillFile) -> Diag
             help_ = f"did you mean `{near}`?" if near else f"declare `{kind.value}` in its `envelope`"
             return Diagnostic(
                 "AE133",
-                f"`{skill.id}` asks for `{kind.value}`, which its envelope does not hold",
+                f"`{skill.id}` asks for `{kind.value}`, which is not in its envelope",
                 SpanLabel(file.span(kind), "asked for here"),
                 (SpanLabel(skill.span, "declared here"),),
                 help=(help_,),

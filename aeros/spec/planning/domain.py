@@ -278,12 +278,12 @@ def _candidates(
             kinds = skill.envelope
             block = next((b for b in site.blocks for k in kinds if b.matches(module, skill.id, k)), None)
             if block is not None:
-                left_out[name] = f"the operator's block `{block.id}` denies what it may ask for"
+                left_out[name] = f"the operator's block `{block.id}` denies its actions"
                 continue
             needed = {key: _values(one) for key, one in skill.inputs.items() if one.default_value is None}
             unsettled = next((key for key, values in needed.items() if not values), None)
             if unsettled is not None:
-                left_out[name] = f"nothing gives its input `{unsettled}` a value"
+                left_out[name] = f"its input `{unsettled}` has no value"
                 continue
             for chosen in islice(product(*needed.values()), MAX_COMBINATIONS):
                 yield module, skill, dict(zip(needed, chosen, strict=True))

@@ -106,7 +106,7 @@ class _PlanSimulation:
             case PlannedStep():
                 return there | self._step(part, pending)
             case _:
-                raise _PlanProblemError(["branches at the same time are not judged"])
+                raise _PlanProblemError(["parallel branches cannot be checked"])
 
     def _if(self, part: If[PlannedStep], states: States) -> States:
         condition = self._condition(part.condition)
@@ -116,14 +116,14 @@ class _PlanSimulation:
             if here and way is None:
                 shown = self._domain.format_state(next(iter(here)))
                 raise _PlanProblemError(
-                    [f"nothing is said of what follows where `{part.text}` fails: {shown}"]
+                    [f"the plan does not say how to continue if `{part.text}` does not hold: {shown}"]
                 )
             if here and way is not None:
                 found |= self.simulate(way, here)
         unknown = next((state for state in states if condition(state) is None), None)
         if unknown is not None:
             shown = self._domain.format_state(unknown)
-            raise _PlanProblemError([f"`if {part.text}`: it is not known whether that holds where {shown}"])
+            raise _PlanProblemError([f"`if {part.text}`: the condition is unknown where {shown}"])
         return found
 
     def _step(self, step: PlannedStep, states: States) -> States:

@@ -31,8 +31,8 @@ def unreachability_reasons(domain: PlanningDomain, state: State, *, risky: bool 
     if reachable.steps_to_goal is None:
         return "; ".join(_ReasonCollector(reachable).lines(domain.goal, "the goal"))
     if risky:
-        return "every way from there may end where the goal cannot be reached any more"
-    return "no order of skills leads there: each way undoes, or breaks, what another step needs"
+        return "every path from there may lead to a state from which the goal is out of reach"
+    return "no order of skills reaches the goal: each undoes or violates a condition that another step needs"
 
 
 class _ReasonCollector:
@@ -51,23 +51,23 @@ class _ReasonCollector:
             if not self._reachable.is_possible(one):
                 yield from self._part(one, whose)
                 return
-        yield f"{whose} needs `{unparse(condition.term)}`, whose parts cannot hold together"
+        yield f"{whose} needs `{unparse(condition.term)}`, whose parts cannot hold at the same time"
 
     def _part(self, condition: PartialCondition, whose: str) -> Iterator[str]:
         self._reason_count += 1
         needs = f"{whose} needs `{unparse(condition.term)}`"
         if condition.missing:
-            yield f"{needs}: `{condition.missing[0]}` is not measured, and no skill settles it"
+            yield f"{needs}: `{condition.missing[0]}` is not measured, and no skill sets it"
             return
         if not condition.reads:
-            yield f"{needs}, which is not so as measured, and no skill changes that"
+            yield f"{needs}, which does not hold now, and no skill changes it"
             return
         helpers = [choice for choice in self._domain.choices if self._could_establish(choice, condition)]
         if not helpers:
-            yield f"{needs}, which no skill brings about"
+            yield f"{needs}, which no skill makes true"
             return
         names = ", ".join(dict.fromkeys(f"`{choice.name}`" for choice in helpers))
-        yield f"{needs}, which only {names} could bring about"
+        yield f"{needs}, which only {names} could make true"
         for choice in helpers:
             if self._reason_count < _MAX_REASONS and choice.name not in self._asked:
                 self._asked.add(choice.name)

@@ -69,7 +69,7 @@ def code_files(folder: str | Path) -> dict[str, bytes]:
     for name in sorted(_python_files(os.fspath(folder)), key=lambda name: name.split("/")):
         path = os.path.join(folder, name)
         if not stat.S_ISREG(os.lstat(path).st_mode):
-            raise OSError(errno.EINVAL, f"`{name}` is no regular file")
+            raise OSError(errno.EINVAL, f"`{name}` is not a regular file")
         with Path(path).open("rb") as file:
             files[name] = file.read(MAX_FILE + 1)
         size += len(files[name])
@@ -132,7 +132,7 @@ def model_digest(folder: str | Path, name: str, at_most: int = MAX_MODELS) -> tu
         while block := file.read(_BLOCK):
             size += len(block)
             if size > at_most:
-                raise OSError(errno.EFBIG, f"all models come to more than {MAX_MODELS:,} bytes")
+                raise OSError(errno.EFBIG, f"all models together have more than {MAX_MODELS:,} bytes")
             hasher.update(block)
     return hasher.hexdigest(), size
 
@@ -155,12 +155,12 @@ def _open_below(folder: str | Path, parts: Sequence[str]) -> int:
             if stat.S_ISLNK(mode):
                 raise OSError(errno.ELOOP, "it is reached through a link")
             if not (stat.S_ISREG(mode) if position == len(parts) else stat.S_ISDIR(mode)):
-                raise OSError(errno.EINVAL, "it is no regular file")
+                raise OSError(errno.EINVAL, "it is not a regular file")
             flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
             descriptor = os.open(part, flags, dir_fd=above)
         finally:
             os.close(above)
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # it was replaced in between
         os.close(descriptor)
-        raise OSError(errno.EINVAL, "it is no regular file")
+        raise OSError(errno.EINVAL, "it is not a regular file")
     return descriptor

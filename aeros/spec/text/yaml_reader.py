@@ -173,9 +173,9 @@ class _NodeBuilder:
             span = self._span(sign, sign + 1 + len(event.anchor))
             self._refuse(
                 "AE011",
-                f"{quoted(span.text)} names a value to be referred to",
+                f"{quoted(span.text)} names a value for later reference",
                 span,
-                advice="write the value out wherever it is needed",
+                advice="write the value out at each place that uses it",
             )
         # A lone `!` leaves no tag, only the trace that the value was not left to the schema.
         is_bare = isinstance(event, yaml.ScalarEvent) and not any(event.implicit)
@@ -291,7 +291,7 @@ def _one_line(text: str) -> str:
 
 def _advice(problem: str) -> str:
     if "mapping values are not allowed" in problem:
-        return "quote a text that holds `: `, or indent what is meant as a field of its own"
+        return "quote a text that holds `: `, or indent a nested field"
     if "cannot start any token" in problem:
         return "quote a text that begins with this character"
     return ""

@@ -64,7 +64,7 @@ def load_theorem(folder: Path) -> Theorem:
     name = f"proofs.{folder.name}.theorem"
     spec = importlib.util.spec_from_file_location(name, folder / MODULE)
     if spec is None or spec.loader is None:
-        raise InternalError(f"{folder / MODULE} is no module")
+        raise InternalError(f"{folder / MODULE} is not a module")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # where dataclasses look themselves up
     spec.loader.exec_module(module)
@@ -164,7 +164,7 @@ def stale_files(outcome: TheoremResult, folder: Path) -> list[str]:
         The problems in words.
     """
     wanted = generated_files(outcome)
-    problems = [f"{name} is not generated any more" for name in _obsolete_files(wanted, folder)]
+    problems = [f"{name} is no longer generated" for name in _obsolete_files(wanted, folder)]
     for name, text in wanted.items():
         found = _read(folder / name)
         if found is None:
@@ -172,7 +172,7 @@ def stale_files(outcome: TheoremResult, folder: Path) -> list[str]:
         elif name == EXPECTED:
             problems += _expected_differences(_parsed(found), outcome)
         elif found != text:
-            problems.append(f"{name} is not what the code says")
+            problems.append(f"{name} does not match the code")
     return problems
 
 
@@ -230,7 +230,7 @@ def _expected_differences(recorded: Mapping[str, Any], outcome: TheoremResult) -
     if not _z3_only(outcome.solvers) or _z3_only(recorded.get("solvers", ())) != _z3_only(outcome.solvers):
         recorded, current = _verdicts_alone(recorded), _verdicts_alone(current)
     return [
-        f"{EXPECTED} says otherwise of the {part}"
+        f"{EXPECTED} differs in the {part}"
         for part in ("theorem", "obligations", "mutants")
         if recorded.get(part) != current[part]
     ]

@@ -180,7 +180,7 @@ def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
         The difference as a diagnostic, or None if there is none.
     """
     path = folder / LOCK
-    cure = (f"run `aeros verify {folder}` and read what it says",)
+    cure = (f"run `aeros verify {folder}`",)
     if path.is_symlink():
         return Diagnostic("AE903", f"`{path}` is a link, not a certificate", help=cure)
     if not path.exists():

@@ -231,7 +231,7 @@ def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
     if finding.verdict is Verdict.UNKNOWN:
         return Diagnostic(
             "AE509",
-            f"undecided, so refused: whether {one.id}",
+            f"undecided, so refused: {one.id}",
             one.primary,
             one.secondary,
             notes=(f"the solver said: {finding.reason}",),
@@ -277,7 +277,7 @@ def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> 
             if verdicts.get((skill.id, rule)) == {Verdict.PROVED}:
                 yield Diagnostic(
                     "AE505",
-                    f"`{rule}` is proved of all that `{skill.id}` may ask for",
+                    f"`{rule}` is proved for every action that `{skill.id}` may ask for",
                     SpanLabel(span),
                     help=("remove it from `gated`",),
                     severity=Severity.WARNING,

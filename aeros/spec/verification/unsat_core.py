@@ -111,7 +111,7 @@ def label_core(obligation: Obligation, core: UnsatCore) -> tuple[SpanLabel, tupl
         return primary, (*labels, *ranges)
     labels.remove(first)
     if first.span != primary.span:
-        text = "never holds together with what else is marked" if labels else primary.text
+        text = "never true together with the other marked parts" if labels else primary.text
         primary = SpanLabel(first.span, text)
     return primary, (*labels, *ranges)
 

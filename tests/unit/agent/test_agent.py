@@ -209,7 +209,7 @@ def test_an_undeclared_outcome_ends_the_run_where_the_site_does_not_say_otherwis
     assert runtime.submitted == ["prepare", "recover", "wrap"]
     assert report.replans == 0
     assert report.reason is not None
-    assert report.reason.startswith("`dumpling.wrap` came to what it does not declare")
+    assert report.reason.startswith("`dumpling.wrap` ended with an undeclared outcome")
 
 
 def test_a_halt_in_a_state_that_nothing_declares_is_replanned_and_breaks_an_assumption_too(
@@ -285,9 +285,7 @@ def test_a_skill_does_not_start_where_its_hold_condition_is_not_known(tmp_path: 
     report = run(tmp_path, runtime)
     assert runtime.submitted == []
     assert report.reason is not None
-    assert "what it must hold to `fill_level > 0.5` is not measured: `fill_level` is not measured" in (
-        report.reason
-    )
+    assert "its hold-condition `fill_level > 0.5` is not met: `fill_level` is not measured" in (report.reason)
 
 
 def test_a_request_denied_twice_ends_the_run(tmp_path: Path) -> None:
@@ -346,7 +344,7 @@ def test_waiting_ends_with_the_time_for_the_task(tmp_path: Path) -> None:
         report = agent.run("Make dumplings!", timeout=7.5)
     assert runtime.clock == 107.5
     assert report.reason is not None
-    assert "the 7.5 s for the task are over" in report.reason
+    assert "the time limit of 7.5 s has passed" in report.reason
 
 
 def test_a_denial_is_not_retried_but_replanned(tmp_path: Path) -> None:

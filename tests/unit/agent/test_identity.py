@@ -106,7 +106,7 @@ def test_a_lock_that_is_a_symbolic_link_is_refused(tmp_path: Path) -> None:
 def test_a_holder_that_has_not_said_who_it_is_still_holds(tmp_path: Path) -> None:
     with acquire_identity(tmp_path, "chef"):
         (tmp_path / "agent.lock").write_text("")
-        with pytest.raises(AgentError, match="has not said yet who it is"):
+        with pytest.raises(AgentError, match="has not identified itself yet"):
             wake(tmp_path)
 
 
@@ -151,7 +151,9 @@ def test_of_many_that_wake_at_once_one_does_and_each_other_is_told_which(tmp_pat
         others = [line for number, line in enumerate(said) if number != winner]
         assert all(line.startswith("refused this robot has an agent already") for line in others)
         # One that asks before the winner has said who it is learns that it is there, and no more.
-        assert all((who in line and purpose in line) or "has not said yet" in line for line in others)
+        assert all(
+            (who in line and purpose in line) or "has not identified itself yet" in line for line in others
+        )
     finally:
         for agent in agents:
             agent.kill()

@@ -203,7 +203,7 @@ def test_what_cannot_be_measured_is_not_done_twice(tmp_path: Path) -> None:
         assert max(runtime.done.count(name) for name in ("prepare", "recover", "wrap", "boil")) <= 1
         ends.add(report.reached)
         if not report.reached:
-            assert "does not exclude that `salted` happened" in str(report.reason)
+            assert "do not exclude that `salted` happened" in str(report.reason)
     # Where it died amid the salting nobody knows, and it says so; else it goes on.
     assert ends == {True, False}
 
@@ -319,10 +319,10 @@ def test_where_the_end_cannot_be_read_nothing_is_gone_on_with(tmp_path: Path) ->
         agent.run("dumplings")
     path = tmp_path / "checkpoint.json"
     path.write_text(path.read_text().replace("recover", "rewover", 1))
-    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it again"):
         resume(tmp_path, runtime)
     path.unlink()
-    with pytest.raises(AgentError, match="cannot be resumed: its checkpoint is gone; start it anew"):
+    with pytest.raises(AgentError, match="cannot be resumed: its checkpoint is gone; start it again"):
         resume(tmp_path, runtime)
 
 
@@ -348,12 +348,12 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
     ("damage", "why"),
     [
         (lambda text: text[: len(text) // 2], "Unterminated string"),
-        (lambda text: text.replace("recover", "rewover", 1), "its digest is another"),
+        (lambda text: text.replace("recover", "rewover", 1), "its digest does not match"),
         (
             lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
             "`99` was written by a newer AEROS, and this one reads `4`; install a newer AEROS",
         ),
-        (lambda text: "[]", "not laid out"),
+        (lambda text: "[]", "does not have the layout"),
     ],
 )
 def test_after_a_damaged_checkpoint_the_one_before_is_gone_on_from(
@@ -373,7 +373,7 @@ def test_where_no_checkpoint_is_whole_nothing_is_resumed(left: tuple[Path, Morta
     folder, runtime = left
     for name in ("checkpoint.json", "checkpoint.previous.json"):
         (folder / name).write_text("{}")
-    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it anew"):
+    with pytest.raises(AgentError, match=r"cannot be resumed: .+damaged.+; start it again"):
         resume(folder, runtime)
     assert runtime.done == ["prepare", "recover"]
 
@@ -440,7 +440,7 @@ def test_the_end_in_a_checkpoint_of_version_3_is_told_once_it_is_migrated(
 def test_a_checkpoint_of_another_robot_is_refused(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
     (folder / "identity.json").unlink()
-    with pytest.raises(AgentError, match="is another agent's"):
+    with pytest.raises(AgentError, match="belongs to another agent"):
         resume(folder, runtime)
 
 

@@ -78,7 +78,7 @@ def test_a_line_that_is_no_trial_is_refused_with_its_number(line: str, tmp_path:
         file.write(line + "\n")
     with pytest.raises(UserError) as refused:
         TrialStore(tmp_path)
-    assert "line 2, is no finished trial" in refused.value.diagnostics[0].headline
+    assert "line 2, is not a finished trial" in refused.value.diagnostics[0].headline
     # and the lock is not left behind
     (tmp_path / TRIALS_FILE).unlink()
     TrialStore(tmp_path).__exit__(None, None, None)

@@ -109,7 +109,7 @@ def test_a_replay_says_what_it_lacks(cart: MakeCart) -> None:
         ),
     )
     (found,) = replay.mismatches
-    assert "which is not of an action that began" in found.reason
+    assert "which is not an action that began" in found.reason
 
 
 def test_a_gate_whose_ways_disagree_about_both_halts_everything(

@@ -43,7 +43,7 @@ def test_code_that_was_changed_is_refused(make_bench: MakeBench, tmp_path: Path)
     (tmp_path / "handling" / "skills.py").write_text("def lift(observed, inputs):\n    yield 1\n")
     result = bench.submit()
     assert result.status is StepStatus.REFUSED
-    assert "is not what was certified" in result.reason
+    assert "does not match its certificate" in result.reason
 
 
 def test_what_was_reduced_is_what_is_executed(make_bench: MakeBench) -> None:
@@ -120,7 +120,7 @@ def test_a_skill_that_thinks_past_its_time_out_moves_nothing(make_bench: MakeBen
         yield act("move")
 
     bench = make_bench(slow)
-    assert bench.submit() == StepResult(StepStatus.TIMED_OUT, "the skill's time-out has passed")
+    assert bench.submit() == StepResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
     assert bench.plant.executed == []
     bench.assert_cleaned_up(finished=False)
 
@@ -207,7 +207,7 @@ def test_a_skill_that_floods_is_halted(make_bench: MakeBench, monkeypatch: pytes
     bench.plant.duration = 0.0
     result = bench.submit()
     assert (result.status, result.allowed, ends) == (StepStatus.RAISED, 20, ["closed"])
-    assert "floods" in result.reason
+    assert "asked for more than" in result.reason
     bench.assert_cleaned_up(finished=False)
 
 

@@ -111,7 +111,7 @@ def test_beside_what_comes_to_rest_no_motion_of_the_robot_begins(tmp_path: Path)
     one.plant.planned = DRIVES
     drive = one.start("drive")
     results = one.ends(2)
-    assert results[drive].reason.startswith("AE764 roll: the `move` under way comes to rest")
+    assert results[drive].reason.startswith("AE764 roll: the `move` under way is coming to rest")
     first, second = one.records("decision")
     assert second["beside"] == second["halting"] == [first["sequence"]]
     one.audit.close()

@@ -181,7 +181,7 @@ def test_one_that_is_late_is_halted_and_the_other_goes_on(cart: MakeCart) -> Non
     reach, drive = one.start("reach"), one.start("drive")
     results = one.ends(2)
     assert results[reach] == StepResult(
-        StepStatus.TIMED_OUT, "the skill's time-out passed during a motion", allowed=1
+        StepStatus.TIMED_OUT, "the skill's timeout passed during a motion", allowed=1
     )
     assert results[drive].status is StepStatus.TIMED_OUT  # at 10 s, amid its second
     assert one.plant.time == 10.0
@@ -206,7 +206,7 @@ def test_a_protective_stop_that_a_skill_asks_for_ends_what_the_others_move(cart:
     assert "beside" not in one.records("decision")[-1]
     for step in (reach, drive):
         assert results[step].status is StepStatus.STOPPED
-        assert "which asks for a protective stop" in results[step].reason
+        assert "which asked for a protective stop" in results[step].reason
     one.assert_nothing_is_held()
 
 
@@ -261,7 +261,7 @@ def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:
     operator.command = OperatorCommand.STOP
     assert one.executor.is_stopped
     ended = one.ends(2).values()
-    assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "the operator stops it")}
+    assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "stopped by the operator")}
     one.assert_nothing_is_held()
 
 

@@ -172,14 +172,14 @@ def test_a_recovery_leads_out_of_a_dead_end() -> None:
 @pytest.mark.parametrize(
     ("rules", "why"),
     [
-        ((rule(COOKED, "boil", 1, "boil"),), "there, `on_failure` goes round in a circle"),
+        ((rule(COOKED, "boil", 1, "boil"),), "there, `on_failure` leads back to itself"),
         (
             (rule(WRAPPED, "wrap", 1, "boil"), rule(COOKED, "boil", 1, "wrap")),
-            "there, `on_failure` goes round in a circle",
+            "there, `on_failure` leads back to itself",
         ),
         (
             (rule(WRAPPED, "wrap", 1, "press"), rule(COOKED, "boil")),
-            "there, `press` runs with default inputs after a failure, and it has an input without",
+            "there, `press` runs with default inputs after a failure, but an input has no default",
         ),
         (
             (rule(WRAPPED, "wrap", 4), rule(COOKED, "boil")),
@@ -245,12 +245,14 @@ def test_a_task_not_over_predicates_is_undecided_with_its_invariants() -> None:
     plain = claims((filled,), rules, goal="fill_level > 0.5")["analysed"].diagnostic
     assert plain is not None
     assert plain.severity is Severity.ERROR
-    assert plain.headline.endswith("were not analysed: it depends on `fill_level`, which is no predicate")
+    assert plain.headline.endswith(
+        "were not analysed: it depends on `fill_level`, which is neither a truth value nor an enum"
+    )
     claimed = claims((filled,), rules, goal="fill_level > 0.5", kept="not wrapper_aligned")["analysed"]
     assert claimed.verdict is Verdict.REFUTED
 
 
-@pytest.mark.parametrize(("limit", "of"), [("MAX_STARTS", "states to start from"), ("MAX_NODES", "states")])
+@pytest.mark.parametrize(("limit", "of"), [("MAX_STARTS", "start states"), ("MAX_NODES", "states")])
 def test_a_state_space_that_is_too_large_is_not_analysed(
     limit: str, of: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

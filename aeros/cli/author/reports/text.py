@@ -55,5 +55,5 @@ def _summary(subject: SubjectReport, width: int) -> str:
     line = f"{name:{width}}  {conclusion:9}  {subject.claim_count:4} obligations"
     if subject.conclusion is Conclusion.PROVED and subject.runtime_checked_count:
         rules = dict.fromkeys(rule for rule, _ in subject.boundaries)
-        line += f", {subject.runtime_checked_count} guarded: the gate decides {', '.join(rules)}"
+        line += f", {subject.runtime_checked_count} runtime-checked: {', '.join(rules)}"
     return line

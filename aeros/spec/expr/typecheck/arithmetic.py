@@ -127,7 +127,7 @@ def invert(divisor: TypedTerm) -> TypedTerm:
     if not isinstance(term, t.Literal) or term.value == 0:
         raise ExpressionTypeError(
             "AE206",
-            "only a constant other than zero can divide",
+            "the divisor must be a constant other than zero",
             divisor.extent,
             cure="multiply the other side instead: `a / b <= c` is `a <= c * b` where b is positive",
         )

@@ -74,7 +74,7 @@ def infer(
     if size > MAX_SIZE or height > MAX_HEIGHT:
         raise ExpressionTypeError(
             "AE201",
-            "this expression is too large once its sets and vectors are written out",
+            "this expression is too large after its sets and vectors are expanded",
             node.extent,
             cure="split it into several rules",
         )

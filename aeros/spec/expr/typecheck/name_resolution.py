@@ -50,7 +50,7 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
             "AE202",
             f"`{text}` is a member of {several}",
             node.extent,
-            cure="write it beside a variable, which decides: as in `variable == member`",
+            cure="compare it with a variable, which decides the enum: `variable == member`",
         )
     members = (member for enum in scope.enums.values() for member in enum.members)
     known = [*bound, *scope.variables, *scope.constants, *members]

@@ -26,7 +26,7 @@ def check_past_is_allowed(node: s.PastOperator, scope: Scope) -> None:
     if not scope.past:
         raise ExpressionTypeError(
             "AE209",
-            f"`{node.op}` looks at the past, which only a site's invariants may do",
+            f"`{node.op}` reads the past, which only a site's invariants may do",
             node.extent,
             cure="state it as an invariant of the site, whose history the runtime keeps",
         )
@@ -50,7 +50,7 @@ def require_measured(operand: TypedTerm, op: str) -> t.Term:
         if variable.role is not t.VariableRole.STATE:
             raise ExpressionTypeError(
                 "AE209",
-                f"`{op}` looks at what was measured, and `{variable.name}` is not measured",
+                f"`{op}` reads past measurements, but `{variable.name}` is not measured",
                 operand.extent,
                 cure="use state variables of the vocabulary only",
             )
@@ -72,12 +72,12 @@ def require_window(operand: TypedTerm) -> Fraction:
     duration, type_ = require_real(operand, "a window")
     if type_.dimension != TIME:
         raise ExpressionTypeError(
-            "AE204", f"a window is a time, not {type_}", operand.extent, label=str(type_)
+            "AE204", f"a window must be a time, not {type_}", operand.extent, label=str(type_)
         )
     if not isinstance(duration, t.Literal) or cast("Fraction", duration.value) <= 0:
         raise ExpressionTypeError(
             "AE209",
-            "a window is a constant time longer than nothing",
+            "a window must be a constant time above 0 s",
             operand.extent,
             cure="as in `within 5 s`",
         )

@@ -40,7 +40,7 @@ def declare_index(node: s.Quantifier, scope: Scope, bound: Bound) -> t.BoundVari
             "AE202",
             f"`{name}` already has a meaning here",
             node.index.extent,
-            cure="name the index otherwise",
+            cure="choose another name for the index",
         )
     return t.BoundVariable(name, members)
 

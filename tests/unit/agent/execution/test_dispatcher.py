@@ -136,7 +136,7 @@ def test_what_may_not_start_is_not_chosen_and_the_reason_is_told(memory: Memory)
     boil, steam = dispatch.options
     assert boil.sampled_success is not None
     assert steam.sampled_success is None
-    assert "its precondition `not wrapper_aligned` is not measured" in steam.unavailable_reason
+    assert "its precondition `not wrapper_aligned` is not met" in steam.unavailable_reason
 
 
 def test_an_unknown_predicate_starts_no_provider_that_needs_it(memory: Memory) -> None:
@@ -311,7 +311,7 @@ def test_a_plan_may_name_a_capability_of_skills() -> None:
     ("part", "problem"),
     [
         (PlanStep("kitchen", "mixed"), "`kitchen` has no skill `mixed`"),
-        (PlanStep("kitchen", "cooking", {"salt": 1.0}), "`salt` is no input of it"),
+        (PlanStep("kitchen", "cooking", {"salt": 1.0}), "`salt` is not an input of it"),
         (
             PlanStep("kitchen", "cooking", retry=1, on_failure="frying"),
             "on_failure: `kitchen` has no skill `frying`",
@@ -320,7 +320,7 @@ def test_a_plan_may_name_a_capability_of_skills() -> None:
             PlanStep("kitchen", "cooking", retry=1, handler=PlanStep("kitchen", "frying")),
             "its handler `frying` is a capability",
         ),
-        (PlanStep("kitchen", "frying", retry=1, on_failure="fry"), "goes round in a circle: `kitchen.fry`"),
+        (PlanStep("kitchen", "frying", retry=1, on_failure="fry"), "leads back to itself: `kitchen.fry`"),
         (
             Par((PlanStep("kitchen", "wash"), PlanStep("kitchen", "frying")), SPAN),
             "need 2 of `arm` at the same time",

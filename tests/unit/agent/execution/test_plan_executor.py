@@ -121,7 +121,7 @@ def test_a_branch_that_cannot_start_lets_no_other_start() -> None:
     kitchen = Kitchen()
     end = kitchen.run(par(step("wrap"), step("dough")))
     assert end is not None
-    assert "its precondition `wrapper_aligned` is not measured" in end.reason
+    assert "its precondition `wrapper_aligned` is not met" in end.reason
     assert kitchen.started == []
 
 
@@ -144,7 +144,7 @@ def test_a_par_that_has_ended_is_not_cancelled_with_what_comes_later() -> None:
     [
         (True, ["dough"], None),
         (False, ["filling"], None),
-        (None, [], "nothing is said of what follows where `wrapper_aligned` is not measured"),
+        (None, [], "the plan does not say how to continue if `wrapper_aligned` is not met"),
     ],
 )
 def test_a_condition_is_what_is_measured_then(
@@ -165,7 +165,7 @@ def test_a_condition_that_was_taken_to_hold_and_does_not_ends_it() -> None:
     kitchen = Kitchen()
     found = kitchen.run(step("water"), if_aligned(step("dough")))
     assert found is not None
-    assert "is not measured: `wrapper_aligned` = False" in found.reason
+    assert "is not met: `wrapper_aligned` = False" in found.reason
 
 
 def test_nothing_to_do_is_done() -> None:
@@ -195,7 +195,7 @@ def test_a_handler_that_fails_for_good_ends_its_step() -> None:
 def test_when_the_time_is_over_everything_is_cancelled_once() -> None:
     kitchen = Kitchen(last=("dough", "filling"))
     end = kitchen.run(par(step("dough"), step("filling")), step("water"), until=100.5)
-    assert end == PlanFailure("`kitchen.dough` failed: cancelled: the time for the task is over")
+    assert end == PlanFailure("`kitchen.dough` failed: cancelled: the time limit of the task has passed")
     assert kitchen.ended == [("dough", CANCELLED), ("filling", CANCELLED)]
     assert kitchen.engine is not None
     assert kitchen.engine.timed_out
@@ -271,7 +271,7 @@ def _nested(depth: int) -> Part:
         (par(step("dough"), Seq(())), "a branch of a `par` has no step"),
         (step("dough", handler=3), "`handler` is of type int"),
         (step("dough", flows={"force": "weigh"}), "`flows` does not name an output of a step"),
-        (step("dough", flows={"force": ("weigh", "force")}), "`force` is no input of it"),
+        (step("dough", flows={"force": ("weigh", "force")}), "`force` is not an input of it"),
         (
             step("dough", handler=step("flour")),
             "step 1, its handler, `kitchen.flour`: `kitchen` has no skill",
@@ -321,7 +321,7 @@ def test_data_flows_as_the_composition_says() -> None:
     ("given", "asked", "end"),
     [
         ({"force": 0.25}, {"force": 0.25}, None),
-        ({}, None, "its input `force` takes `weighing.force`, which is not there"),
+        ({}, None, "its input `force` takes `weighing.force`, which is missing"),
         ({"force": 2.0}, None, "the input `force` is outside 0 … 1"),
     ],
 )
@@ -341,8 +341,8 @@ def test_an_input_takes_what_an_earlier_step_gave(given: Any, asked: Any, end: s
     ("name", "measured", "why"),
     [
         ("make", True, None),
-        ("make", False, "the precondition of `make` is not measured: `wrapper_aligned` = False"),
-        ("make", None, "the precondition of `make` is not measured: `wrapper_aligned` is not measured"),
+        ("make", False, "the precondition of `make` is not met: `wrapper_aligned` = False"),
+        ("make", None, "the precondition of `make` is not met: `wrapper_aligned` is not measured"),
         ("bake", True, "`kitchen` has no composition `bake`"),
     ],
 )

@@ -63,7 +63,7 @@ DROP = skill(
 def test_what_is_unknown_makes_no_success_of_a_step_that_may_have_failed() -> None:
     judged = assess_step("dumpling", DROP, FINISHED, world(wrapper_aligned=False))
     assert (judged.outcome, judged.failed, judged.is_undeclared) == (None, True, False)
-    assert judged.reason == "outcome `dropped` is not excluded: `dumpling_wrapped` is not measured"
+    assert judged.reason == "outcome `dropped` cannot be excluded: `dumpling_wrapped` is not measured"
     (cause,) = judged.causes
     assert (cause.kind, cause.rule) == ("unknown-outcome", "dumpling.carry")
     assert [str(one) for one in cause.shortfalls] == ["`dumpling_wrapped` is not measured"]
@@ -77,7 +77,7 @@ def test_a_failure_that_one_measured_value_excludes_is_no_doubt(measured: dict[s
 
 def test_a_halted_step_gives_both_reasons() -> None:
     reason = assess_step("dumpling", DROP, StepResult(StepStatus.STOPPED, "as scripted"), world()).reason
-    assert reason.startswith("stopped: as scripted; outcome `dropped` is not excluded")
+    assert reason.startswith("stopped: as scripted; outcome `dropped` cannot be excluded")
 
 
 def test_among_equals_success_is_preferred() -> None:
@@ -142,7 +142,7 @@ def test_a_precondition_must_be_measured_as_true() -> None:
     [
         ("pizza", "bake", {}, "the module `pizza` is not active"),
         ("dumpling", "bake", {}, "has no skill `bake`"),
-        ("dumpling", "boil", {"salt": 1.0}, "`salt` is no input of it"),
+        ("dumpling", "boil", {"salt": 1.0}, "`salt` is not an input of it"),
         ("dumpling", "boil", {"force": 2.0}, "outside 0 … 1"),
     ],
 )

@@ -143,7 +143,7 @@ def test_a_newer_schema_is_refused(path: Path) -> None:
 
 def test_a_foreign_database_is_refused(path: Path) -> None:
     database(path, "CREATE TABLE songs (title TEXT)")
-    with pytest.raises(AgentError, match="database of something else"), open_memory(path, WHO):
+    with pytest.raises(AgentError, match="not a database of this kind"), open_memory(path, WHO):
         pass
 
 

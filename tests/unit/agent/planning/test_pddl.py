@@ -72,12 +72,12 @@ def test_what_comes_of_failures_is_asked_for_too() -> None:
 @pytest.mark.parametrize(
     ("said", "why"),
     [
-        (["fly"], "the engine's plan has `fly`, which is no action"),
+        (["fly"], "the engine's plan has `fly`, which is not an action"),
         ([DO[0], DO[2], DO[3]], "the engine's plan has `dumpling-wrap-wrapped` where that is impossible"),
         ([*DO[:2], "dumpling-wrap-misaligned"], "`dumpling-wrap-misaligned` where that is impossible"),
         (DO[:3], "the engine's plan ends before the goal"),
         ([], "the engine's plan ends before the goal"),
-        (ClassicalEngineError("it crashed"), "the engine does not say: it crashed"),
+        (ClassicalEngineError("it crashed"), "the engine gave no answer: it crashed"),
     ],
 )
 def test_an_engine_that_is_wrong_is_not_followed(said: list[str] | Exception, why: str) -> None:
@@ -136,7 +136,7 @@ def test_a_run_by_a_real_engine_reaches_the_goal(tmp_path: Path) -> None:
 def test_an_engine_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
     assert run(tmp_path, "--planner", "pddl", "--engine", "oracle") == Exit.REJECTED
-    assert "the engine does not say: UPNoRequestedEngineAvailableException" in capsys.readouterr().out
+    assert "the engine gave no answer: UPNoRequestedEngineAvailableException" in capsys.readouterr().out
 
 
 def missing(_: str) -> None:

@@ -64,7 +64,7 @@ def test_in_place_of_a_late_plan_the_rest_of_the_one_before_is_followed(tmp_path
     assert report.reached
     assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
     (late,) = told(runtime, "plan-late")
-    assert late["reason"] == f"the plan is late: nothing came within {WITHIN:g} s"
+    assert late["reason"] == f"the plan is late: there was no plan within {WITHIN:g} s"
     assert late["steps"] == ["dumpling.recover", "dumpling.wrap", "dumpling.boil"]
 
 
@@ -77,7 +77,7 @@ def test_where_the_plan_before_does_not_lead_to_the_goal_any_more_the_robot_stan
     assert runtime.submitted == ["prepare", "wrap"]
     assert [one["steps"] for one in told(runtime, "plan-late")] == [[], []]
     assert report.reason is not None
-    assert report.reason.endswith(f"the plan is late: nothing came within {WITHIN:g} s; stands still")
+    assert report.reason.endswith(f"the plan is late: there was no plan within {WITHIN:g} s; stands still")
 
 
 def test_without_a_plan_before_the_robot_stands_still_until_the_time_for_the_task_is_over(
@@ -89,7 +89,7 @@ def test_without_a_plan_before_the_robot_stands_still_until_the_time_for_the_tas
     assert runtime.submitted == []
     assert runtime.clock == 102.0
     assert report.reason is not None
-    assert report.reason.startswith("the 2 s for the task are over; the plan ended: the plan is late")
+    assert report.reason.startswith("the time limit of 2 s has passed; the plan ended: the plan is late")
 
 
 def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> No
         agent.run("Make dumplings!")
     assert runtime.clock == 100.5
     (late,) = told(runtime, "plan-late")
-    assert late["reason"] == "the plan is late: nothing came within 0.5 s"
+    assert late["reason"] == "the plan is late: there was no plan within 0.5 s"
 
 
 class Stopped(FakeRuntime):

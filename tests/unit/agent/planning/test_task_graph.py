@@ -51,7 +51,7 @@ def test_a_fitting_plan_has_no_problem() -> None:
     [
         (PlanStep("pizza", "bake"), "no active module is named `pizza`"),
         (PlanStep("dumpling", "wrapp"), "has no skill `wrapp`; did you mean `wrap`?"),
-        (PlanStep("dumpling", "wrap", {"force": 0.5}), "`force` is no input of it"),
+        (PlanStep("dumpling", "wrap", {"force": 0.5}), "`force` is not an input of it"),
         (PlanStep("dumpling", "needy"), "it needs the input `force`"),
         (PlanStep("dumpling", "boil", {"force": 2.0}), "the input `force` is outside 0 … 1"),
         (PlanStep("dumpling", "boil", {"force": "hard"}), "the input `force` is of type str"),
@@ -64,7 +64,7 @@ def test_a_fitting_plan_has_no_problem() -> None:
         (PlanStep("dumpling", "wrap", retry=1, on_failure="needy"), "on_failure `needy`: it needs the input"),
         (
             PlanStep("dumpling", "wrap", retry=1, on_failure="wrap"),
-            "in a circle: `dumpling.wrap` → `dumpling.wrap`",
+            "leads back to itself: `dumpling.wrap` → `dumpling.wrap`",
         ),
         (PlanStep("dumpling", "wrap", retry=True), "`retry` is of type bool"),
         (PlanStep("dumpling", None), "`skill` is of type NoneType"),  # type: ignore[arg-type]
@@ -85,7 +85,7 @@ def test_recoveries_must_not_go_round_in_a_circle_over_several_steps() -> None:
     wrap = PlanStep("dumpling", "wrap", retry=1, on_failure="recover")
     recover = PlanStep("dumpling", "recover", retry=1, on_failure="wrap")
     (found,) = problems(wrap, recover)
-    assert "circle" in found
+    assert "leads back" in found
 
 
 @pytest.mark.parametrize("graph", [None, "steps", TaskGraph(()), TaskGraph([PlanStep("dumpling", "wrap")])])  # type: ignore[arg-type]
@@ -98,7 +98,7 @@ def test_a_remark_is_text_of_some_length() -> None:
     assert verify_plan(TaskGraph(steps, "x" * MAX_REMARK_CHARS), MODULES, site()) == []
     wrong: list[Any] = ["x" * (MAX_REMARK_CHARS + 1), ["x"], None]
     for remark in wrong:
-        assert "its remark is no text" in verify_plan(TaskGraph(steps, remark), MODULES, site())[0]
+        assert "its remark is not a text" in verify_plan(TaskGraph(steps, remark), MODULES, site())[0]
 
 
 def test_a_plan_has_a_greatest_length() -> None:

@@ -60,7 +60,7 @@ def test_whole_seconds_of_thinking_pass_on_the_plants_clock() -> None:
             seen.append(until)
             return super().wait(until)
 
-    with pytest.raises(PlanningTimeoutError, match=r"nothing came within 3\.5 s"):
+    with pytest.raises(PlanningTimeoutError, match=r"there was no plan within 3\.5 s"):
         PlannerProcess(Seen(), timeout_s=3.5, seconds=by_the_second())(lambda: time.sleep(FOREVER))
     assert seen == [101.0, 102.0, 103.0, 103.5]
 

@@ -56,4 +56,4 @@ def test_in_quarantine_nobody_wakes_until_it_is_released(tmp_path: Path) -> None
 @pytest.mark.parametrize("text", ["", "{", "[]"])
 def test_a_quarantine_that_cannot_be_read_is_one(tmp_path: Path, text: str) -> None:
     (tmp_path / "quarantine.json").write_text(text)
-    assert "does not say why" in str(Quarantine(tmp_path).reason())
+    assert "gives no reason" in str(Quarantine(tmp_path).reason())

@@ -122,7 +122,7 @@ def test_an_interrupted_step_that_measurably_did_not_succeed_is_tried_again() ->
     case = Case(WRAP, world(dumpling_wrapped=False), {"dumpling_wrapped": False})
     case.recover(began(5, "wrap"))
     assert case.progress.attempt_count(AT) == 0
-    assert case.accounted == ["it was interrupted, and no success of it is measured"]
+    assert case.accounted == ["it was interrupted, and the measurements exclude its successes"]
     assert case.bars.to_checkpoint != ()
 
 
@@ -134,7 +134,7 @@ def test_an_interrupted_step_of_which_nothing_can_be_told_is_barred(before: bool
     assert last is not None
     assert last.failed
     assert not last.is_retryable
-    assert "does not tell whether `wrapped` happened" in case.accounted[0]
+    assert "do not show if `wrapped` happened" in case.accounted[0]
     assert len(case.bars.to_checkpoint) == 1
 
 
@@ -142,7 +142,7 @@ def test_an_interrupted_step_that_may_be_run_twice_is_not_barred() -> None:
     case = Case(replace(WRAP, idempotent=True), world(dumpling_wrapped=True), {"dumpling_wrapped": True})
     case.recover(began(5, "wrap"))
     assert case.progress.attempt_count(AT) == 0
-    assert case.accounted == ["it was interrupted, and may be run twice"]
+    assert case.accounted == ["it was interrupted, and may be repeated"]
     assert case.bars.to_checkpoint == ()
 
 
@@ -152,10 +152,10 @@ def test_a_step_of_a_module_that_is_gone_has_failed() -> None:
     case.recover(said, began(12, "wrap"))
     # The beginning of another, before the checkpoint, is not that of this step.
     (how,) = case.accounted
-    assert how == "it was interrupted, and what is measured does not tell whether `wrapped` happened"
+    assert how == "it was interrupted, and the measurements do not show if `wrapped` happened"
     later = Case(WRAP, world())
     later.recover(AuditEvent(10, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}}))
-    assert later.accounted == ["it never began", "it is not active any more"]
+    assert later.accounted == ["it never began", "it is no longer active"]
 
 
 @pytest.mark.parametrize(("sequence", "is_known"), [(9, True), (10, False)])

@@ -398,7 +398,7 @@ def test_a_robot_that_is_busy_says_so_and_can_be_stopped(free: Cell) -> None:
     free.call("stop")
     found = free.call("execute_plan", plan=name, wait=30)
     assert found["status"] == "goal not reached"
-    assert "the operator stops it" in found["reason"]
+    assert "stopped by the operator" in found["reason"]
 
 
 def test_when_the_client_goes_the_robot_stops(configuration: Configuration, tmp_path: Path) -> None:

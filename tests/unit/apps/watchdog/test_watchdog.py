@@ -158,7 +158,7 @@ def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
     os.kill(watched.process.pid, signal.SIGCONT)
     code, said = watched.end()
     assert code == Exit.REJECTED
-    assert "halted: the operator stops it" in said
+    assert "halted: stopped by the operator" in said
     assert said.count("crashed") == 2
 
 

@@ -237,7 +237,9 @@ def test_a_loop_over_numbers_is_not_drawn(tmp_path: Path, capsys: pytest.Capture
     manifest.write_text(manifest.read_text().replace("goal: bench_clean", "goal: human_distance > 1 m"))
     arguments = ["graph", str(tmp_path / "tidy"), *SITE, "--what", "closed-loop"]
     assert main(arguments) == Exit.REJECTED
-    assert "depends on `human_distance`, which is no predicate" in capsys.readouterr().err
+    assert (
+        "depends on `human_distance`, which is neither a truth value nor an enum" in capsys.readouterr().err
+    )
 
 
 def test_a_module_that_cannot_be_read_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

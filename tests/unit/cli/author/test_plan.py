@@ -25,7 +25,7 @@ def test_a_plan_says_what_is_done_where_outcomes_differ(capsys: pytest.CaptureFi
         "  make_dumplings.wrap, tried 4 times at most, recover between tries",
         "  make_dumplings.boil, tried 4 times at most",
         "proved the goal can be reached from each of the 5 states that declared outcomes may lead to; "
-        "the shortest way has 3 steps",
+        "the shortest path has 3 steps",
     ]
 
 
@@ -45,9 +45,9 @@ def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.
 def test_where_there_is_no_plan_it_is_said_why(capsys: pytest.CaptureFixture[str]) -> None:
     goal = ["--goal", "table_wiped and not estop_pressed"]
     assert main(["plan", *goal, "--start", "estop_pressed=unknown", *ECMS]) == Exit.REJECTED
-    assert "`estop_pressed` is not measured, and no skill settles it" in capsys.readouterr().out
+    assert "`estop_pressed` is not measured, and no skill sets it" in capsys.readouterr().out
     assert main(["plan", *goal, "--start", "estop_pressed=true", *ECMS]) == Exit.REJECTED
-    assert "`not estop_pressed`, which is not so as measured, and no skill" in capsys.readouterr().out
+    assert "`not estop_pressed`, which does not hold now, and no skill" in capsys.readouterr().out
 
 
 def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
@@ -103,7 +103,7 @@ def test_no_plan_in_time_leaves_the_robot_where_it_is(
     arguments = ["--planner", "smt", "--plan-within", "0.000001", "--timeout", "2"]
     assert _run(tmp_path, *arguments) == Exit.REJECTED
     said = capsys.readouterr().out
-    assert "nothing came within 1e-06 s; stands still" in said
+    assert "there was no plan within 1e-06 s; stands still" in said
     assert "steps      0 run" in said
 
 

@@ -40,7 +40,7 @@ def test_exit_codes_are_as_documented() -> None:
 def test_a_proved_module_gets_its_certificate(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert verify(module) == Exit.SUCCESS
     assert json.loads((module / LOCK).read_text())["module"] == "left_to_the_gate"
-    assert "2 guarded: the gate decides stop-button, slow-near-person" in capsys.readouterr().out
+    assert "2 runtime-checked: stop-button, slow-near-person" in capsys.readouterr().out
 
 
 def test_a_rejected_module_gets_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

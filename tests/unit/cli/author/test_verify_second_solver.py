@@ -85,7 +85,7 @@ def test_a_question_that_no_file_can_take_is_shown(
     monkeypatch.setattr("tempfile.tempdir", str(module / "not_there"))
     assert verify(module) == Exit.INTERNAL_ERROR
     shown = capsys.readouterr().err
-    assert "no file could take" in shown
+    assert "could not be written to a file" in shown
     assert "(check-sat)" in shown
 
 

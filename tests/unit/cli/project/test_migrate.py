@@ -160,6 +160,6 @@ def test_where_an_agent_is_at_work_nothing_is_rewritten(
     with (state / "agent.lock").open("r+") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         assert main(["migrate", str(state)]) == Exit.REJECTED
-    assert "refused: an agent is at work here" in capsys.readouterr().err
+    assert "refused: an agent is already running here" in capsys.readouterr().err
     assert (state / "checkpoint.json").read_bytes() == before
     assert main(["migrate", str(state)]) == Exit.SUCCESS

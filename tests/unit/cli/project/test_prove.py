@@ -135,7 +135,7 @@ def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
     _, found = _report(folder, capsys, "--update")
     assert found["rewritten"] == []
     (folder / "gone.smt2").write_text("", encoding="utf-8")
-    assert _report(folder, capsys)[1]["problems"] == ["gone.smt2 is not generated any more"]
+    assert _report(folder, capsys)[1]["problems"] == ["gone.smt2 is no longer generated"]
     assert _report(folder, capsys, "--update")[1]["rewritten"] == ["gone.smt2"]
 
 
@@ -216,7 +216,7 @@ def test_what_another_version_of_z3_spent_is_not_compared_but_its_verdicts_are(
     path.write_text(older, encoding="utf-8")
     assert _report(folder, capsys)[1]["problems"] == []
     path.write_text(older.replace('"PROVED"', '"REFUTED"'), encoding="utf-8")
-    assert _report(folder, capsys)[1]["problems"] == ["expected.json says otherwise of the obligations"]
+    assert _report(folder, capsys)[1]["problems"] == ["expected.json differs in the obligations"]
 
 
 def test_what_cannot_be_meant_is_a_usage_error(

@@ -22,7 +22,9 @@ def test_it_says_which_rule_where_and_beside_what(tmp_path: Path) -> None:
     decisions = [record for record in found if record["event"] == "decision"]
     assert explain_record(decisions[0], configuration().site) == []
     said = explain_record(decisions[1], configuration().site)
-    assert said[0].startswith("AE751 charge-for-both: beside the `move` under way it breaks `charge >= 20 %`")
+    assert said[0].startswith(
+        "AE751 charge-for-both: together with the `move` under way it breaks `charge >= 20 %`"
+    )
     assert said[2].strip().startswith("the joint rule is written at")
     assert "site.yaml:" in said[2]
     assert said[3].strip().startswith("`charge`")

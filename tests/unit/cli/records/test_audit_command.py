@@ -74,11 +74,11 @@ def test_verify_says_what_it_checked_and_what_nobody_could_notice(
     said = capsys.readouterr().out
     assert f"chain        sound, {count} records: {decisions_in(ran)} allowed, 0 attenuated, 0 denied" in said
     assert "signatures   not checked: no --public-key, though 5 checkpoints are in the log" in said
-    assert "NOT CHECKED  a tail cut off\n" in said
+    assert "NOT CHECKED  records removed at the end\n" in said
     assert audit("verify", ran, *with_key(ran)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"signatures   sound, of the first {count} records; the log is closed by its writer" in said
-    assert "NOT CHECKED  a tail cut off right after an earlier checkpoint\n" in said
+    assert "NOT CHECKED  records removed right after an earlier checkpoint\n" in said
     assert audit("verify", ran, *with_anchor(ran)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"anchor       the first {count} records are all there" in said
@@ -151,7 +151,7 @@ def test_verify_says_how_much_of_a_log_that_was_not_closed_is_vouched_for(
         "sound, of the first 2 records; the log is not closed: the writer is still running or was killed"
         in said
     )
-    assert "NOT CHECKED  anything done after the newest checkpoint, where 8 records stand now" in said
+    assert "NOT CHECKED  changes after the newest checkpoint, which 8 records follow now" in said
 
 
 def test_verify_refuses_an_anchor_without_a_key_and_what_is_no_key(
@@ -194,12 +194,12 @@ def test_a_run_neither_overwrites_the_anchor_of_another_nor_starts_with_a_key_it
     assert "--anchor needs --audit-key" in capsys.readouterr().err
     (folder / "key").chmod(0o644)
     assert run(folder, *key) == Exit.REJECTED
-    assert "is open to others than its owner" in capsys.readouterr().err
+    assert "is accessible to other users" in capsys.readouterr().err
 
 
 def test_keygen_never_overwrites_a_key(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["audit", "keygen", "--out", str(folder / "key")]) == Exit.REJECTED
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
 
 
 # show
@@ -372,7 +372,7 @@ def test_replay_takes_what_was_in_force_on_this_robot(
     capsys.readouterr()
     assert audit("replay", decided, *state) == Exit.REJECTED
     said = capsys.readouterr().out
-    assert "parts of it are not stored any more: `handling` 1.0.0 sha256:" in said
+    assert "parts of it are no longer stored: `handling` 1.0.0 sha256:" in said
     assert "0 decisions reproduced; 9 differ" in said
 
 

@@ -162,7 +162,7 @@ def test_an_entry_point_that_names_no_folder_is_refused(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("install", name) == 1
-    assert "is no folder of a package" in capsys.readouterr().err
+    assert "is not a folder of a package" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("robot")
@@ -197,7 +197,7 @@ def test_refusals_say_why(arguments: tuple[str, ...], said: str, capsys: pytest.
 @pytest.mark.usefixtures("robot")
 def test_a_block_of_nothing_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("block", "--id", "x", "--reason", "y") == 2
-    assert "name what to block" in capsys.readouterr().err
+    assert "give --module" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("robot")

@@ -150,7 +150,7 @@ def test_a_task_that_takes_too_long_is_cancelled_and_says_so(
 ) -> None:
     arguments = ("--composition", "fetch_at_once", "--plant", "symbolic", "--timeout", "1.7")
     assert _run(tmp_path, fetching, *arguments) == Exit.REJECTED
-    assert "goal not reached: the 1.7 s for the task are over" in capsys.readouterr().out
+    assert "goal not reached: the time limit of 1.7 s has passed" in capsys.readouterr().out
     ended = [(one["skill"], one["status"]) for one in _records(tmp_path, "step-ended")]
     assert sorted(ended) == [
         ("measure_hand", "finished"),

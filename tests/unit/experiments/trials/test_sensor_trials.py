@@ -48,7 +48,7 @@ def test_readings_that_are_too_old_keep_the_robot_where_it_is() -> None:
     found = tried(latency="0.2")
     assert (found["reached"], found["violated"], found["longest_s"]) == (False, False, 0.0)
     assert found["unread"] == found["steps"] > 0
-    assert "after 0.1 s it is unknown" in found["reason"]
+    assert "at most 0.1 s is allowed" in found["reason"]
 
 
 @pytest.mark.physics

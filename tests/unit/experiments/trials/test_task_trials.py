@@ -77,7 +77,7 @@ def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed(
     in_time = trials(range(1), **{**changed, "options": {**options, "replan_delay_s": 0.0}})
     assert (found["late"], found["replans"]) == (2, 2)
     assert (in_time[0]["late"], in_time[0]["replans"], in_time[0]["steps"]) == (0, 2, found["steps"])
-    assert "what is left of the plan before" in str(KIND.expected_values(condition(**changed), premises()))
+    assert "the rest of the previous plan" in str(KIND.expected_values(condition(**changed), premises()))
 
 
 def test_a_plan_made_in_the_background_is_followed_like_one_made_in_place() -> None:

@@ -331,14 +331,14 @@ def test_the_private_key_is_the_owners_alone_and_never_overwritten(tmp_path: Pat
     assert path.stat().st_mode & 0o777 == 0o600
     assert read_public_key(public).id == read_signing_key(path).public.id
     content = path.read_bytes()
-    with pytest.raises(InvalidKeyError, match="is there already"):
+    with pytest.raises(InvalidKeyError, match="exists already"):
         make_key(path)
     public.unlink()
     with pytest.raises(InvalidKeyError, match="cannot be written: File exists"):
         make_key(path)
     assert path.read_bytes() == content
     path.chmod(0o640)
-    with pytest.raises(InvalidKeyError, match="is open to others"):
+    with pytest.raises(InvalidKeyError, match="is accessible to other users"):
         read_signing_key(path)
 
 

@@ -80,7 +80,7 @@ def test_a_message_without_a_time_is_kept_at_the_beginning(tmp_path: Path) -> No
 
 
 def test_a_folder_that_is_there_is_not_written_to(tmp_path: Path) -> None:
-    with pytest.raises(BagError, match=r"no bag can be made in `.*`: .* exists already"):
+    with pytest.raises(BagError, match=r"a bag cannot be created in `.*`: .* exists already"):
         Bag(tmp_path)
     assert list(tmp_path.iterdir()) == []
 

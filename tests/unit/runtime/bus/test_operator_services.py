@@ -52,7 +52,7 @@ def test_while_something_moves_it_is_not_said_that_nothing_does(
     with ControlPage(tmp_path) as live, live.hold_generation(live.generation):
         said = ask(bus, "stop")
         assert not said.success
-        assert said.message == "something still moves after 0.05 s; use the robot's own stop"
+        assert said.message == "still moving after 0.05 s; use the robot's emergency stop"
         assert ask(bus, "resume").success
 
 
@@ -90,7 +90,7 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
         assert (cart.begun(), ended) == ([], [])
         assert ask(bus, "stop").success
         thread.join(_LONG)
-        assert (cart.begun(), ended) == ([], ["the operator stops it"])
+        assert (cart.begun(), ended) == ([], ["stopped by the operator"])
         assert ask(bus, "resume").success
         cart.start("reach")
         assert [one.status.value for one in cart.ends(1).values()] == ["finished"]

@@ -55,7 +55,7 @@ def test_what_holds_throughout_changes_nothing(bench: Bench) -> None:
         ),
         ({"holding": 1}, ["`holding` is not true or false"]),
         ({"human_distance": float("nan")}, ["`human_distance` is not finite"]),
-        ({"holding": Reading(True, -0.2)}, ["`holding` is 0.2 s old; after 0.1 s it is unknown"]),
+        ({"holding": Reading(True, -0.2)}, ["`holding` is 0.2 s old; at most 0.1 s is allowed"]),
         ({"holding": Reading(True, 5.0)}, ["`holding` was measured in the future"]),
     ],
 )  # fmt: skip

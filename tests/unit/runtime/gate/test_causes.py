@@ -53,6 +53,6 @@ def test_stop_causes_of_missing_readings_and_of_unknown_rules() -> None:
     site = configuration().site
     cause = stop_cause(site, "input:hand", None)
     assert (cause.kind, cause.rule) == ("reading", "hand")
-    assert stop_cause(site, "the operator stops it", None) == Cause(
-        "stopped", "the operator stops it", "the operator stops it"
+    assert stop_cause(site, "stopped by the operator", None) == Cause(
+        "stopped", "stopped by the operator", "stopped by the operator"
     )

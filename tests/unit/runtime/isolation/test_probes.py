@@ -58,7 +58,7 @@ HOST_MAY_BLOCK = {
 RAISED, TIMED_OUT = StepStatus.RAISED, StepStatus.TIMED_OUT
 ENDINGS: dict[str, tuple[StepStatus, str]] = {
     "action_subclass": (RAISED, "yielded a `Forged`, not an action"),
-    "ahead": (RAISED, "belongs to no question"),
+    "ahead": (RAISED, "does not belong to the latest request"),
     "bytes_parameter": (RAISED, "malformed"),
     "crash": (RAISED, "was killed by SIGSEGV"),
     "deep": (RAISED, "malformed"),
@@ -69,7 +69,7 @@ ENDINGS: dict[str, tuple[StepStatus, str]] = {
     "exit": (RAISED, "ended with exit status 3"),
     "extra_field": (RAISED, "malformed"),
     "float_subclass": (RAISED, "not plain data"),
-    "flood": (RAISED, "says more than it was asked"),
+    "flood": (RAISED, "sent more than one answer"),
     "hang_up": (RAISED, "hung up or was killed"),
     "hostile_mapping": (RAISED, "not a dict"),
     "huge_integer": (RAISED, "not plain data"),
@@ -88,13 +88,13 @@ ENDINGS: dict[str, tuple[StepStatus, str]] = {
     "patched_worker": (RAISED, "not plain data"),
     "recursion": (RAISED, "RecursionError"),
     "reduce": (RAISED, "not plain data"),
-    "replay": (RAISED, "belongs to no question, or to an earlier one"),
+    "replay": (RAISED, "does not belong to the latest request"),
     "sleep": (TIMED_OUT, "did not answer within 1 s"),
     "spin": (TIMED_OUT, "did not answer within 1 s"),
     "spin_in_c": (TIMED_OUT, "did not answer within 1 s"),
     "str_subclass": (RAISED, "not plain data"),
     "system_exit": (RAISED, "SystemExit"),
-    "twice": (RAISED, "says more than it was asked"),
+    "twice": (RAISED, "sent more than one answer"),
     "unknown_frame": (RAISED, "malformed"),
     "wrong_types": (RAISED, "malformed"),
 }

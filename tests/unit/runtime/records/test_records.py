@@ -154,7 +154,7 @@ def test_what_nobody_tells_is_no_motion_or_a_malformed_one(changed: dict[str, An
 
 @pytest.mark.parametrize("said", [None, [], {}, {"body": "x"}, "motion"])
 def test_what_is_not_even_like_one_is_refused(said: Any) -> None:
-    with pytest.raises(ValueError, match="it is no motion"):
+    with pytest.raises(ValueError, match="it is not a motion"):
         motion_from_json(said, {})
 
 

@@ -61,7 +61,7 @@ def test_what_an_earlier_decision_saw_cannot_be_forgotten(made: tuple[Bench, Pat
             lambda records, history=history: forgetting(records, 2, history),  # type: ignore[misc]
         ).mismatches
         assert found.reason == (
-            f"the history `{NAME}` is recorded as {said}, and what was decided before it adds up to True"
+            f"the history `{NAME}` is recorded as {said}, but the earlier decisions give True"
         )
 
 
@@ -71,7 +71,7 @@ def test_before_anything_has_begun_nothing_can_have_been_seen_but_by_decisions(
     bench, _ = made
     bench.lift_at(0.0, FAR)
     (found,) = replayed(made, lambda records: forgetting(records, 0, history=True)).mismatches
-    assert found.reason.endswith("is recorded as True, and what was decided before it adds up to False")
+    assert found.reason.endswith("is recorded as True, but the earlier decisions give False")
 
 
 def test_what_a_tick_alone_saw_is_taken_as_recorded(made: tuple[Bench, Path]) -> None:

@@ -117,16 +117,16 @@ ALTERED: list[tuple[str, dict[str, Any], str]] = [
     ("another verdict", {"verdict": "DENY"}, ""),
     ("another action executed", {"decided": {"kind": "move", "parameters": {}}}, ""),
     ("a reason too many", {"reasons": [["AE750", "x", "y"]]}, ""),
-    ("another state", {"state": {}}, "the state is not the one whose digest is recorded"),
+    ("another state", {"state": {}}, "the state does not match its recorded digest"),
     ("a state that denies", {"state": {}, "state_digest": digest_of({})}, ""),
     ("another configuration", {"configuration": "0" * 64}, "it names the configuration 000"),
-    ("no usage", {"usage": None}, "the use of quotas is recorded if and only if the clock was in order"),
-    ("more used up", {"usage": {"carry-rate": 1}}, "the use of quotas is another: what was decided"),
-    ("another quota", {"usage": {"unheard": 5}}, "the use of quotas is another: what was decided"),
-    ("a motion", {"motion": {"motionless": "so"}}, "a motion is recorded if and only if one was to be"),
+    ("no usage", {"usage": None}, "the use of quotas must be recorded exactly if the clock was valid"),
+    ("more used up", {"usage": {"carry-rate": 1}}, "the use of quotas differs: the earlier decisions"),
+    ("another quota", {"usage": {"unheard": 5}}, "the use of quotas differs: the earlier decisions"),
+    ("a motion", {"motion": {"motionless": "so"}}, "a motion must be recorded exactly if one was to be"),
     ("another caller", {"module": "unheard_of"}, ""),
-    ("no action", {"asked": "move"}, "the record is not one of a decision"),
-    ("no time", {"time": None}, "the record is not one of a decision"),
+    ("no action", {"asked": "move"}, "the record is not a decision"),
+    ("no time", {"time": None}, "the record is not a decision"),
 ]
 
 
@@ -167,7 +167,7 @@ def test_a_clock_that_went_back_denies_again_and_a_new_session_has_a_new_clock(l
     records = [("decision", details), ("decision", denied)]
     assert replayed(OPENED, *records, OPENED, records[0], path=log).mismatches == []
     (found,) = replayed(records[1], path=log.with_name("other")).mismatches
-    assert found.reason.startswith("the use of quotas is recorded if and only if")
+    assert found.reason.startswith("the use of quotas must be recorded exactly if")
 
 
 def test_gates_that_disagree_are_named_with_the_record(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,7 +236,8 @@ def test_a_decision_under_another_configuration_than_the_one_in_force_is_named(l
     (found,) = replay.mismatches
     assert found.sequence == 1
     assert (
-        found.reason == f"it names the configuration {'e' * 64} where {bench.configuration().digest} governs"
+        found.reason
+        == f"it names the configuration {'e' * 64}, but {bench.configuration().digest} was in force"
     )
     assert replay.matching_count == 1
 
@@ -248,7 +249,7 @@ def test_a_configuration_that_is_not_to_be_had_is_named_and_nothing_is_agreed_to
     assert replay.matching_count == 0
     assert [found.reason for found in replay.mismatches] == [
         f"it was decided under the configuration {after.digest}, and the one given is {before.digest}",
-        "what was counted before it depends on a configuration that is not known",
+        "the counts before it depend on an unknown configuration",
     ]
 
 
@@ -291,8 +292,8 @@ def test_the_use_of_quotas_is_what_the_log_adds_up_to(log: Path) -> None:
     replay = replayed(full[0], *full[2:], path=log.with_name("other"))
     assert [found.sequence for found in replay.mismatches] == [2, 3]
     assert replay.mismatches[0].reason == (
-        "the use of quotas is another: what was decided before it adds up to {'carry-rate': 1}, "
-        "and recorded is {'carry-rate': 2}"
+        "the use of quotas differs: the earlier decisions give {'carry-rate': 1}, "
+        "but {'carry-rate': 2} is recorded"
     )
 
 

@@ -212,8 +212,8 @@ def said_to_be_impossible(records: list[dict[str, Any]]) -> None:
 
 
 LACKS = "no record before it holds the body that the motion names"
-OTHER = "the motion is not the one whose digest is recorded"
-WITHOUT = "a motion is recorded if and only if one was to be decided"
+OTHER = "the motion does not match its recorded digest"
+WITHOUT = "a motion must be recorded exactly if one was to be decided"
 
 
 @pytest.mark.parametrize(

@@ -93,16 +93,16 @@ def _refusal(registry: Registry, digest: str) -> str:
 def test_it_says_what_is_missing(registry: Registry, lived: list[Configuration]) -> None:
     first = lived[0]
     log = registry.folder / "audit.jsonl"
-    assert _refusal(registry, "0" * 64).startswith(f"no change that is recorded in `{log}` led to that; ")
+    assert _refusal(registry, "0" * 64).startswith(f"no change recorded in `{log}` led to it; ")
     kept = [path for path in (registry.folder / "modules").iterdir() if "1.0.0" in _version(path)]
     (folder,) = kept
     manifest = folder / "tidy" / "ecm.yaml"
     manifest.write_text(manifest.read_text() + "# edited\n")
     assert _refusal(registry, first.digest) == (
-        "it is refused now: the kept files of `tidy` are not what was installed"
+        "it is refused now: the stored files of `tidy` differ from the installed ones"
     )
     shutil.rmtree(folder)
-    missing = f"parts of it are not stored any more: `tidy` 1.0.0 sha256:{folder.name}"
+    missing = f"parts of it are no longer stored: `tidy` 1.0.0 sha256:{folder.name}"
     assert _refusal(registry, first.digest) == missing
     for policy in (registry.folder / "policies").iterdir():
         policy.unlink()
@@ -128,9 +128,9 @@ def test_an_unreadable_or_missing_log_leads_to_no_configuration(
 ) -> None:
     log = registry.folder / "audit.jsonl"
     log.write_bytes(log.read_bytes().splitlines(keepends=True)[-1])  # not sound from its first record on
-    assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
+    assert _refusal(registry, lived[0].digest).startswith("no change recorded")
     log.unlink()
-    assert _refusal(registry, lived[0].digest).startswith("no change that is recorded")
+    assert _refusal(registry, lived[0].digest).startswith("no change recorded")
 
 
 # A log across changes.

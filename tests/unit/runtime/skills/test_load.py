@@ -53,7 +53,7 @@ def test_changed_code_is_refused_and_never_executed(make_ecm: Any, tmp_path: Pat
     ecm = make_ecm(GOOD)
     trace = tmp_path / "executed"
     (Path(ecm.folder) / "skills.py").write_text(f"open({str(trace)!r}, 'w')\n{GOOD}")
-    with pytest.raises(SkillRefusedError, match="is not what was certified"):
+    with pytest.raises(SkillRefusedError, match="does not match its certificate"):
         load_skill(ecm, ecm.skills["lift"])
     assert not trace.exists()
 
@@ -64,7 +64,7 @@ def test_kept_code_is_what_was_certified_and_no_two_runs_share_state(make_ecm: A
     assert open_run(site, ecm, lift, {}).resume({}, 1.0) == act("move", count=1)
     (Path(ecm.folder) / "skills.py").write_text(f"open({str(trace)!r}, 'w')\n{GOOD}")
     assert open_run(site, ecm, lift, {}).resume({}, 1.0) == act("move", count=1)
-    with pytest.raises(SkillRefusedError, match="is not what was certified"):
+    with pytest.raises(SkillRefusedError, match="does not match its certificate"):
         open_run(site, replace(ecm, code_digest="0" * 64), lift, {})
     assert not trace.exists()
 
@@ -73,7 +73,7 @@ def test_an_added_file_is_refused(make_ecm: Any) -> None:
     ecm = make_ecm(GOOD)
     (Path(ecm.folder) / "more").mkdir()
     (Path(ecm.folder) / "more" / "extra.py").write_text("")
-    with pytest.raises(SkillRefusedError, match="is not what was certified"):
+    with pytest.raises(SkillRefusedError, match="does not match its certificate"):
         load_skill(ecm, ecm.skills["lift"])
 
 

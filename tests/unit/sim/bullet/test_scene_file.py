@@ -67,7 +67,7 @@ def test_a_file_says_all_of_a_body(tmp_path: Path) -> None:
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 s]}", "AE204", "expected a value in m"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], mass: -1 kg}", "AE111", "outside its bounds"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], loose: true}", "AE208", "is only valid with `urdf`"),
-        ("{urdf: vase.urdf, at: [1 m, 1 m, 1 m], mass: 1 kg}", "AE208", "a model's mass"),
+        ("{urdf: vase.urdf, at: [1 m, 1 m, 1 m], mass: 1 kg}", "AE208", "the model's file sets its mass"),
         ("{urdf: vese.urdf, at: [1 m, 1 m, 1 m]}", "AE002", "vese.urdf`, the model of `it`"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], weight: 1 kg}", "AE101", "unknown field `weight`"),
     ],

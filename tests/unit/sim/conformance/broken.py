@@ -367,14 +367,14 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     },
     "readings_are_fresh_and_never_in_the_future": {
         ReadingsOfTheFuture: "which is in the future",
-        ReadingsThatAreNeverTakenAnew: "was moved, and its reading is still of 0",
+        ReadingsThatAreNeverTakenAnew: "was moved, but its reading is still of 0",
         ReadingsThatStandStillAtRest: "though nothing moved",
     },
     "readings_are_of_the_types_that_the_port_has": {
-        ReadingsThatAreNumPys: "which no gate takes",
+        ReadingsThatAreNumPys: "which every gate refuses",
     },
     "the_monitor_may_observe_and_changes_nothing_by_it": {
-        ObservingThatMovesWhatIsUnderWay: "ends otherwise where the monitor observes",
+        ObservingThatMovesWhatIsUnderWay: "ends differently if the monitor observes",
         ReadingsThatWaitForTheEnd: "s for the monitor, of",
     },
     "planning_moves_nothing": {
@@ -403,7 +403,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         AnotherWayThanDecided: "a joint is .* rad off its path",
     },
     "no_speed_is_higher_than_decided": {
-        FasterThanDecided: "a joint is as fast as .*, decided were",
+        FasterThanDecided: "a joint reaches .*; .* was decided",
     },
     "advance_stops_at_until": {
         UntilIsPassed: "it went on until .* beyond",
@@ -411,42 +411,42 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     },
     "each_motion_has_its_own_number_and_ends_once": {
         MotionsShareANumber: "two motions are 1",
-        CompletedWithAReason: "which is it",
+        CompletedWithAReason: "it ended ambiguously",
     },
     "skill_notifications_move_nothing": {
         SkillsThatMove: "after a skill that asked for nothing",
     },
     "a_rule_broken_at_once_prevents_motion": {
-        RulesAreHeededATickLater: "named before anything moved, and",
-        MonitorNeverLooksBefore: "named before anything moved, and",
+        RulesAreHeededATickLater: "named a rule before anything moved, and",
+        MonitorNeverLooksBefore: "named a rule before anything moved, and",
     },
     "a_broken_rule_stops_everything_within_one_tick": {
-        RulesAreHeededATickLater: "the monitor was asked 1 times more",
-        RulesEndOneMotion: r"of \[1, 2\], \[1\] have ended",
-        RulesLetEverythingCoast: "coming to rest took",
-        RestIsInstant: "coming to rest within limits takes",
-        CarriageStandsAtOnce: "coming to rest within limits takes",
+        RulesAreHeededATickLater: "it was asked 1 more times",
+        RulesEndOneMotion: r"of \[1, 2\], \[1\] ended",
+        RulesLetEverythingCoast: "the stop took",
+        RestIsInstant: "a stop within the limits needs",
+        CarriageStandsAtOnce: "a stop within the limits needs",
     },
     "a_halted_motion_comes_to_rest_while_others_go_on": {
-        HaltsEndEverything: r"halted, and ended were \[2\]",
-        RestIsInstant: "coming to rest within limits takes",
-        CarriageStandsAtOnce: "coming to rest within limits takes",
+        HaltsEndEverything: r"halted; \[2\] ended",
+        RestIsInstant: "a stop within the limits needs",
+        CarriageStandsAtOnce: "a stop within the limits needs",
     },
     "the_monitor_may_halt_a_motion": {
         HaltsInsideAreRefused: "where the monitor halts a motion",
-        HaltsEndEverything: r"halted, and ended were \[2\]",
+        HaltsEndEverything: r"halted; \[2\] ended",
     },
     "stop_ends_everything": {
         StopForgetsWhatWaits: "was begun after all had ended",
-        RestIsInstant: "coming to rest within limits takes",
+        RestIsInstant: "a stop within the limits needs",
     },
     "a_servo_motion_stays_near_its_paths": {
         FeedbackLeavesItsPaths: "rad beyond its slack",
         FeedbackIsNotStated: "is not under feedback",
     },
     "a_broken_rule_stops_contact_within_one_tick": {
-        RulesAreHeededATickLater: "the monitor was asked 1 times more",
-        RulesLetEverythingCoast: "coming to rest took",
+        RulesAreHeededATickLater: "it was asked 1 more times",
+        RulesLetEverythingCoast: "the stop took",
     },
     "motions_of_arm_and_base_together_are_each_as_decided": {
         OneAtATime: "have not ended after",

@@ -70,7 +70,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (
             ("joints_end_at: [q1, q2,", "joints_end_at: [q2,"),
-            "error[AE112] wrong-length: where the joints end takes 7 parameters, one for each, and not 6",
+            "error[AE112] wrong-length: `joints_end_at` takes 7 parameters, one for each joint, not 6",
         ),
         (
             ("joints_end_at: [q1,", "joints_end_at: [speed,"),
@@ -78,7 +78,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (
             ("starts_at: joint_position", "starts_at: joint_velocity"),
-            "error[AE203] type-mismatch: `joint_velocity` is not one angle for each joint",
+            "error[AE203] type-mismatch: `joint_velocity` does not have one angle for each joint",
         ),
         (
             ("starts_at: joint_position", "starts_at: encoders"),
@@ -87,7 +87,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         (("lowest: q_min", "lowest: q_least"), "error[AE122] unknown-reference: `q_least` is not a constant"),
         (
             ("lowest: q_min", "lowest: reduced_speed"),
-            "error[AE203] type-mismatch: `reduced_speed` has not one value for each joint",
+            "error[AE203] type-mismatch: `reduced_speed` does not have one value for each joint",
         ),
         (("jerk: qddd_max}", "jerk: qdd_max}"), "error[AE204] unit-mismatch: `qdd_max`"),
         (

@@ -24,7 +24,7 @@ def field(text: str) -> TextField:
         ("implies", "`implies` is a word of the expression language"),
         ("clamp", "`clamp` is a word of the expression language"),
         ("mm", "`mm` is a word of the expression language"),
-        ("speed", "`speed` is a constant already"),
+        ("speed", "`speed` is already a constant"),
         ("pace", None),
     ],
 )

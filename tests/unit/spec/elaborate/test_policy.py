@@ -11,14 +11,14 @@ from tests.unit.spec.elaborate.faults import said_of_site
 
 def test_a_limit_beyond_every_double_is_refused(tmp_path: Path) -> None:
     (said,) = said_of_site(tmp_path, ("skill_timeout: 60 s", "skill_timeout: 1e400 s"))
-    assert said.startswith("error[AE129] beyond-limits: a time-out is longer than 0 s and at most 1 h")
+    assert said.startswith("error[AE129] beyond-limits: a timeout must be above 0 s and at most 1 h")
 
 
 @pytest.mark.parametrize("planning", ["0 s", "3601 s"])
 def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planning: str) -> None:
     (said,) = said_of_site(tmp_path, ("replans: 5}", f"replans: 5, planning: {planning}}}"))
     assert said.startswith(
-        "error[AE129] beyond-limits: the time for a plan is longer than 0 s and at most 1 h"
+        "error[AE129] beyond-limits: the time for a plan must be above 0 s and at most 1 h"
     )
 
 
@@ -29,8 +29,8 @@ def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planni
         (("sensors: [panel, scanner,", "sensors: [pannel, scanner,"), "`pannel` is not a sensor of any"),
         (("module: works_but_is_blocked, action: wipe", "action: whipe"), "`whipe` is not an action kind"),
         (("module: works_but_is_blocked, action: wipe", "skill: wipe"), "a blocked skill needs its `module`"),
-        (("on: [wipe], at_most: 30", "on: [stop], at_most: 30"), "a quota may not run out for the"),
-        (("within: 60 s", "within: 0 s"), "a quota's window must be longer than nothing"),
+        (("on: [wipe], at_most: 30", "on: [stop], at_most: 30"), "a quota must not count the"),
+        (("within: 60 s", "within: 0 s"), "a quota's window must be above 0 s"),
     ],
 )
 def test_a_fault_of_the_policy_is_reported(tmp_path: Path, edit: tuple[str, str], said: str) -> None:

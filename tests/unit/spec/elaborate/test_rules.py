@@ -24,7 +24,7 @@ def test_a_rule_that_governs_no_action_kind_is_refused(tmp_path: Path) -> None:
         (("id: wipe-rate", "id: brush-lent"), "the rule `brush-lent` is declared twice"),
         (('attenuate: {pace: "min', 'attenuate: {speed: "min'), "`speed` is not a real parameter of"),
         (("on: {a: sweep, b: spin}", "on: {a: sweep}"), "a joint rule has two roles"),
-        (("on: {a: sweep, b: spin}", "on: {a: sweep, slow: spin}"), "`slow` is a constant already"),
+        (("on: {a: sweep, b: spin}", "on: {a: sweep, slow: spin}"), "`slow` is already a constant"),
     ],
 )
 def test_a_fault_of_a_rule_is_reported(tmp_path: Path, edit: tuple[str, str], said: str) -> None:

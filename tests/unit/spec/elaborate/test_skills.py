@@ -43,10 +43,10 @@ _OUTCOME = "tidied: {effects: {table_tidy: true}}"
     [
         ((_OUTCOME, "tidied: {failure: true}"), "`tidy` has no outcome that is a success"),
         ((_OUTCOME, "tidied: {probability: 0.5}"), "the probabilities of `tidy` add up to 0.5, not 1"),
-        ((_OUTCOME, "tidied: {duration: 31 s}"), "`tidied` lasts longer than the skill's time-out"),
-        ((_OUTCOME, "tidied: {duration: -1 s}"), "a duration is not below nothing"),
+        ((_OUTCOME, "tidied: {duration: 31 s}"), "`tidied` lasts longer than the skill's timeout"),
+        ((_OUTCOME, "tidied: {duration: -1 s}"), "a duration must not be negative"),
         ((_OUTCOME, "tidied: {effects: {dirt: 101 %}}"), "this value is outside the declared range"),
-        (("timeout: 30 s", "timeout: 61 s"), "a time-out is longer than 0 s and at most 60 s at this site"),
+        (("timeout: 30 s", "timeout: 61 s"), "a timeout must be above 0 s and at most 60 s at this site"),
         (("resources: [arm]", "resources: [leg]"), "`leg` is not a resource of this site"),
     ],
 )

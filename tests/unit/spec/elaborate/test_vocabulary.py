@@ -12,16 +12,22 @@ from tests.unit.spec.elaborate.faults import said_of_site
 @pytest.mark.parametrize(
     ("edit", "said"),
     [
-        (("joints: [shoulder, elbow]", "joints: [shoulder, shoulder]"), "`shoulder` is a member of `joints`"),
+        (
+            ("joints: [shoulder, elbow]", "joints: [shoulder, shoulder]"),
+            "`shoulder` is already a member of `joints`",
+        ),
         (("tools: [sponge, brush, knife]", "tools: []"), "the enum `tools` has no member"),
         (("slow: {value: 100 mm/s,", "slow: {"), "a constant has either `value` or"),
-        (("values: [170, 120]", "values: [170]"), "joints has 2 members, but 1 values stand here"),
+        (("values: [170, 120]", "values: [170]"), "joints has 2 members, but 1 values are given"),
         (("turn_max: {index: joints", "turn_max: {index: jonts"), "`values` need an `index` that is"),
         (("upper: [600 mm, 400 mm, 500 mm]", "upper: [600 mm, 400 mm]"), "a corner has three coordinates"),
         (("upper: [600 mm, 400 mm,", "upper: [0 mm, 400 mm,"), "the volume `tabletop` is empty"),
-        (("risk: low, protective: true", "risk: medium, protective: true"), "the protective stop is of low"),
+        (
+            ("risk: low, protective: true", "risk: medium, protective: true"),
+            "the protective stop must have low",
+        ),
         (("risk: low, protective: true", "risk: low"), "a site has exactly one protective stop; 0"),
-        (("{angle: {type: real", "{slow: {type: real"), "`slow` is a constant already"),
+        (("{angle: {type: real", "{slow: {type: real"), "`slow` is already a constant"),
     ],
 )
 def test_a_fault_of_the_vocabulary_is_reported(tmp_path: Path, edit: tuple[str, str], said: str) -> None:

@@ -113,12 +113,12 @@ def test_without_a_trace_the_present_state_is_the_first() -> None:
 @pytest.mark.parametrize(
     ("text", "code", "message", "underlined"),
     [
-        ("once speed > 0 m/s", "AE209", "`once` looks at what was measured, and `speed`", "speed > 0 m/s"),
+        ("once speed > 0 m/s", "AE209", "`once` reads past measurements, but `speed`", "speed > 0 m/s"),
         ("a since inputs.grip == open", "AE209", "`inputs.grip` is not measured", "inputs.grip == open"),
-        ("once within 0 s a", "AE209", "a window is a constant time longer than nothing", "0 s"),
+        ("once within 0 s a", "AE209", "a window must be a constant time above 0 s", "0 s"),
         ("once within b a", "AE203", "a window must be a real number, not bool", "b"),
-        ("once within k a", "AE204", "a window is a time, not real [1]", "k"),
-        ("once within 5 m a", "AE204", "a window is a time, not real [m]", "5 m"),
+        ("once within k a", "AE204", "a window must be a time, not real [1]", "k"),
+        ("once within 5 m a", "AE204", "a window must be a time, not real [m]", "5 m"),
         ("historically x", "AE203", "expected a condition, found real [m]", "x"),
         ("count within 5 s (x) <= 1", "AE203", "expected a condition, found real [m]", "x"),
         ("count within 5 s (a)", "AE203", "expected bool, found real [1]", "count within 5 s (a)"),

@@ -157,8 +157,8 @@ def test_code_in_another_encoding_is_refused(loaded: tuple[Ecm, Site], content: 
 
 
 GRIP = "def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n"
-UNREAD = "which actions this code asks for cannot be read: "
-ONE_MEANING = "call `act(KIND, ...)` where the action is asked for, and give every name one meaning"
+UNREAD = "the actions that this code asks for cannot be determined: "
+ONE_MEANING = "call `act(KIND, ...)` directly, and bind every name once"
 
 
 @pytest.mark.parametrize(
@@ -166,7 +166,7 @@ ONE_MEANING = "call `act(KIND, ...)` where the action is asked for, and give eve
     [
         (
             "ask = act\n" + GRIP,
-            UNREAD + "`act` is used for something else than a call",
+            UNREAD + "`act` is used other than in a call",
             "act",
             ONE_MEANING,
         ),
@@ -191,13 +191,13 @@ ONE_MEANING = "call `act(KIND, ...)` where the action is asked for, and give eve
         ),
         (
             "def wipe(o, i):\n    yield act('gripp')\n",
-            "`wipe` asks for `gripp`, which its envelope does not hold",
+            "`wipe` asks for `gripp`, which is not in its envelope",
             "'gripp'",
             "did you mean `grip`?",
         ),
         (
             "def wipe(o, i):\n    yield act('move_base')\n",
-            "`wipe` asks for `move_base`, which its envelope does not hold",
+            "`wipe` asks for `move_base`, which is not in its envelope",
             "'move_base'",
             "declare `move_base` in its `envelope`",
         ),

@@ -33,15 +33,15 @@ def test_only_python_files_are_code(tmp_path: Path) -> None:
 
 def test_irregular_and_too_large_files_are_not_read(tmp_path: Path) -> None:
     (tmp_path / "folder.py").mkdir()
-    with pytest.raises(OSError, match=r"`folder.py` is no regular file"):
+    with pytest.raises(OSError, match=r"`folder.py` is not a regular file"):
         code_files(tmp_path)
     (tmp_path / "folder.py").rmdir()
     (tmp_path / "link.py").symlink_to("/dev/zero")
-    with pytest.raises(OSError, match=r"`link.py` is no regular file"):
+    with pytest.raises(OSError, match=r"`link.py` is not a regular file"):
         code_files(tmp_path)
     (tmp_path / "link.py").unlink()
     os.mkfifo(tmp_path / "pipe.py")
-    with pytest.raises(OSError, match=r"`pipe.py` is no regular file"):
+    with pytest.raises(OSError, match=r"`pipe.py` is not a regular file"):
         code_files(tmp_path)
     (tmp_path / "pipe.py").unlink()
     (tmp_path / "large.py").write_bytes(b"#" * (MAX_FILE + 1))
@@ -55,7 +55,7 @@ def test_a_model_digest_is_that_of_its_bytes(tmp_path: Path) -> None:
     (tmp_path / "below" / "model.bin").write_bytes(content)
     assert model_digest(tmp_path, "below/model.bin") == (file_digest(content), len(content))
     assert model_digest(tmp_path, "below/model.bin", len(content))[1] == len(content)
-    with pytest.raises(OSError, match="all models come to more than"):
+    with pytest.raises(OSError, match="all models together have more than"):
         model_digest(tmp_path, "below/model.bin", len(content) - 1)
 
 

@@ -254,7 +254,7 @@ def test_a_model_that_is_no_file_of_the_module_is_refused(
     assert [one.code for one in found.diagnostics] == ["AE131"]
     assert found.diagnostics[0].primary is not None
     assert found.diagnostics[0].primary.text == (
-        "it is reached through a link" if "link" in kind else "it is no regular file"
+        "it is reached through a link" if "link" in kind else "it is not a regular file"
     )
 
 

@@ -95,7 +95,9 @@ def test_levels_are_the_severities_and_the_gravest_come_first() -> None:
 def test_a_rule_says_what_the_registry_says() -> None:
     (rule,) = run_of(result_of("vacuous"))["tool"]["driver"]["rules"][:1]
     assert rule["name"] == "EmptyEnvelope"
-    assert rule["shortDescription"]["text"] == "an envelope holds no action, so nothing is proved of it"
+    assert (
+        rule["shortDescription"]["text"] == "an envelope contains no action, so proofs about it say nothing"
+    )
     assert rule["properties"]["tags"] == ["safety"]
     assert "`aeros explain AE503`" in rule["help"]["text"]
     assert rule["help"]["markdown"].startswith("# AE503")

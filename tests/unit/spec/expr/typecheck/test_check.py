@@ -127,7 +127,13 @@ FAULTS = [
     ("p in cel", "AE202", "`cel` is not a volume of this site", "cel", "did you mean `cell`?"),
     ("all(a for j in Joints)", "AE202", "`Joints` is not a set", "Joints", "did you mean `Joint`?"),
     ("speed <= inputs.pase", "AE202", "this skill has no input `pase`", "inputs.pase", "`pace`"),
-    ("all(a for x in Joint)", "AE202", "`x` already has a meaning here", "x", "name the index otherwise"),
+    (
+        "all(a for x in Joint)",
+        "AE202",
+        "`x` already has a meaning here",
+        "x",
+        "choose another name for the index",
+    ),
     ("all(a for reach in Joint)", "AE202", "`reach` already has a meaning here", "reach", None),
     ("all(a for inputs in Joint)", "AE202", "`inputs` already has a meaning here", "inputs", None),
     ("all(a for j1 in Joint)", "AE202", "`j1` already has a meaning here", "j1", None),
@@ -136,7 +142,7 @@ FAULTS = [
     (
         "once a",
         "AE209",
-        "`once` looks at the past, which only a site's invariants may do",
+        "`once` reads the past, which only a site's invariants may do",
         "once a",
         "as an inv",
     ),
@@ -201,9 +207,9 @@ FAULTS = [
     ("min(a, x) <= x", "AE203", "`min` takes real numbers, not bool", "a", None),
     ("norm(p, q) <= x", "AE205", "`norm` takes 1 argument(s), not 2", "norm(p, q)", None),
     ("min() <= x", "AE205", "`min` takes 2 argument(s), not 0", "min()", None),
-    ("x / k <= x", "AE206", "only a constant other than zero can divide", "k", "a <= c * b"),
-    ("x / 0 <= x", "AE206", "only a constant other than zero can divide", "0", None),
-    ("x / (1 - 1) <= x", "AE206", "only a constant other than zero can divide", "1 - 1", None),
+    ("x / k <= x", "AE206", "the divisor must be a constant other than zero", "k", "a <= c * b"),
+    ("x / 0 <= x", "AE206", "the divisor must be a constant other than zero", "0", None),
+    ("x / (1 - 1) <= x", "AE206", "the divisor must be a constant other than zero", "1 - 1", None),
 ]
 
 
