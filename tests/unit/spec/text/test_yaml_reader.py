@@ -438,6 +438,7 @@ def test_a_scalar_whose_text_cannot_be_found_has_no_offsets() -> None:
     assert source_offsets(ScalarNode("abd", value.span)) == []
 
 
+@pytest.mark.slow
 def test_large_scalars_are_mapped() -> None:
     folded = "r: >\n" + "  a b\n" * 100_000
     plain_lines = "r: " + "a\n  " * 200_000
