@@ -74,7 +74,7 @@ MARKED: Final = {
         "unit/runtime/records/test_replay_motions.py",
         "unit/runtime/records/test_encode_decisions.py",
         "unit/sim",
-        "unit/spec/test_difference.py",
+        "unit/spec/difference",
         "unit/spec/verification/test_proof_cache.py",
         "unit/spec/verification/test_repair.py",
     ),
