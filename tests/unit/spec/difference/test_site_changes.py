@@ -11,6 +11,9 @@ from tests.unit.spec.difference.versions import change, changed, sites
 SITE_CHANGES = [
     ("require: force <= 30 N", "require: force <= 31 N", {"actions/grip": 1}),
     ("risk_ceiling: medium", "risk_ceiling: high", {"policy/risk_ceiling": 1}),
+    ("stand still\n    risk: low", "stand still\n    risk: medium", {"actions/wait/risk": -1}),
+    ("    actuators: [gripper]\n", "    actuators: [gripper, arm]\n", {"actions/grip/actuators": -1}),
+    ("  grip:\n", "  bow: {description: bow, risk: low}\n  grip:\n", {"actions/bow": 1}),
     ("actuators: [arm, gripper]\n", "actuators: [arm]\n", {"policy/access/actuators": -1}),
     ("retries: 3", "retries: 4", {"policy/limits/retries": 1}),
     ("replans: 10}", "replans: 10, planning: 20 s}", {"policy/limits/planning": -1}),
@@ -97,3 +100,13 @@ def test_a_change_of_what_motions_are_decided_by_is_told_as_allowing_more_and_le
     change(new / "site.yaml", "clearance: 10 mm", "clearance: 9 mm")
     assert changed(sites(old, new)) == {"motion": "incomparable"}
     assert [one.subject for one in sites(old, new).changes if one.relation.allows_more] == ["motion"]
+
+
+def test_a_change_of_an_attenuation_is_told_and_not_compared(old: Path, new: Path) -> None:
+    change(new / "site.yaml", '"min(speed, reduced_speed)"', '"min(speed, reduced_speed / 2)"')
+    assert changed(sites(old, new)) == {"actions/move/attenuation": "changed"}
+
+
+def test_a_change_of_a_sensor_is_told(old: Path, new: Path) -> None:
+    change(new / "site.yaml", "sensor: encoders", "sensor: panel")
+    assert changed(sites(old, new)) == {"state/joint_angle/sensor": "changed"}
