@@ -7,6 +7,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.spec.obligations.permission import permission_obligations
+from aeros.spec.obligations.verdicts import StaticClaim
 from tests.unit.spec.obligations.tidier import Change, failed, module, site
 
 GRANTED = "    actuators: [arm, turntable]\n    sensors: [panel, scanner, encoders, camera]\n"
@@ -96,3 +97,21 @@ def test_a_refusal_names_all_that_is_missing_in_order() -> None:
     (told,) = [one.diagnostic for one in claims if str(one.id) == "permission/access/actuators"]  # type: ignore[union-attr]
     assert told is not None
     assert told.headline == "the site does not grant `tidier` the actuators `arm`, `turntable`"
+
+
+def test_a_risk_is_told_by_its_word() -> None:
+    high = (
+        "    risk: medium\n    timeout: 30 s\n\n  scrub:",
+        "    risk: high\n    timeout: 30 s\n\n  scrub:",
+    )
+    low = (high[0], high[1].replace("high", "low"))
+    told = [
+        one.diagnostic.headline
+        for change in (high, low)
+        for one in permission_obligations(module(change), site())
+        if isinstance(one, StaticClaim) and one.diagnostic is not None
+    ]
+    assert told == [
+        "`fetch` is of high risk; this site allows medium at most",
+        "`fetch` declares low risk, but `reach` carries more",
+    ]

@@ -75,6 +75,14 @@ def test_a_rule_that_reads_a_state_that_never_matters_cannot_be_left_to_the_gate
     assert faults(at=place) == {"scrub/gated-slow-near-person/approach": "AE506"}
 
 
+def test_a_rule_about_states_for_exactly_these_actions_bounds_the_start() -> None:
+    calm = "  - id: calm\n    on: [reach]\n    require: not person_near\n    rationale: a test\n    source: a test\n"
+    place = (("invariants:\n", f"invariants:\n{calm}"),)
+    near = ("precondition: not table_tidy\n    outcomes:", "precondition: person_near\n    outcomes:")
+    assert faults(near) == {}
+    assert faults(near, at=place) == {"fetch/can-start": "AE504", "fetch/reach/calm": "gate calm"}
+
+
 def test_a_success_that_never_happens_may_contradict_the_hold_condition() -> None:
     hold = ("hold: dirt < 90 %", "hold: not table_tidy")
     never = (

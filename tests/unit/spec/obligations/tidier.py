@@ -64,7 +64,10 @@ def failed(claims: Iterable[Obligation | StaticClaim]) -> dict[str, str]:
             rule = one.obligation.runtime_checked_rule
             found[str(one.obligation.id)] = one.obligation.code if rule is None else f"gate {rule}"
     for claim in every:
-        if isinstance(claim, StaticClaim) and claim.diagnostic is not None:
+        if isinstance(claim, Obligation):
+            continue
+        assert isinstance(claim, StaticClaim)
+        if claim.diagnostic is not None:
             mark = "" if claim.verdict is Verdict.REFUTED else "?"
             found[str(claim.id)] = claim.diagnostic.code + mark
     return found
