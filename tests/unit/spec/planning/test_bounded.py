@@ -83,6 +83,15 @@ def test_a_success_that_would_be_measured_as_a_failure_is_not_counted_on() -> No
     assert planned(cook, start=(False, True)) is None
 
 
+def test_a_success_comes_before_a_failure_with_as_many_effects() -> None:
+    cook = skill(
+        "boil",
+        outcome("cooked", {"dumpling_cooked": True}),
+        outcome("burst", {"wrapper_aligned": True}, failure=True),
+    )
+    assert planned(cook, start=(False, True)) == ["boil"]
+
+
 def test_nothing_that_is_to_be_avoided_is_in_a_plan() -> None:
     domain = domain_of(BOIL, READY)
     choices = {name: choice_of(domain, name) for name in ("boil", "wrap")}
