@@ -63,7 +63,7 @@ def test_conditions_that_exclude_each_other_have_no_model_wherever_they_stand() 
 
 @pytest.mark.parametrize("signs", [*itertools.product((True, False), repeat=2)])
 def test_every_boolean_form_is_read_as_it_means(signs: tuple[bool, bool]) -> None:
-    forms = (
+    forms: tuple[t.Term, ...] = (
         t.And((A, B)),
         t.Or((A, B)),
         t.Implies(A, B),

@@ -29,7 +29,7 @@ def test_the_scalar_product_is_the_sum_of_the_products() -> None:
 
 def test_a_function_of_numbers_has_its_value() -> None:
     def value(name: str, *numbers: int) -> object:
-        arguments: list[t.Term] = [X, Y, Z][: len(numbers)]
+        arguments: list[t.Term] = [*(X, Y, Z)[: len(numbers)]]
         assert len(numbers) == ARITY[name]
         return evaluate(
             expand_function(name, arguments), dict(zip("xyz", map(Fraction, numbers), strict=False))

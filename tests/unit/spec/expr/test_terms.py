@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.random_conditions import JOINT, VARIABLES, conditions
-from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import LENGTH, NUMBER
 from tests.hypothesis_profiles import examples
@@ -86,7 +86,7 @@ def test_equal_variables_have_equal_hashes_and_others_of_their_name_differ() -> 
     assert len({X, again, other}) == 2
 
 
-_AT = {
+_AT: dict[str, Value] = {
     "a": True, "b": False, "mode": "idle", "arm": "j2", "n": Fraction(3), "laps": Fraction(2),
     "x": Fraction(1), "y": Fraction(-2), "p": (Fraction(1),) * 3, "q": (Fraction(0),) * 3,
     "joint": (Fraction(1), Fraction(2), Fraction(3)), "ready": (True, False, True),
@@ -96,7 +96,7 @@ _AT = {
 @examples(30)
 @given(conditions(), st.booleans(), st.integers(-2, 2))
 def test_to_replace_a_variable_by_its_value_changes_no_truth_value(term: t.Term, a: bool, x: int) -> None:
-    at = {**_AT, "a": a, "x": Fraction(x)}
+    at: dict[str, Value] = {**_AT, "a": a, "x": Fraction(x)}
     replaced = t.substitute(term, {"a": t.Literal(a, BOOL), "x": t.Literal(Fraction(x), RealType(LENGTH))})
     assert t.variables_of(replaced).keys() == t.variables_of(term).keys() - {"a", "x"}
     assert is_true(replaced, at) is is_true(term, at)

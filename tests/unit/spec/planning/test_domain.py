@@ -161,7 +161,7 @@ def test_a_choice_starts_where_its_precondition_is_known_to_hold() -> None:
     boil = choice_of(domain, "boil")
     assert [domain.can_start(boil, (False, value)) for value in (True, False, None)] == [True, False, False]
     ((then, measured, share),) = domain.after(boil, (False, True))
-    assert (then, measured.id, share) == ((True, True), "cooked", 1)
+    assert (then, measured.id, share) == ((True, True), "cooked", Fraction(1))
     assert domain.after(boil, (False, True)) is domain.after(boil, (False, True))
 
 

@@ -163,7 +163,9 @@ def test_a_condition_leads_each_state_its_way() -> None:
 
 
 def test_a_condition_may_read_what_no_skill_sets_as_it_was_measured() -> None:
-    way = If(term("fill_level > 0.5"), "full", Seq((step("wrap"), step("boil"))), Seq(()), SPAN)
+    way: Part[PlannedStep] = If(
+        term("fill_level > 0.5"), "full", Seq((step("wrap"), step("boil"))), Seq(()), SPAN
+    )
     assert judged(way, fill_level=Fraction(1)) == []
     assert judged(way, fill_level=Fraction(0))[0].startswith("it ends, and the goal does not hold")
     assert "it is not known" in judged(way)[0]

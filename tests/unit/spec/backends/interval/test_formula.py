@@ -71,7 +71,7 @@ TERMS: tuple[t.Term, ...] = (
     t.TRUE,
     t.FALSE,
 )
-POINTS = [
+POINTS: list[dict[str, Any]] = [
     {"x": Fraction(x, 2), "y": Fraction(y, 2), "a": a, "b": b, "m": m}
     for x, y in itertools.product(range(-4, 5), range(-3, 4, 2))
     for a, b, m in itertools.product((True, False), (True, False), MODE.members)
