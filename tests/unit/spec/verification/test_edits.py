@@ -78,6 +78,8 @@ def test_an_implication_is_proved_or_not() -> None:
         # Else a number with three more digits than were written.
         ("x <= 3 m", "3 * x <= 4 m", "x <= 1.333 m"),
         ("x <= 3.0 m", "3 * x <= 4 m", "x <= 1.3333 m"),
+        # A constant of the goal that is not the least change is passed over.
+        ("x <= 3 m", "x + 1 m <= 2.5 m", "x <= 1.5 m"),
         ("-3 m <= x", "3 * x >= -4 m", "-1.333 m <= x"),
         # Without a number to move, the goal is added, or a bound.
         ("true", "x <= 2 m", "x <= 2 m"),
