@@ -47,7 +47,7 @@ def drawn(strategy: st.SearchStrategy[Any], count: int) -> list[Any]:
     return found
 
 
-CASES: list[ConditionCase] = drawn(cases(), 60)
+CASES: list[ConditionCase] = drawn(cases(), 40)
 CONDITIONS: list[t.Term] = drawn(conditions(), 300)
 
 
