@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import shutil
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,11 +18,11 @@ from aeros.spec.model.model import OperatorOverride, Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.verdicts import Conclusion, Verdict
+from aeros.spec.verification import examine
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.examine import (
     diagnostic_of,
     examine_module,
-    examine_modules_in_processes,
     examine_site,
     summarize_folder,
 )
@@ -187,12 +189,20 @@ def test_what_is_undecided_is_told_as_that_even_where_the_gate_would_decide() ->
     assert told.headline == "undecided, so refused: whether safety/fetch/reach/stop-button"
 
 
-def test_another_process_finds_what_this_one_finds(bench: Site, tmp_path: Path) -> None:
-    good = tidy(tmp_path)
-    (tmp_path / "bad").mkdir()
-    bad = tidy(tmp_path / "bad", ("grip: force <= 10 N", "grip: force <= 20 N"))
-    found = list(examine_modules_in_processes([good, bad], source(), (), 1_000_000, 1))
-    alone = [examine_module(folder, bench, Oracle(1_000_000)) for folder in (good, bad)]
-    assert [one.summary for one in found] == [one.summary for one in alone]
-    assert [one.last_problems for one in found] == [one.last_problems for one in alone]
-    assert [one.findings for one in found] == [None, None]
+def test_a_worker_process_finds_what_this_one_finds_without_the_model(
+    bench: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a worker does, done here; tests of the proof cache start real ones."""
+    done: list[object] = []
+    monkeypatch.setattr(signal, "signal", lambda *to: done.append(to))
+    monkeypatch.setattr(gc, "disable", lambda: done.append("no garbage collection"))
+    monkeypatch.setattr(examine, "_WORKER_STATE", {})
+    block = OperatorOverride("no-grip", "a test", None, None, "grip")
+    path = tidy(tmp_path)
+    examine._init_worker(source(), [block], 1_000_000)
+    found = examine._verify_in_worker(path)
+    assert done == [(signal.SIGINT, signal.SIG_IGN), "no garbage collection"]
+    alone = examine_module(path, bench.with_overrides([block]), ORACLE)
+    assert (found.summary, found.last_problems) == (alone.summary, alone.last_problems)
+    assert [one.code for one in found.last_problems] == ["AE408"]
+    assert found.findings is None
