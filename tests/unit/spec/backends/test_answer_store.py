@@ -53,6 +53,18 @@ def test_an_answer_outlives_the_process_and_a_newer_one_replaces_it(tmp_path: Pa
     again.close()
 
 
+def test_one_process_may_read_while_another_writes(tmp_path: Path) -> None:
+    store = AnswerStore(tmp_path / "kept")
+    other = sqlite3.connect(tmp_path / "kept", isolation_level=None, timeout=0)
+    other.execute("BEGIN IMMEDIATE")
+    other.execute("INSERT INTO answers VALUES ('b', '')")
+    assert store.get("a") is None
+    assert other.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    other.execute("COMMIT")
+    other.close()
+    store.close()
+
+
 def test_an_undecided_answer_is_not_stored(store: AnswerStore) -> None:
     store.put({"a": SolverAnswer(SatResult.UNKNOWN, {}, "out of budget"), "b": UNSAT})
     assert (store.get("a"), store.get("b")) == (None, UNSAT)

@@ -62,6 +62,15 @@ def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -
         predicted(boiling(Fraction(3, 10), 3), 10)
 
 
+def test_a_chain_may_be_as_large_as_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = TransitionSystem(boiling(Fraction(1), 0), boiling(Fraction(1), 0).tasks["cook"], site())
+    monkeypatch.setattr(markov_chain, "MAX_WORK", 2)  # two states, each of a probability of one bit
+    assert predict(system, (True,), 0).success == 1
+    monkeypatch.setattr(markov_chain, "MAX_WORK", 1)
+    with pytest.raises(StateSpaceError, match="too large"):
+        predict(system, (True,), 0)
+
+
 def test_a_recovery_is_counted_between_two_tries() -> None:
     half = Fraction(1, 2)
     boil = with_probabilities(BOIL, {"cooked": half})
