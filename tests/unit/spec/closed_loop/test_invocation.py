@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.spec.closed_loop.invocation import Invocation, StateCondition
-from aeros.spec.model.model import Outcome
+from aeros.spec.model.ecm import Outcome
 from tests.unit.agent.dumplings import FORCE, outcome, skill, term
 
 NAMES = ("area", "dumpling_cooked", "dumpling_wrapped", "wrapper_aligned")

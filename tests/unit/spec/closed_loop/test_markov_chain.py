@@ -10,7 +10,7 @@ from aeros.spec.closed_loop import markov_chain
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_probabilities
 from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
-from aeros.spec.model.model import Ecm, PlanningRule, Skill
+from aeros.spec.model.ecm import Ecm, PlanningRule, Skill
 from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
 
 NONE = Fraction(0)

@@ -13,7 +13,7 @@ from aeros.spec.closed_loop.outcome_probabilities import (
     with_skill_probabilities,
 )
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.model.model import Outcome, Skill
+from aeros.spec.model.ecm import Outcome, Skill
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, skill
 
 

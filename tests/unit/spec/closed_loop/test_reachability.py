@@ -11,7 +11,7 @@ import pytest
 from aeros.spec.closed_loop import reachability
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError
-from aeros.spec.model.model import Outcome, PlanningRule, Skill
+from aeros.spec.model.ecm import Outcome, PlanningRule, Skill
 from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
 
 WRAPPED, COOKED = "dumpling_wrapped", "dumpling_cooked"

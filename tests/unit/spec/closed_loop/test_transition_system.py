@@ -16,7 +16,7 @@ from aeros.spec.closed_loop.transition_system import (
     TransitionSystem,
     skills_of,
 )
-from aeros.spec.model.model import Ecm, PlanningRule, Skill, Task, TaskInvariant
+from aeros.spec.model.ecm import Ecm, PlanningRule, Skill, Task, TaskInvariant
 from tests.unit.agent.dumplings import given_input, module, outcome, rule, site, skill, task, term
 
 WRAPPED, COOKED, ALIGNED = "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned"

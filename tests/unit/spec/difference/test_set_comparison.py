@@ -17,7 +17,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from tests.hypothesis_profiles import examples
 
 LIMIT = 1_000_000

@@ -10,7 +10,8 @@ import pytest
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.conformance import BackendConformanceError, check_backend, is_near_tie
-from aeros.spec.expr.random_conditions import VARIABLES, ConditionCase, Ranges, Raw, exact_environment
+from aeros.spec.expr.random_conditions import ConditionCase, Ranges, Raw, exact_environment
+from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import BOOL
 

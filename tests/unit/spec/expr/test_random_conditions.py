@@ -13,9 +13,6 @@ from hypothesis import strategies as st
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.random_conditions import (
-    JOINT,
-    MODE,
-    VARIABLES,
     ConditionCase,
     cases,
     conditions,
@@ -24,6 +21,7 @@ from aeros.spec.expr.random_conditions import (
     to_scalars,
     vocabulary_ranges,
 )
+from aeros.spec.expr.random_terms import JOINT, MODE, VARIABLES
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.types import IntegerType, RealType
 

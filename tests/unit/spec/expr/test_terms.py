@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.random_conditions import JOINT, VARIABLES, conditions
+from aeros.spec.expr.random_conditions import conditions
+from aeros.spec.expr.random_terms import JOINT, VARIABLES
 from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import LENGTH, NUMBER

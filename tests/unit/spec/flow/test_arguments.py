@@ -11,7 +11,7 @@ from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
 from aeros.spec.flow.arguments import Arguments, constant_term, step_arguments
 from aeros.spec.model.composition import OutputReference, Step
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from tests.unit.agent.dumplings import given_input, skill
 
 SPAN = Source("text", "xxxx").span(0, 1)

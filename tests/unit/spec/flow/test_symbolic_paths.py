@@ -21,7 +21,7 @@ from aeros.spec.flow.symbolic_paths import (
     split_conjunction,
 )
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.model import Outcome, Skill
+from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.step_graph import If, Par, Seq
 from tests.unit.agent.dumplings import STATE, outcome, skill, term
 

@@ -10,7 +10,7 @@ import pytest
 
 from aeros.spec.closed_loop import reachability
 from aeros.spec.diagnostics.codes import Severity, SpanLabel
-from aeros.spec.model.model import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
+from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from tests.unit.agent.dumplings import (

@@ -11,7 +11,8 @@ import pytest
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import Arguments, constant_term
 from aeros.spec.model.composition import Step
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.joint import (
     ConcurrentStep,
     joint_obligations,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.model.model import Conjunct
+from aeros.spec.model.rules import Conjunct
 from aeros.spec.obligations.obligation import (
     LabelledConjunct,
     VariableSpace,

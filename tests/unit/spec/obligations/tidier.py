@@ -10,7 +10,8 @@ from tempfile import TemporaryDirectory
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.model import Ecm, Site
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.discharge import discharge_obligations

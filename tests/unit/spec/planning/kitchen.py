@@ -7,10 +7,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from aeros.agent.planning.smt import explain_no_plan
+from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.model import ActionCondition, Declared, Skill
+from aeros.spec.model.ecm import ActionCondition, Skill
+from aeros.spec.model.variables import Declared
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from tests.unit.agent.dumplings import PREDICATES, SPAN, module, outcome, site, skill, term

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.model.model import Outcome, TaskInvariant
+from aeros.spec.model.ecm import Outcome, TaskInvariant
 from aeros.spec.planning.bounded import bounded_plan
 from aeros.spec.planning.domain import domain_for
 from aeros.spec.planning.search_result import AvoidSet, PlanUndecidedError

@@ -9,21 +9,16 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.planning.smt import explain_no_plan
+from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.model import (
-    ActionCondition,
-    Declared,
-    Ecm,
-    OperatorOverride,
-    Outcome,
-    Rule,
-    Site,
-    TaskInvariant,
-)
+from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, TaskInvariant
+from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.rules import Rule
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.planning.domain import (
     MAX_COMBINATIONS,
     PartialCondition,

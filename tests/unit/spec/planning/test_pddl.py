@@ -14,7 +14,8 @@ import pytest
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, BoolType
-from aeros.spec.model.model import Declared, Outcome
+from aeros.spec.model.ecm import Outcome
+from aeros.spec.model.variables import Declared
 from aeros.spec.planning.domain import PlanningDomain
 from aeros.spec.planning.pddl import action_name, write_pddl
 from tests.unit.agent.dumplings import AREA, SPAN, given_input, outcome, skill

@@ -11,7 +11,7 @@ import pytest
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr.types import EnumType
-from aeros.spec.model.model import Skill
+from aeros.spec.model.ecm import Skill
 from aeros.spec.model.step_graph import If, Par, Part, Seq
 from aeros.spec.planning.plan_check import (
     PlannedStep,

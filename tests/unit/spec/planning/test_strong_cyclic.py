@@ -8,7 +8,7 @@ import pytest
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.model.model import ActionCondition, TaskInvariant
+from aeros.spec.model.ecm import ActionCondition, TaskInvariant
 from aeros.spec.planning.domain import PlanningDomain, domain_for
 from aeros.spec.planning.search_result import AvoidSet, PlanPath
 from aeros.spec.planning.shortest import shortest_plan

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.model.model import Outcome, TaskInvariant
+from aeros.spec.model.ecm import Outcome, TaskInvariant
 from aeros.spec.planning import unreachability
 from aeros.spec.planning.domain import domain_for
 from aeros.spec.planning.unreachability import unreachability_reasons

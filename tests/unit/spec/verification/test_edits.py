@@ -12,7 +12,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import LENGTH, TIME, Unit
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.verification import edits
 from aeros.spec.verification.edits import ConditionEditor
 

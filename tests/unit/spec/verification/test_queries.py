@@ -9,7 +9,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.model import Declared
+from aeros.spec.model.variables import Declared
 from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 from tests.unit.agent.dumplings import state
 

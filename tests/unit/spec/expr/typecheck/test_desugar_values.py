@@ -10,8 +10,8 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.desugar import ARITY, Norm, compare_norm, dot, expand_function
 from aeros.spec.expr.semantics import evaluate, is_true
+from aeros.spec.expr.typecheck.desugar import ARITY, Norm, compare_norm, dot, expand_function
 from aeros.spec.expr.types import RealType, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
 

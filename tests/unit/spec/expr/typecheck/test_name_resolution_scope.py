@@ -8,17 +8,17 @@ import pytest
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.name_resolution import (
+from aeros.spec.expr.random_terms import JOINT, MODE, VARIABLES
+from aeros.spec.expr.scope import ExpressionTypeError, Scope
+from aeros.spec.expr.typecheck.name_resolution import (
     not_a_member,
     resolve_attribute,
     resolve_name,
     suggest_names,
     value_type,
 )
-from aeros.spec.expr.random_conditions import JOINT, MODE, VARIABLES
-from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
-from aeros.spec.expr.units import LENGTH, NUMBER
+from aeros.spec.expr.units import LENGTH
 from tests.unit.spec.expr.scope import GRIP, SCOPE, SPEED
 
 EXTENT = s.TextRange(3, 7)
@@ -42,11 +42,6 @@ def refused(text: str, hint: Type | None = None) -> tuple[str, str | None]:
 def test_the_index_of_a_quantifier_hides_a_variable_of_its_name() -> None:
     assert resolved("x") == (VARIABLES["x"], RealType(LENGTH))
     assert resolved("x", None, x=JOINT) == (t.BoundVariable("x", JOINT), JOINT)
-
-
-def test_a_whole_number_is_read_as_a_real() -> None:
-    assert resolved("laps") == (VARIABLES["laps"], RealType(NUMBER))
-    assert type(resolved("laps")[1]) is RealType
 
 
 def test_a_constant_has_the_type_of_its_value() -> None:

@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.integrality import is_integral
-from aeros.spec.expr.random_conditions import JOINT, VARIABLES
+from aeros.spec.expr.random_terms import JOINT, VARIABLES
+from aeros.spec.expr.typecheck.integrality import is_integral
 from aeros.spec.expr.types import FamilyType, IntegerType, RealType
 from aeros.spec.expr.units import NUMBER
 
