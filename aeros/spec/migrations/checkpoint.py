@@ -23,8 +23,8 @@ def to_2(_text: str) -> NoReturn:
         UnmigratableError: always.
     """
     raise UnmigratableError(
-        "version 1 did not keep which actions may have happened before a crash, so the task cannot be "
-        "resumed safely; start it anew, without `--resume`"
+        "version 1 did not record the actions that may have happened before a crash, so the task cannot be "
+        "resumed safely; start it again, without `--resume`"
     )
 
 
@@ -136,9 +136,9 @@ def _rewritten(text: str, version: int, rewrite: Callable[[dict[str, Any]], Mapp
         envelope = json.loads(text)
         body = envelope["body"]
         if hashlib.sha256(body.encode()).hexdigest() != envelope["digest"]:
-            raise UnmigratableError("it is damaged: its digest is another")
+            raise UnmigratableError("it is damaged: its digest does not match")
         body = json.dumps(rewrite(json.loads(body)), sort_keys=True, allow_nan=False)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise UnmigratableError("it is damaged: it is not laid out as a checkpoint is") from error
+        raise UnmigratableError("it is damaged: it does not have the layout of a checkpoint") from error
     digest = hashlib.sha256(body.encode()).hexdigest()
     return json.dumps({"schema": version, "digest": digest, "body": body}, indent=1)

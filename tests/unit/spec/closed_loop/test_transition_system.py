@@ -62,7 +62,7 @@ def test_the_predicates_are_those_that_the_loop_depends_on_in_order() -> None:
 
 
 def test_a_predicate_of_infinitely_many_values_is_refused() -> None:
-    with pytest.raises(StateSpaceError, match="`fill_level`, which is no predicate"):
+    with pytest.raises(StateSpaceError, match="`fill_level`, which is neither a truth value nor an enum"):
         system_of(kitchen(rule("fill_level > 0.5", "align")))
 
 
@@ -191,12 +191,12 @@ def test_a_plan_is_rejected_for_the_same_reason_each_time() -> None:
     )
     assert (
         _rejected(rule(WRAPPED, "wrap", 1, "press"))
-        == ["`press` runs with default inputs after a failure, and it has an input without"] * 2
+        == ["`press` runs with default inputs after a failure, but an input has no default"] * 2
     )
 
 
 def test_recoveries_that_go_round_are_rejected() -> None:
-    round_ = "`on_failure` goes round in a circle"
+    round_ = "`on_failure` leads back to itself"
     assert _rejected(rule(COOKED, "cooking", 1, "steam"))[0] == round_
     assert _rejected(rule(COOKED, "boil", 1, "align"), rule(ALIGNED, "align", 1, "boil"))[0] == round_
     assert _rejected(rule(COOKED, "cooking", 1, "align"), rule(WRAPPED, "wrap", 1, "align"))[0] is None

@@ -60,11 +60,11 @@ def test_names_that_a_user_gave_are_not_renamed_in_a_checkpoint() -> None:
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({"schema": 1}, "version 1 did not keep .+ start it anew"),
+        ({"schema": 1}, "version 1 did not record .+ start it again"),
         ({"schema": 5}, "`5` was written by a newer AEROS"),
         ({"schema": "4"}, "its `schema` is not `4`"),
-        ({"digest": "0"}, "its digest is another"),
-        ({"body": 3}, "not laid out"),
+        ({"digest": "0"}, "its digest does not match"),
+        ({"body": 3}, "does not have the layout"),
     ],
 )
 def test_a_checkpoint_that_cannot_be_rewritten_says_why(change: dict[str, Any], why: str) -> None:

@@ -321,7 +321,7 @@ def test_skills_that_provide_a_capability_only_together_are_no_choice() -> None:
     assert refutation(found["progress"], "AE802") == ("start with ", "then ")
     assert found["progress"].diagnostic is not None
     assert found["progress"].diagnostic.notes[1:] == (
-        "a step that names a capability may be run by the same of its skills each time",
+        "if a step names a capability, the same skill of it may run each time",
     )
     assert (
         settled(with_capability(("boil",), (eager, wait), rule(COOKED, "cooking")))["progress"].diagnostic

@@ -45,7 +45,7 @@ def test_a_condition_on_measured_numbers_is_as_measured() -> None:
     domain = domain_of(fill, known=full)
     assert StrongCyclicStrategy(domain).solves(domain.state(full))
     said = reason(domain_of(fill, known=empty), empty)
-    assert said.endswith("needs `0.5 < fill_level`, which is not so as measured, and no skill changes that")
+    assert said.endswith("needs `0.5 < fill_level`, which does not hold now, and no skill changes it")
 
 
 def test_an_input_without_default_has_each_of_few_values_and_else_keeps_the_skill_out() -> None:
@@ -63,8 +63,8 @@ def test_an_input_without_default_has_each_of_few_values_and_else_keeps_the_skil
     forced = replace(
         put, inputs={"force": given_input("force", None, (Fraction(0), Fraction(1)))}, precondition=None
     )
-    assert domain_of(forced).excluded_skills == {"kitchen.put": "nothing gives its input `force` a value"}
-    assert "`kitchen.put` is left out: nothing gives its input" in reason(domain_of(forced))
+    assert domain_of(forced).excluded_skills == {"kitchen.put": "its input `force` has no value"}
+    assert "`kitchen.put` is left out: its input" in reason(domain_of(forced))
 
 
 def fetching(at: Site, ecm: Ecm, start: Mapping[str, Any], goal: t.Term) -> tuple[bool, str]:

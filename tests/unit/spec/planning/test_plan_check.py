@@ -93,7 +93,7 @@ def test_a_step_that_is_none_is_refused_with_the_nearest_or_the_reason() -> None
     found = problems("kitchen.boli", "kitchen.press", "nothing", "kitchen.wrap", strategy=strategy)
     assert found == [
         "step 1, `kitchen.boli`: no such skill; did you mean `kitchen.boil`?",
-        "step 2, `kitchen.press`: nothing gives its input `force` a value",
+        "step 2, `kitchen.press`: its input `force` has no value",
         "step 3, `nothing`: no such skill",
     ]
 
@@ -153,12 +153,11 @@ def test_a_condition_leads_each_state_its_way() -> None:
     half = If(term(WRAPPED), WRAPPED, step("boil"), None, SPAN)
     assert judged(half, (False, True)) == []
     assert judged(half) == [
-        f"nothing is said of what follows where `{WRAPPED}` fails: "
+        f"the plan does not say how to continue if `{WRAPPED}` does not hold: "
         "dumpling_cooked = false, dumpling_wrapped = false"
     ]
     assert judged(way, (False, None)) == [
-        f"`if {WRAPPED}`: it is not known whether that holds where "
-        "dumpling_cooked = false, dumpling_wrapped = unknown"
+        f"`if {WRAPPED}`: the condition is unknown where dumpling_cooked = false, dumpling_wrapped = unknown"
     ]
 
 
@@ -168,11 +167,11 @@ def test_a_condition_may_read_what_no_skill_sets_as_it_was_measured() -> None:
     )
     assert judged(way, fill_level=Fraction(1)) == []
     assert judged(way, fill_level=Fraction(0))[0].startswith("it ends, and the goal does not hold")
-    assert "it is not known" in judged(way)[0]
+    assert "the condition is unknown" in judged(way)[0]
 
 
 def test_branches_at_the_same_time_are_refused() -> None:
-    assert judged(Par((step("wrap"), step("boil")), SPAN)) == ["branches at the same time are not judged"]
+    assert judged(Par((step("wrap"), step("boil")), SPAN)) == ["parallel branches cannot be checked"]
 
 
 TEAR = skill(

@@ -27,7 +27,7 @@ def test_the_outcome_that_leads_astray_is_named_with_what_it_leads_to() -> None:
     assert reason(domain_of(burn)) == (
         "no plan recovers from every outcome: kitchen.boil → torn leads to dumpling_cooked = false, "
         "wrapper_aligned = true, and there the goal needs `dumpling_cooked`, which only `kitchen.boil` could "
-        "bring about; `kitchen.boil` needs `not wrapper_aligned`, which no skill brings about"
+        "make true; `kitchen.boil` needs `not wrapper_aligned`, which no skill makes true"
     )
 
 
@@ -139,7 +139,7 @@ def test_a_dead_end_is_told_once_with_the_way_to_it() -> None:
     assert strategy.chosen == {}
     assert (
         strategy.dead_ends[1].reason
-        == "every way from there may end where the goal cannot be reached any more"
+        == "every path from there may lead to a state from which the goal is out of reach"
     )
 
 

@@ -17,18 +17,16 @@ from tests.unit.spec.planning.kitchen import BOIL, UNTOUCHED, WRAP, domain_of, r
 def test_what_no_skill_brings_about_is_followed_from_the_goal_backwards() -> None:
     assert reason(domain_of(BOIL, WRAP)) == (
         "no plan reaches the goal: "
-        "the goal needs `dumpling_cooked`, which only `kitchen.boil` could bring about; "
-        "`kitchen.boil` needs `dumpling_wrapped`, which only `kitchen.wrap` could bring about; "
-        "`kitchen.wrap` needs `dough_on_workspace`, which is not so as measured, and no skill changes that"
+        "the goal needs `dumpling_cooked`, which only `kitchen.boil` could make true; "
+        "`kitchen.boil` needs `dumpling_wrapped`, which only `kitchen.wrap` could make true; "
+        "`kitchen.wrap` needs `dough_on_workspace`, which does not hold now, and no skill changes it"
     )
 
 
 def test_what_is_not_measured_satisfies_nothing() -> None:
     known = {name: value for name, value in UNTOUCHED.items() if name != "dough_on_workspace"}
     said = reason(domain_of(BOIL, WRAP, known=known), known)
-    assert said.endswith(
-        "`dough_on_workspace`: `dough_on_workspace` is not measured, and no skill settles it"
-    )
+    assert said.endswith("`dough_on_workspace`: `dough_on_workspace` is not measured, and no skill sets it")
 
 
 def test_a_broken_invariant_is_told_first() -> None:
@@ -44,10 +42,10 @@ def test_where_the_parts_could_be_had_one_by_one_the_order_is_to_blame() -> None
     wrap = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True, "dumpling_cooked": False}))
     domain = domain_of(cook, wrap, goal="dumpling_cooked and dumpling_wrapped")
     assert unreachability_reasons(domain, (False, False)) == (
-        "no order of skills leads there: each way undoes, or breaks, what another step needs"
+        "no order of skills reaches the goal: each undoes or violates a condition that another step needs"
     )
     assert unreachability_reasons(domain, (False, False), risky=True) == (
-        "every way from there may end where the goal cannot be reached any more"
+        "every path from there may lead to a state from which the goal is out of reach"
     )
 
 
@@ -55,7 +53,7 @@ def test_parts_that_exclude_each_other_are_told_together() -> None:
     domain = domain_of(BOIL, skill("wrap", outcome("wrapped", {"dumpling_wrapped": True})),
                        goal="dumpling_cooked and not dumpling_cooked")  # fmt: skip
     assert unreachability_reasons(domain, (False, False)) == (
-        "the goal needs `dumpling_cooked and (not dumpling_cooked)`, whose parts cannot hold together"
+        "the goal needs `dumpling_cooked and (not dumpling_cooked)`, whose parts cannot hold at the same time"
     )
 
 
@@ -63,7 +61,7 @@ def test_a_condition_that_no_skill_brings_about_is_told_as_that() -> None:
     turned = skill("boil", outcome("cooked", {"dumpling_cooked": True}), precondition="not dumpling_cooked")
     domain = domain_of(turned, goal="not dumpling_cooked")
     assert unreachability_reasons(domain, (True,)) == (
-        "the goal needs `not dumpling_cooked`, which no skill brings about"
+        "the goal needs `not dumpling_cooked`, which no skill makes true"
     )
 
 
@@ -72,7 +70,7 @@ def test_what_never_happens_brings_nothing_about() -> None:
     domain = domain_of(skill("boil", outcome("cold", {"dumpling_cooked": False}), never))
     assert (
         unreachability_reasons(domain, (False,))
-        == "the goal needs `dumpling_cooked`, which no skill brings about"
+        == "the goal needs `dumpling_cooked`, which no skill makes true"
     )
 
 
@@ -83,8 +81,8 @@ def test_each_skill_is_asked_about_once_and_reasons_come_to_an_end(monkeypatch: 
     domain = domain_of(loop, again)
     start = (False, False)
     told = (
-        "the goal needs `dumpling_cooked`, which only `kitchen.boil` could bring about; "
-        "`kitchen.boil` needs `dumpling_cooked`, which only `kitchen.boil` could bring about"
+        "the goal needs `dumpling_cooked`, which only `kitchen.boil` could make true; "
+        "`kitchen.boil` needs `dumpling_cooked`, which only `kitchen.boil` could make true"
     )
     assert unreachability_reasons(domain, start) == told
     monkeypatch.setattr(unreachability, "_MAX_REASONS", 1)
@@ -97,8 +95,8 @@ def test_skills_that_could_help_are_all_named() -> None:
         for name in ("boil", "steam")
     )
     told = unreachability_reasons(domain_of(one, other), (False,))
-    needs = "needs `dough_on_workspace`, which is not so as measured, and no skill changes that"
+    needs = "needs `dough_on_workspace`, which does not hold now, and no skill changes it"
     assert told == (
-        "the goal needs `dumpling_cooked`, which only `kitchen.boil`, `kitchen.steam` could bring about; "
+        "the goal needs `dumpling_cooked`, which only `kitchen.boil`, `kitchen.steam` could make true; "
         f"`kitchen.boil` {needs}; `kitchen.steam` {needs}"
     )

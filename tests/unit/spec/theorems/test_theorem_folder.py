@@ -138,8 +138,8 @@ def test_what_is_missing_changed_or_left_over_is_stale_and_is_mended(tmp_path: P
     (tmp_path / "old.smt2").write_text("")
     (tmp_path / "notes.md").write_text("")
     assert stale_files(OUTCOME, tmp_path) == [
-        "old.smt2 is not generated any more",
-        "it.smt2 is not what the code says",
+        "old.smt2 is no longer generated",
+        "it.smt2 does not match the code",
         "other.smt2 is missing",
     ]
     assert write_generated(OUTCOME, tmp_path) == ["it.smt2", "other.smt2", "old.smt2"]
@@ -152,7 +152,7 @@ def test_results_that_cannot_be_read_differ_in_every_part(text: str, tmp_path: P
     write_generated(OUTCOME, tmp_path)
     (tmp_path / "expected.json").write_text(text)
     parts = ("theorem", "obligations", "mutants")
-    assert stale_files(OUTCOME, tmp_path) == [f"expected.json says otherwise of the {part}" for part in parts]
+    assert stale_files(OUTCOME, tmp_path) == [f"expected.json differs in the {part}" for part in parts]
     assert write_generated(OUTCOME, tmp_path) == ["expected.json"]
 
 
@@ -160,13 +160,13 @@ def test_units_and_witnesses_are_compared_for_the_same_z3_alone(tmp_path: Path) 
     write_generated(OUTCOME, tmp_path)
     it, other = OUTCOME.obligations
     cheaper = replace(OUTCOME, obligations=(replace(it, rlimit_used=1), other))
-    assert stale_files(cheaper, tmp_path) == ["expected.json says otherwise of the obligations"]
+    assert stale_files(cheaper, tmp_path) == ["expected.json differs in the obligations"]
     for solvers in (("z3 4.9",), ("cvc5 1.0",), ()):
         assert stale_files(replace(cheaper, solvers=solvers), tmp_path) == []
     assert stale_files(replace(cheaper, solvers=("z3 4.8", "cvc5 1.0")), tmp_path) != []
     undecided = replace(cheaper, solvers=("z3 4.9",), obligations=(result("it", Verdict.UNKNOWN), other))
-    assert stale_files(undecided, tmp_path) == ["expected.json says otherwise of the obligations"]
+    assert stale_files(undecided, tmp_path) == ["expected.json differs in the obligations"]
     survives = replace(
         cheaper, solvers=("cvc5 1.0",), mutants=(MutantResult(MUTANT, result("it", Verdict.PROVED)),)
     )
-    assert stale_files(survives, tmp_path) == ["expected.json says otherwise of the mutants"]
+    assert stale_files(survives, tmp_path) == ["expected.json differs in the mutants"]

@@ -187,7 +187,7 @@ def test_what_is_undecided_is_told_as_that_even_where_the_gate_would_decide() ->
     told = diagnostic_of(replace(found, verdict=Verdict.UNKNOWN, witness=None, reason="the budget is spent"))
     assert told is not None
     assert (told.code, told.notes) == ("AE509", ("the solver said: the budget is spent",))
-    assert told.headline == "undecided, so refused: whether safety/fetch/reach/stop-button"
+    assert told.headline == "undecided, so refused: safety/fetch/reach/stop-button"
 
 
 def test_a_worker_process_finds_what_this_one_finds_without_the_model(

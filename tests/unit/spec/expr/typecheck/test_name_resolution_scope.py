@@ -57,7 +57,7 @@ def test_a_member_of_one_enum_is_that_member_and_of_several_the_hint_decides() -
     assert resolved("stop", GRIP) == (t.Literal("stop", GRIP), GRIP)
     assert refused("stop") == (
         "`stop` is a member of Mode and of Grip",
-        "write it beside a variable, which decides: as in `variable == member`",
+        "compare it with a variable, which decides the enum: `variable == member`",
     )
 
 
