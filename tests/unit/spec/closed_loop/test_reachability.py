@@ -103,5 +103,5 @@ def test_a_state_space_is_explored_up_to_its_limit(
     monkeypatch.setattr(reachability, limit, most)
     assert explored(WRAPPING, COOKING, initial=initial).graph
     monkeypatch.setattr(reachability, limit, most - 1)
-    with pytest.raises(StateSpaceError, match="too many (start )?states"):
+    with pytest.raises(StateSpaceError, match=r"too many (start )?states"):
         explored(WRAPPING, COOKING, initial=initial)
