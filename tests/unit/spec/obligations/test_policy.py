@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import pytest
 
+from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.policy import action_space, policy_obligations
 from tests.unit.spec.obligations.tidier import Change, failed, site
 
@@ -85,3 +86,9 @@ def test_the_space_of_an_action_is_every_state_and_parameter() -> None:
 
 def test_quotas_are_claimed_with_the_policy() -> None:
     assert any("wipe-rate" in str(one.id) for one in policy_obligations(site()))
+
+
+def test_the_report_of_an_idle_rule_points_at_the_rule_alone() -> None:
+    claims = [one for one in policy_obligations(site()) if isinstance(one, Obligation)]
+    alone = {str(one.id).split("/")[2] for one in claims if one.primary_alone}
+    assert alone == {"effective", "unshadowed"}

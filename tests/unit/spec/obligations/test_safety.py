@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import pytest
 
+from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import envelope_space, is_runtime_checked, safety_obligations
 from tests.unit.spec.obligations.tidier import Change, failed, module, site
 
@@ -116,3 +117,11 @@ def test_the_space_of_an_envelope_is_every_state_input_and_parameter_it_admits()
         "pressure",
     ]
     assert space.assumptions == (clause.term,)
+
+
+def test_a_goal_that_never_or_always_holds_is_shown_where_it_is_written() -> None:
+    for text, words in (("dirt > 100 %", "never true"), ("dirt <= 100 %", "always true")):
+        claims = safety_obligations(module(("goal: table_tidy", f"goal: {text}")), site())
+        places = [one.primary for one in claims if isinstance(one, Obligation) and "/goal/" in str(one.id)]
+        assert {one.span.text for one in places} == {text}
+        assert words in [one.text for one in places]
