@@ -81,7 +81,7 @@ MARKED: Final = {
         "unit/spec/declared/test_json_schema_export.py",
         "unit/spec/obligations/test_claim_names.py",
         "unit/spec/obligations/test_configuration_claims.py",
-        "unit/spec/test_difference.py",
+        "unit/spec/difference",
         "unit/spec/verification/test_certificate.py",
         "unit/spec/verification/test_proof_cache.py",
         "unit/spec/verification/test_repair.py",

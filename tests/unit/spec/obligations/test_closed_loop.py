@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.spec.closed_loop import reachability
-from aeros.spec.diagnostics.codes import Severity
+from aeros.spec.diagnostics.codes import Severity, SpanLabel
 from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
@@ -141,7 +141,7 @@ def test_a_failure_that_leads_nowhere() -> None:
     )
     diagnostic = found["progress"].diagnostic
     assert diagnostic is not None
-    assert diagnostic.notes[1] == "there, no rule applies, so the plan is empty"
+    assert diagnostic.notes[1:] == ("there, no rule applies, so the plan is empty",)
     assert claims((WRAP, BOIL), *rules)["progress"].verdict is Verdict.PROVED
 
 
@@ -265,6 +265,25 @@ def test_a_state_space_that_is_too_large_is_not_analysed(
     assert diagnostic.headline.endswith(f"it has too many {of}")
 
 
+def test_a_task_that_starts_where_its_goal_is_reached_proves_nothing_of_its_rules() -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
+    found = claims((WRAP, BOIL), *rules, initial={**CLEAN, COOKED: True})["effective"].diagnostic
+    assert found is not None
+    assert (found.code, found.severity) == ("AE805", Severity.ERROR)
+    assert claims((WRAP, BOIL), *rules, initial={WRAPPED: False})["effective"].diagnostic is None
+
+
+def test_a_refuted_dispatch_is_shown_at_the_rule_and_at_the_precondition() -> None:
+    (call,) = rules = (rule(COOKED, "boil"),)
+    found = claims((BOIL,), *rules)["dispatch"].diagnostic
+    assert found is not None
+    assert found.headline == "the rules of `cook` call `boil` where its precondition does not hold"
+    assert (found.primary, [one.text for one in found.secondary]) == (
+        SpanLabel(call.span, "called here"),
+        ["does not hold then"],
+    )
+
+
 # A step by a capability.
 
 OTHER = skill(
@@ -300,6 +319,10 @@ def test_skills_that_provide_a_capability_only_together_are_no_choice() -> None:
     eager = skill("boil", outcome("cooked", {COOKED: True}))
     found = settled(with_capability(("boil", "wait"), (eager, wait), rule(COOKED, "cooking")))
     assert refutation(found["progress"], "AE802") == ("start with ", "then ")
+    assert found["progress"].diagnostic is not None
+    assert found["progress"].diagnostic.notes[1:] == (
+        "if a step names a capability, the same skill of it may run each time",
+    )
     assert (
         settled(with_capability(("boil",), (eager, wait), rule(COOKED, "cooking")))["progress"].diagnostic
         is None

@@ -1,29 +1,21 @@
 from __future__ import annotations
 
-import hashlib
-import json
 from pathlib import Path, PurePath
-from typing import Any
 
 import pytest
 
-from aeros.agent.recovery.checkpoint import decode_checkpoint, encode_checkpoint
 from aeros.spec.declared.decode import decode
 from aeros.spec.declared.ecm import Ecm
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.errors import InternalError, UserError
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.migrations import formats
-from aeros.spec.migrations.checkpoint import _CLASS_NAMES, _FIELD_NAMES, to_3, to_4
 from aeros.spec.migrations.format import Format, Kind, UnmigratableError, Version
 from aeros.spec.migrations.rewriting import format_of, has_known_name, rewrite
-from aeros.spec.migrations.yaml_edits import rename_key
 from aeros.spec.text.yaml_reader import read_yaml
 from tests.unit.spec.migrations.migrating import OLD_ECM, as_version_0, with_version_0
 
 ROOT = Path(__file__).parents[4]
-DATA = Path(__file__).parent / "data" / "state_of_checkpoint_2"
-STATE_OF_CHECKPOINT_3 = Path(__file__).parent / "data" / "state_of_checkpoint_3"
 MANIFEST = PurePath("tidy/ecm.yaml")
 
 
@@ -52,68 +44,6 @@ def test_an_older_manifest_is_refused_at_its_schema(monkeypatch: pytest.MonkeyPa
     assert problem.primary is not None
     assert problem.primary.span.line == 2
     assert problem.help[0] == "run `aeros migrate tidy/ecm.yaml`"
-
-
-def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
-    path = DATA / "checkpoint.json"
-    text = to_3(path.read_text())
-    assert json.loads(text)["schema"] == 3
-    assert json.loads(json.loads(text)["body"])["ended"] is None
-    new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (2, 2)
-    assert json.loads(json.loads(new.text)["body"])["final_report"] is None
-    assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
-
-
-@pytest.mark.parametrize("name", ["checkpoint.json", "final.json"])
-def test_a_checkpoint_of_version_3_is_read_and_written_by_its_new_names(name: str) -> None:
-    path = STATE_OF_CHECKPOINT_3 / name
-    new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (3, 1)
-    content = new.text.encode()
-    # A name that is not renamed cannot be decoded, and one that is lost is not encoded again.
-    assert encode_checkpoint(decode_checkpoint(content, path)) == content
-    assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
-
-
-def test_the_checkpoints_of_version_3_hold_every_class_that_has_another_name_now() -> None:
-    texts = [(STATE_OF_CHECKPOINT_3 / name).read_text() for name in ("checkpoint.json", "final.json")]
-    bodies = [json.loads(text)["body"] for text in texts]
-    renamed = (_CLASS_NAMES.keys() | _FIELD_NAMES.keys()) - {"Checkpoint"}
-    assert {name for name in renamed if any(f'"class": "{name}"' in body for body in bodies)} == renamed
-
-
-def test_names_that_a_user_gave_are_not_renamed_in_a_checkpoint() -> None:
-    measured = {"class": "Attempt", "fields": {"tuple": ["kept", "reset"]}}
-    body = {"world": {"map": measured}, "tried": {"tuple": []}}
-    text = json.dumps(body)
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    new = to_4(json.dumps({"schema": 3, "digest": digest, "body": text}))
-    assert json.loads(json.loads(new)["body"]) == {"world": {"map": measured}, "attempts": {"tuple": []}}
-
-
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        ({"schema": 1}, "version 1 did not record .+ start it again"),
-        ({"schema": 5}, "`5` was written by a newer AEROS"),
-        ({"schema": "4"}, "its `schema` is not `4`"),
-        ({"digest": "0"}, "its digest does not match"),
-        ({"body": 3}, "does not have the layout"),
-    ],
-)
-def test_a_checkpoint_that_cannot_be_rewritten_says_why(change: dict[str, Any], why: str) -> None:
-    path = DATA / "checkpoint.json"
-    text = json.dumps({**json.loads(path.read_text()), **change})
-    with pytest.raises(UnmigratableError, match=why):
-        rewrite(path, text, formats.CHECKPOINT)
-
-
-def test_crashes_of_version_1_are_kept() -> None:
-    new = rewrite(PurePath("crashes.json"), '[[1.0, "why"]]', formats.CRASHES)
-    assert json.loads(new.text) == {"schema": "aeros/crashes/2", "crashes": [[1.0, "why"]]}
-    with pytest.raises(UnmigratableError, match="damaged"):
-        rewrite(PurePath("crashes.json"), "{}", formats.CRASHES)
 
 
 @pytest.mark.parametrize(
@@ -164,13 +94,3 @@ def test_a_step_that_leaves_another_version_is_an_internal_error() -> None:
     without = Format("ecm", "", (), Kind.YAML, (Version("first"), Version("more")))
     with pytest.raises(InternalError, match="has no step"):
         rewrite(MANIFEST, "schema: aeros/ecm/1\n", without)
-
-
-def test_two_keys_are_not_made_one() -> None:
-    with pytest.raises(UnmigratableError, match="`a` becomes `b`, which line 2 has already"):
-        rename_key("a: 1\nb: 2\n", ["a"], "b")
-
-
-def test_malformed_yaml_is_refused_at_its_place() -> None:
-    with pytest.raises(UserError, match="AE009"):
-        rename_key('a: "', ["a"], "b")
