@@ -11,6 +11,8 @@ BIN := $(VENV)/bin
 DEMO := runs/demo
 # One test process more than there are cores: a third of the time of the tests is waiting.
 JOBS ?= $(shell expr $$(nproc) + 1)
+# Commands that tests start a hundred times would otherwise compile their modules each time.
+unexport PYTHONDONTWRITEBYTECODE
 PYTEST = $(BIN)/pytest -n $(JOBS) --dist worksteal
 # What `make quick` leaves out; tests/conftest.py says which tests have these marks.
 QUICK := not slow and not page and not physics and not deep

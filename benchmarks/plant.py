@@ -49,6 +49,7 @@ from aeros.runtime.skills.in_process_run import InProcessRun, run_in_process
 from aeros.session.assembly import build_executor
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person, Waypoint
+from aeros.sim.bullet.renderer import Renderer
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.physics import PhysicsPlant, make_plant
@@ -79,7 +80,7 @@ _REST: Final = "agent, executor and the rest"
 
 _PARTS: Final[tuple[Part, ...]] = (
     ("PyBullet's steps", PhysicsWorld, ("step",)),
-    ("pictures", PhysicsWorld, ("render",)),
+    ("pictures", Renderer, ("render",)),
     ("motor commands", Panda, ("set_arm_motors", "command_base", "set_finger_motors")),
     ("robot's sensors", Panda, ("read_sensors", "finger_forces", "wrist_vertical_force")),
     *(("the scene's own measures", scene, ("tick", "measure")) for scene in SCENES.values()),

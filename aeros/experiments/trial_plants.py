@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from aeros.agent.planning.routing import RoutedTask
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.motion.merged import moves_joints
+from aeros.runtime.motion.swept_volume import moves_joints
 from aeros.runtime.ports import PlannedMotion, Plant, Trajectory
 from aeros.session.plant_factory import surroundings_of
 from aeros.sim.gilbert_elliott import GilbertElliottProcess

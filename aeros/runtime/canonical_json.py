@@ -32,6 +32,13 @@ ESCAPE_MARKS: Final = ("float", "unencodable", "dict")
 """Keys that, as the only key of a dict, mark an escaped value."""
 
 
+_HASH_FIELD: Final = b',"hash":"'
+_HASH_END: Final = b'"}\n'
+
+HASH_SUFFIX_LENGTH: Final = len(_HASH_FIELD) + 64 + len(_HASH_END)
+"""Number of bytes that `seal_record` puts in place of the closing brace."""
+
+
 class Encoded(NamedTuple):
     """Canonical text of a value, kept so that a record can reuse what was encoded for a digest.
 
@@ -123,6 +130,19 @@ def digest_of(value: Any) -> str:
         The digest in hexadecimal.
     """
     return hashlib.sha256(to_canonical_json(value)).hexdigest()
+
+
+def seal_record(body: bytes) -> tuple[bytes, str]:
+    """Append the hash to a record.
+
+    Args:
+        body: canonical JSON of the record without hash.
+
+    Returns:
+        The line of the record, and the hash in hexadecimal.
+    """
+    own = hashlib.sha256(body).hexdigest()
+    return body[:-1] + _HASH_FIELD + own.encode("ascii") + _HASH_END, own
 
 
 class Encoder:

@@ -7,7 +7,7 @@ coming to rest. A subclass says how the world steps and what is measured.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import hypot
 from typing import Any, Final
@@ -23,11 +23,20 @@ from aeros.runtime.ports import (
     Trajectory,
 )
 from aeros.sim.clock import TICK
+from aeros.sim.robot.errors import ActionRejectedError, BlockedError
 from aeros.sim.robot.limits import SCANNER_RANGE
-from aeros.sim.robot.link_speed import max_link_speed
-from aeros.sim.robot.motions import PLANNERS, BlockedError, PreparedMotion, settle
-from aeros.sim.robot.parameters import ActionParameters, ActionRejectedError
-from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState
+from aeros.sim.robot.motions import (
+    ActionParameters,
+    PreparedMotion,
+    plan_grip,
+    plan_move_base,
+    plan_move_joints,
+    plan_move_tool,
+    plan_stop,
+    plan_wait,
+)
+from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, max_link_speed
+from aeros.sim.robot.slide import plan_slide
 from aeros.skill import Action
 
 _CONTACT_FORCE_LIMIT: Final = 30.0
@@ -39,6 +48,18 @@ then."""
 
 CAMERA_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
+
+
+_PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {
+    "stop": plan_stop,
+    "wait": plan_wait,
+    "move_tool": plan_move_tool,
+    "move_joints": plan_move_joints,
+    "grip": plan_grip,
+    "slide": plan_slide,
+    "move_base": plan_move_base,
+}
+"""Motion planners by action kind; the plant itself handles `look`, which moves nothing."""
 
 
 @dataclass
@@ -204,7 +225,7 @@ class FixedStepPlant(ABC):
 
     def _brake(self, parts: Collection[str]) -> Iterator[None]:
         yield from self._robot.brake(parts)
-        yield from settle(self._robot)
+        yield from self._robot.settle()
 
     def _plan(self, action: Action) -> PreparedMotion:
         parameters = ActionParameters(action.parameters)
@@ -214,7 +235,7 @@ class FixedStepPlant(ABC):
             if camera not in self._cameras:
                 raise ActionRejectedError(f"unknown camera: `{camera}`")
             return PreparedMotion(NoMotion("look: nothing moves"), self._camera_motion(camera))
-        planner = PLANNERS.get(action.kind)
+        planner = _PLANNERS.get(action.kind)
         if planner is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
         return planner(self._robot, parameters, self._base_trajectory())

@@ -18,7 +18,7 @@ from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.motions import BlockedError
+from aeros.sim.robot.errors import BlockedError
 from aeros.sim.scenes import SCENES
 from aeros.sim.scenes.scene import DetectionFilter, Scene, unfiltered
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors

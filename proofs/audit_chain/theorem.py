@@ -19,6 +19,7 @@ from aeros.spec.theorems.symbolic_execution import (
 )
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 
+CANONICAL_JSON: Final = "aeros.runtime.canonical_json"
 CHECK: Final = "aeros.runtime.audit.check"
 CHECKPOINTS: Final = "aeros.runtime.audit.checkpoints"
 
@@ -74,10 +75,15 @@ def _execute_check(code: ModuleSource, log: str) -> DecisionDiagram:
     def run(ask: DecideBranch) -> str:
         check = code.module(
             CHECK,
-            hashlib=SimpleNamespace(
-                sha256=lambda body: SimpleNamespace(
-                    hexdigest=lambda: _SymbolicText(f"(hash {body.term})", ask)
-                )
+            using=(
+                code.module(
+                    CANONICAL_JSON,
+                    hashlib=SimpleNamespace(
+                        sha256=lambda body: SimpleNamespace(
+                            hexdigest=lambda: _SymbolicText(f"(hash {body.term})", ask)
+                        )
+                    ),
+                ),
             ),
             len=lambda _: 0,
             _parse=lambda body: _record(body.term, ask),
@@ -138,7 +144,7 @@ def _same_line(code: ModuleSource) -> TheoremObligation:
 def _same_hash(code: ModuleSource) -> TheoremObligation:
     # No two bodies have one hash, as there is a function that gives back the body.
     body = "(str.++ (str.substr {0}.line 0 (- (str.len {0}.line) {1})) {2})"
-    ending, close = code.module(CHECK)._HASH_SUFFIX_LENGTH, _quoted(b"}")
+    ending, close = code.module(CANONICAL_JSON).HASH_SUFFIX_LENGTH, _quoted(b"}")
     return TheoremObligation(
         "Step of the induction: two lines that `_check` accepts and that leave one hash are one line, at\n"
         "one place, after one hash; and a hash is that of a record at the place before.",

@@ -406,8 +406,8 @@ THEOREM = Theorem(
             "takes-all-to-have-ended",
             "tells-all",
             SCHEDULER,
-            "        self._clean_up.motions_ended(landed)\n",
-            "        self._clean_up.motions_ended(moving if landed else ())\n",
+            "end_motions(self._table, landed, self._pipeline.monitors, self._followed)",
+            "end_motions(self._table, moving if landed else (), self._pipeline.monitors, self._followed)",
         ),
         Mutant(
             "takes-an-envelope-to-hold-now",

@@ -16,7 +16,6 @@ from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 
 STEP: Final = "aeros.runtime.execution.step"
 CLEAN_UP: Final = "aeros.runtime.execution.clean_up"
-STEP_CONTROL: Final = "aeros.runtime.execution.step_control"
 SCHEDULER: Final = "aeros.runtime.execution.scheduler"
 
 _NAMES: Final = ("one", "other")
@@ -66,13 +65,13 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         steps = code.module(STEP)
         clean_up = code.module(CLEAN_UP, using=(steps,), caller_details=lambda _: {})
-        step_control = code.module(
-            STEP_CONTROL,
+        scheduler = code.module(
+            SCHEDULER,
             using=(steps, clean_up),
             is_transient_denial=lambda *_: False,
             format_reasons=lambda _: "",
+            stop_cause=lambda *_: None,
         )
-        scheduler = code.module(SCHEDULER, using=(steps, clean_up, step_control), stop_cause=lambda *_: None)
         plant = _SymbolicPlant(ask, {name for name in _NAMES if ask(f"{name}.moves")})
         before = set(plant.moving)
         decided_with: set[str] = before
@@ -104,7 +103,7 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
             followed=SimpleNamespace(configuration=SimpleNamespace(site=None), release=lambda: None),
         )
         cleaning = clean_up.CleanUp(context)
-        control = step_control.StepControl(context, cleaning)
+        control = scheduler.StepControl(context, cleaning)
         one = _Parts(table, cleaning, control, scheduler.Scheduler(context, cleaning, control))
         *most, last = _EXECUTOR_ACTIONS
         _perform(one, next((deed for deed in most if ask(f"(= deed {deed})")), last))
@@ -158,7 +157,7 @@ def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
         active_motion=active_motion,
         result=_RUN_RESULT if halts else None,
         is_transient=False,
-        decision_counts=steps.DecisionCounts(),
+        decision_counts=steps.Counter(),
         close_skill=lambda: None,
     )
 

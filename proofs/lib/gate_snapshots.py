@@ -1,4 +1,4 @@
-"""Moments as the gate takes them apart, explored: `SnapshotCache.scalars`, whatever it has kept.
+"""Snapshots as the gate unpacks them, explored: `SnapshotCache.scalars`, whatever it has kept.
 
 A moment of two state variables, and perhaps of what is none, stands for one of any number: each place of
 the column is treated by itself.

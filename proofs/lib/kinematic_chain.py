@@ -1,4 +1,4 @@
-"""A chain of joints as `kinematic_chain.py` computes it, and what `kinematics.py` says of it, explored.
+"""A chain of joints as `kinematic_chain.py` computes it, and what `kinematic_bounds.py` says of it, explored.
 
 Three joints and a point that they move.
 
@@ -37,7 +37,7 @@ from proofs.lib.symbolic_reals import (
 )
 
 LINKS: Final = "aeros.kinematic_chain"
-KINEMATICS: Final = "aeros.runtime.motion.kinematics"
+KINEMATICS: Final = "aeros.runtime.motion.kinematic_bounds"
 
 JOINTS: Final = (0, 1, 2)
 """Three joints, from the base to the tip; they stand for any number."""
@@ -225,7 +225,7 @@ def symbolic_posture(links: ModuleType, ask: DecideBranch) -> Any:
 
 
 def chain_module(code: ModuleSource) -> ModuleType:
-    """A copy of `kinematics.py` that computes with symbols."""
+    """A copy of `kinematic_bounds.py` that computes with symbols."""
     return code.module(KINEMATICS, hypot=hypot_stub)
 
 

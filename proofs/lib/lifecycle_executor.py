@@ -13,14 +13,14 @@ from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, 
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib.lifecycle_table import SymbolicMapping
 
-STEP_CONTROL: Final = "aeros.runtime.execution.step_control"
+SCHEDULER: Final = "aeros.runtime.execution.scheduler"
 GOVERNOR: Final = "aeros.runtime.execution.governor"
 
 
 def _begin_obligation(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         governor = code.module(GOVERNOR)
-        control = code.module(STEP_CONTROL, using=(governor,))
+        control = code.module(SCHEDULER, using=(governor,))
         began: list[str] = []
         generation = SymbolicValue("latest", ask)
 

@@ -14,11 +14,13 @@ from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.smtlib import smt_apply, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
-from proofs.lib.revocation import REGISTRY, REGISTRY_STORE
+from proofs.lib.revocation import REGISTRY_STORE
 
+INSTALLED: Final = "aeros.runtime.registry.installed"
 LIFECYCLE: Final = "aeros.runtime.registry.lifecycle"
 PREPARE: Final = "aeros.runtime.execution.prepare"
 PROVING: Final = "aeros.runtime.proving"
+REGISTRY: Final = "aeros.runtime.registry.registry"
 
 
 def _datatype(name: str, members: type[ModuleState] | type[LifecycleAction]) -> str:
@@ -61,8 +63,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
             module_files=lambda _: {},
             bundle_digest=lambda _: "digest",
             store_bundle=lambda *_: "folder",
-            remove_unreferenced=lambda *_: None,
-            _load_module=lambda *_: SimpleNamespace(id="m", version="1"),
+            load_module=lambda *_: SimpleNamespace(id="m", version="1"),
             _digests=lambda _: (),
         )
         n = records.InstalledModule.from_digest(
@@ -81,9 +82,9 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
 
         one = registry.Registry.__new__(registry.Registry)
         one.folder = _FolderStub()
-        one._change_lock, one._policy_of = changing, lambda _: None
+        one._policy_of = lambda _: None
         one._prove_snapshot = lambda *_: (None, None)
-        one._commit = lambda _, new, *__: made.append(new)
+        one._transactions = SimpleNamespace(change_lock=changing, commit=lambda _, new, *__: made.append(new))
         try:
             if verb.value == "install":
                 one.install(_FolderStub())
@@ -159,13 +160,13 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
                 modules={name: one for name, (one, _) in modules.items()}
             ),
         )
-        registry = code.module(
-            REGISTRY,
+        installed = code.module(
+            INSTALLED,
             using=(lifecycle, records, proving),
             module_files=lambda _: {},
             bundle_digest=lambda _: "digest" if ask("as-installed") else "other",
         )
-        one = registry.Registry.__new__(registry.Registry)
+        one = installed.InstalledModules.__new__(installed.InstalledModules)
         one.folder, one._prove = _FolderStub(), proving.prove_configuration
         kept = {
             "m": records.InstalledModule.from_digest("m", "1", "digest", state),
@@ -181,8 +182,8 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
 
     flags = ("needs-another", "proved", "all-proved", "as-proved", "as-installed")
     return TheoremObligation(
-        "`Registry._prove_snapshot` and `prove_configuration` put a module in force only where it is\n"
-        "active, is the one that was installed, is proved, with all others, as it is then read,"
+        "`InstalledModules._prove_snapshot` and `prove_configuration` put a module in force only where it\n"
+        "is active, is the one that was installed, is proved, with all others, as it is then read,"
         " and what it needs is active.",
         (
             _datatype("State", ModuleState),

@@ -13,7 +13,7 @@ from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
 from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
-from proofs.lib.revocation import REGISTRY
+from proofs.lib.revocation import TRANSACTION
 
 GOVERNING: Final = "aeros.runtime.registry.registry_governor"
 
@@ -98,7 +98,7 @@ class _KilledError(BaseException):
 
 def _commit(code: ModuleSource) -> TheoremObligation:
     """Wherever a call fails, and wherever the process is killed."""
-    registry = code.module(REGISTRY)
+    transaction = code.module(TRANSACTION)
 
     def run(ask: DecideBranch) -> str:
         world = _ObservedState()
@@ -133,7 +133,7 @@ def _commit(code: ModuleSource) -> TheoremObligation:
 
         old, new = (SimpleNamespace(generation=1, site="x", modules={}) for _ in range(2))
         install_stubs(
-            registry,
+            transaction,
             {
                 "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
                 "ControlPage": opened,
@@ -145,15 +145,14 @@ def _commit(code: ModuleSource) -> TheoremObligation:
         self = SimpleNamespace(
             folder=_RegistryFolderStub(),
             _key=None,
-            _store_policy=lambda *_: None,
             _records=SimpleNamespace(
-                replace=lambda _: step("replace", lambda: setattr(world, "committed", True))
+                replace=lambda _: step("replace", lambda: setattr(world, "committed", True)),
+                read=lambda: SimpleNamespace(generation=2 if world.committed else 1),
             ),
-            snapshot=lambda: SimpleNamespace(generation=2 if world.committed else 1),
         )
         ended = "returned"
         try:
-            registry.Registry._commit(self, old, new, "said", SimpleNamespace(digest="d"))
+            transaction.RegistryTransactions.commit(self, old, new, "said", SimpleNamespace(digest="d"))
         except _KilledError:
             ended = "killed"
         except (OSError, UserError):
@@ -163,9 +162,9 @@ def _commit(code: ModuleSource) -> TheoremObligation:
 
     names = ["record", "replace", "wait"]
     return TheoremObligation(
-        "Wherever `Registry._commit` is killed or fails: what is kept is recorded, and executors were told;\n"
-        "where it fails before anything is kept, they are told that nothing changed; where it returns, the\n"
-        "change is kept, and nothing of the old configuration moves.",
+        "Wherever `RegistryTransactions.commit` is killed or fails: what is kept is recorded, and executors\n"
+        "were told; where it fails before anything is kept, they are told that nothing changed; where it\n"
+        "returns, the change is kept, and nothing of the old configuration moves.",
         (
             "(declare-datatypes ((Ended 0)) (((returned) (failed) (killed))))",
             "(declare-datatypes ((Left 0))"

@@ -30,7 +30,7 @@ from proofs.lib.process_model import (
 FILES: Final = "aeros.files"
 CONTROL_PAGE: Final = "aeros.runtime.registry.control_page"
 REGISTRY_STORE: Final = "aeros.runtime.registry.store"
-REGISTRY: Final = "aeros.runtime.registry.registry"
+TRANSACTION: Final = "aeros.runtime.registry.transaction"
 
 _OBSERVERS: Final = ("look", "other")
 _HOLDS: Final = {"change": 1, "look": 2, "other": 3}
@@ -164,8 +164,8 @@ class _DatabaseStub:
         return SimpleNamespace(fetchone=lambda: row, fetchall=list)
 
 
-def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
-    """The `Registry` of this process and its `ControlPage`, made of the shipped modules."""
+def _transactions(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
+    """The `RegistryTransactions` of this process and its `ControlPage`, made of the shipped modules."""
     readings = iter(range(1, 9))
     live, live_module = _control_page(code, who, do)
     records = code.module(REGISTRY_STORE)
@@ -181,7 +181,7 @@ def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
             raise BlockingIOError
 
     module = code.module(
-        REGISTRY,
+        TRANSACTION,
         using=(live_module,),
         fcntl=_fcntl(flock),
         os=SimpleNamespace(open=lambda *_: 3, close=lambda _: do("unlock"), O_RDWR=0, O_CREAT=0, O_CLOEXEC=0),
@@ -191,27 +191,27 @@ def _registry(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, Any]:
         remove_unreferenced=lambda *_: None,
         ControlPage=lambda _: live,
     )
-    registry = module.Registry.__new__(module.Registry)
-    registry.folder, registry._key = _PathStub(), _PathStub()
-    registry._records = records.RegistryStore.__new__(records.RegistryStore)
-    registry._records._open = opened
-    return registry, live
+    one = module.RegistryTransactions.__new__(module.RegistryTransactions)
+    one.folder, one._key = _PathStub(), _PathStub()
+    one._records = records.RegistryStore.__new__(records.RegistryStore)
+    one._records._open = opened
+    return one, live
 
 
 def _change_process(code: ModuleSource) -> ProcessGraph:
-    """`Registry._change_lock` and `_commit`: a change that was proved."""
+    """`RegistryTransactions.change_lock` and `commit`: a change that was proved."""
 
     def run(do: PerformStep) -> str:
-        registry, _ = _registry(code, "change", do)
+        transactions, _ = _transactions(code, "change", do)
 
         def keep(_: Any) -> None:
             if do("replace", "kept", "fails", "fails-kept") != "kept":
                 raise OSError("the disk")
 
-        registry._records.replace = keep
+        transactions._records.replace = keep
         try:
-            with registry._change_lock() as old:
-                registry._commit(old, old, "said", SimpleNamespace(digest=""))
+            with transactions.change_lock() as old:
+                transactions.commit(old, old, "said", SimpleNamespace(digest=""))
         except Exception:
             return "refused"
         return "returned"
@@ -220,11 +220,11 @@ def _change_process(code: ModuleSource) -> ProcessGraph:
 
 
 def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
-    """`Registry.committed_snapshot`: an executor asks what is in force, and reverts an unkept change."""
+    """`RegistryTransactions.committed_snapshot`: an executor reads, and reverts an unkept change."""
 
     def run(do: PerformStep) -> str:
-        registry, live = _registry(code, who, do)
-        return "wait" if registry.committed_snapshot(live) is None else "follow"
+        transactions, live = _transactions(code, who, do)
+        return "wait" if transactions.committed_snapshot(live) is None else "follow"
 
     return execute_process(run)
 
@@ -436,8 +436,8 @@ def _base(code: ModuleSource) -> TheoremObligation:
 
 
 _PROCESS_DESCRIPTIONS: Final = {
-    "change": "a change: `Registry._change_lock`, `_commit`",
-    "look": "an executor that asks what is in force: `Registry.committed_snapshot`",
+    "change": "a change: `RegistryTransactions.change_lock`, `commit`",
+    "look": "an executor that asks what is in force: `RegistryTransactions.committed_snapshot`",
     "other": "any other executor that asks",
     "act": "an executor that begins or ends an action: `ControlPage.hold_generation`",
     "end": "any process that ends, is killed or begins anew, or an executor that follows what it was told",

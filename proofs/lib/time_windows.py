@@ -11,7 +11,7 @@ from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import SymbolicValue
 
-WINDOW: Final = "aeros.runtime.gate.time_window"
+WINDOW: Final = "aeros.runtime.gate.quotas"
 
 LENGTHS: Final = {"a-double": Fraction(10), "no-double": Fraction(1, 10)}
 """A length of a window that is a double, and one that is not: both kinds of length that there are."""
@@ -40,7 +40,7 @@ class SymbolicDouble(SymbolicValue):
 
 
 def window_module(code: ModuleSource) -> ModuleType:
-    """A copy of `window.py` that takes symbols for exact fractions."""
+    """A copy of `quotas.py` that takes symbols for exact fractions."""
     return code.module(WINDOW, Fraction=lambda value: SymbolicValue(value.term, value.ask))
 
 

@@ -1,4 +1,4 @@
-; Step: the invariant survives what is done by a change: `Registry._change_lock`, `_commit`.
+; Step: the invariant survives what is done by a change: `RegistryTransactions.change_lock`, `commit`.
 ; unsat: proved
 (set-logic ALL)
 (declare-const kept Int)

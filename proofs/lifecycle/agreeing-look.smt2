@@ -1,4 +1,4 @@
-; Step: the invariant survives what is done by an executor that asks what is in force: `Registry.committed_snapshot`.
+; Step: the invariant survives what is done by an executor that asks what is in force: `RegistryTransactions.committed_snapshot`.
 ; unsat: proved
 (set-logic ALL)
 (declare-const kept Int)

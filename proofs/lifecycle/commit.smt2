@@ -1,6 +1,6 @@
-; Wherever `Registry._commit` is killed or fails: what is kept is recorded, and executors were told;
-; where it fails before anything is kept, they are told that nothing changed; where it returns, the
-; change is kept, and nothing of the old configuration moves.
+; Wherever `RegistryTransactions.commit` is killed or fails: what is kept is recorded, and executors
+; were told; where it fails before anything is kept, they are told that nothing changed; where it
+; returns, the change is kept, and nothing of the old configuration moves.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((Ended 0)) (((returned) (failed) (killed))))

@@ -1,5 +1,5 @@
-; `Registry._prove_snapshot` and `prove_configuration` put a module in force only where it is
-; active, is the one that was installed, is proved, with all others, as it is then read, and what it needs is active.
+; `InstalledModules._prove_snapshot` and `prove_configuration` put a module in force only where it
+; is active, is the one that was installed, is proved, with all others, as it is then read, and what it needs is active.
 ; unsat: proved
 (set-logic ALL)
 (declare-datatypes ((State 0)) (((absent) (installed) (configured) (active))))

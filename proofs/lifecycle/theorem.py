@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
-from proofs.lib.lifecycle_executor import GOVERNOR, STEP_CONTROL, executor_obligations
-from proofs.lib.lifecycle_table import LIFECYCLE, PROVING, table_obligations
+from proofs.lib.lifecycle_executor import GOVERNOR, SCHEDULER, executor_obligations
+from proofs.lib.lifecycle_table import INSTALLED, LIFECYCLE, PROVING, table_obligations
 from proofs.lib.lifecycle_transaction import transaction_obligations
 from proofs.lib.registry_changes import GOVERNING, change_obligations
-from proofs.lib.revocation import CONTROL_PAGE, REGISTRY, REGISTRY_STORE, revocation_obligations
+from proofs.lib.revocation import CONTROL_PAGE, REGISTRY_STORE, TRANSACTION, revocation_obligations
 
 THEOREM = Theorem(
     "only skills of active modules are dispatched, and nothing revoked moves after a change has returned",
@@ -38,10 +38,9 @@ THEOREM = Theorem(
         Mutant(
             "puts-in-force-what-is-configured",
             "in-force",
-            REGISTRY,
+            INSTALLED,
             "active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}",
-            "active = {name for name, one in new.modules.items()"
-            " if one.state in allowed_states(LifecycleAction.REMOVE) or one.state is ModuleState.ACTIVE}",
+            "active = {name for name, one in new.modules.items() if one.state is not ModuleState.ABSENT}",
         ),
         Mutant(
             "puts-in-force-what-is-not-what-was-proved",
@@ -53,7 +52,7 @@ THEOREM = Theorem(
         Mutant(
             "begins-what-was-revoked-while-the-skill-computed",
             "begins",
-            STEP_CONTROL,
+            SCHEDULER,
             "if not in_force or action is None:",
             "if action is None:",
         ),
@@ -74,7 +73,7 @@ THEOREM = Theorem(
         Mutant(
             "keeps-what-it-has-not-recorded",
             "commit",
-            REGISTRY,
+            TRANSACTION,
             "        record_change(self.folder, self._key, old, new, description, configuration.digest)\n",
             "",
         ),
@@ -89,14 +88,14 @@ THEOREM = Theorem(
         Mutant(
             "forgets-what-an-unfinished-change-left-moving",
             "agreeing-change",
-            REGISTRY,
+            TRANSACTION,
             "if not is_older_still:",
             "if False:",
         ),
         Mutant(
             "keeps-a-change-before-it-tells-of-it",
             "agreeing-change",
-            REGISTRY,
+            TRANSACTION,
             "            live.publish(new.generation)\n            try:\n"
             "                self._records.replace(new)\n",
             "            try:\n                self._records.replace(new)\n"
@@ -105,7 +104,7 @@ THEOREM = Theorem(
         Mutant(
             "follows-what-was-read-while-it-changed",
             "agreeing-claim",
-            REGISTRY,
+            TRANSACTION,
             "if snapshot.generation == live.generation:",
             "if snapshot.generation <= live.generation:",
         ),

@@ -21,7 +21,7 @@ from unittest.mock import patch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.audit.check import GENESIS, seal_record, verify_log
+from aeros.runtime.audit.check import GENESIS, verify_log
 from aeros.runtime.audit.checkpoints import (
     CHECKPOINT,
     CHECKPOINT_INTERVAL,
@@ -31,7 +31,7 @@ from aeros.runtime.audit.checkpoints import (
 )
 from aeros.runtime.audit.keys import SigningKey, make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.canonical_json import to_canonical_json
+from aeros.runtime.canonical_json import seal_record, to_canonical_json
 
 
 @dataclass

@@ -11,8 +11,9 @@ import pytest
 
 from aeros.runtime.motion import kinematic_bounds, swept_volume
 from aeros.runtime.motion import merged as merging
-from aeros.runtime.motion.kinematics import ForwardKinematics
-from aeros.runtime.motion.merged import ConcurrentMotion, MergedMotion, merge_motions
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
+from aeros.runtime.motion.merged import ConcurrentMotion, merge_motions
+from aeros.runtime.motion.swept_volume import MergedMotion
 from aeros.runtime.ports import Trajectory, Vec3
 from aeros.skill import act
 from tests.property.test_motion_bounds import depth_of, exceeded

@@ -10,8 +10,8 @@ import pytest
 
 from aeros.runtime.motion import bezier, kinematic_bounds
 from aeros.runtime.motion import swept_volume as sweep
-from aeros.runtime.motion.kinematics import ForwardKinematics
-from aeros.runtime.motion.merged import MergedMotion, RemainingMotion
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
+from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
 from aeros.runtime.ports import Trajectory
 from tests.unit.runtime.motions import at, body, chance_of, differences, path, places, share, tool
 

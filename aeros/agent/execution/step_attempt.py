@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError, ProviderOption
+from aeros.agent.execution.attempt_journal import (
+    record_broken_assumption,
+    record_end,
+    record_not_started,
+    record_provider_choice,
+    record_start,
+)
+from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
@@ -18,7 +24,6 @@ from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
-from aeros.spec.verification.outcome_dependencies import obligations_assuming_outcomes
 
 RAN_STATUSES: Final = frozenset(
     {
@@ -222,7 +227,7 @@ class StepRunner:
         if barred is not None:
             cause = Cause("interrupted", f"{module}.{request.skill}", barred)
             return self._not_started(role, module, request.skill, barred, (cause,))
-        self._record_provider_choice(module, skill, dispatch)
+        record_provider_choice(self._journal, module, skill, dispatch)
         given = {key: to_json_value(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
         chosen = dispatch.request.skill
@@ -230,19 +235,7 @@ class StepRunner:
             self._task, module, chosen, role.value, given, time, before, dispatch.context
         )
         episode = self._memory.start_episode(beginning)
-        record, usual = dispatch.record, dispatch.typical_duration
-        name = f"{module}.{chosen}"
-        took = "" if usual is None else f"; successes take {usual}"
-        self._journal.record_step(
-            "step-started",
-            f"{role.value} {name} ({record.successes} successes and {record.failures} failures so far{took})",
-            skill=name,
-            role=role.value,
-            inputs=given,
-            successes=record.successes,
-            failures=record.failures,
-            usual_seconds=None if usual is None else usual.median,
-        )
+        record_start(self._journal, role, dispatch, given)
         handle = self._runtime.start(dispatch.request)
         made = PendingAttempt(role, dispatch, beginning, episode)
         return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
@@ -259,7 +252,6 @@ class StepRunner:
         """
         dispatch, role = pending.dispatch, pending.role
         request = dispatch.request
-        name = f"{request.module}.{request.skill}"
         ended = self._runtime.now()
         after = self.observe()
         judgement = assess_step(request.module, dispatch.skill, result, after, pending.episode_start.before)
@@ -276,19 +268,19 @@ class StepRunner:
             causes,
         )
         self._memory.end_episode(pending.episode_id, ending)
-        self._journal.record_step(
-            "step-ended",
-            f"{role.value} {name}: {judgement.reason or f'outcome `{judgement.outcome}`'}",
-            skill=name,
-            role=role.value,
-            status=result.status.value,
-            outcome=judgement.outcome,
-            failed=judgement.failed,
-            reason=judgement.reason,
-            causes=causes,
-        )
+        record_end(self._journal, role, dispatch, result, judgement)
+        stops = judgement.is_undeclared and self._ends_run(result)
         if judgement.is_undeclared:
-            self._record_broken_assumption(pending, result, after, causes)
+            record_broken_assumption(
+                self._journal,
+                self._runtime,
+                dispatch,
+                result,
+                judgement,
+                before=pending.episode_start.before,
+                after=after,
+                ends_run=stops,
+            )
         record = StepRecord(
             role=role,
             module=request.module,
@@ -310,7 +302,6 @@ class StepRunner:
         hopeless = self._no_retry_reason(dispatch) if repeatable else ""
         if result.status is StepStatus.DENIED and not result.is_transient:
             self.dispatcher.avoid(request.module, request.skill)
-        stops = judgement.is_undeclared and self._ends_run(result)
         return AttemptResult(
             record.failed,
             record.reason,
@@ -329,47 +320,6 @@ class StepRunner:
         """
         return result.status is StepStatus.FINISHED and self._runtime.site.stops_on_undeclared_outcome
 
-    def _record_broken_assumption(
-        self, made: PendingAttempt, result: StepResult, after: WorldModel, causes: list[dict[str, Any]]
-    ) -> None:
-        """Record an undeclared outcome, with the proofs of the module that assume the declared ones."""
-        request, skill = made.dispatch.request, made.dispatch.skill
-        name = f"{request.module}.{request.skill}"
-        certificate = self._runtime.certificate(request.module)
-        ecm = self._runtime.active_modules().get(request.module)
-        resting = (
-            []
-            if certificate is None or ecm is None
-            else obligations_assuming_outcomes(ecm, skill.id, certificate)
-        )
-        rests = f"; {len(resting)} of its module's proofs rest on those" if resting else ""
-        self._journal.record(
-            "broken-assumption",
-            f"{name} ended in a state that its manifest does not declare{rests}",
-            module=request.module,
-            skill=name,
-            halted=result.status is not StepStatus.FINISHED,
-            stops=self._ends_run(result),
-            declared=list(skill.outcomes),
-            certificate=None if certificate is None else certificate.digest,
-            version=None if certificate is None else certificate.version,
-            obligations=[str(one) for one in resting],
-            before=dict(made.episode_start.before),
-            after=dict(after.predicates),
-            causes=causes,
-        )
-
-    def _record_provider_choice(self, module: str, name: str, dispatch: Dispatch) -> None:
-        if dispatch.options:
-            self._journal.record(
-                "skill-chosen",
-                f"`{dispatch.request.skill}` for {module}.{name}: " + "; ".join(map(str, dispatch.options)),
-                capability=f"{module}.{name}",
-                skill=f"{module}.{dispatch.request.skill}",
-                context=json.loads(dispatch.context),
-                options=[_option_to_json(option) for option in dispatch.options],
-            )
-
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
         """Return why memory makes another attempt in this context hopeless; empty if it does not."""
         of = [option.skill for option in dispatch.options] or [dispatch.request.skill]
@@ -384,24 +334,6 @@ class StepRunner:
     def _not_started(
         self, role: StepRole, module: str, skill: str, reason: str, causes: tuple[Cause, ...]
     ) -> AttemptResult:
-        name = f"{module}.{skill}"
         self._failures += causes
-        self._journal.record(
-            "step-not-started",
-            f"{role.value} {name}: {reason}",
-            skill=name,
-            role=role.value,
-            reason=reason,
-            causes=causes_to_json(causes),
-        )
+        record_not_started(self._journal, role, f"{module}.{skill}", reason, causes)
         return AttemptResult(failed=True, reason=reason)
-
-
-def _option_to_json(option: ProviderOption) -> dict[str, Any]:
-    """Encode a provider by the field names that traces have."""
-    return {
-        "skill": option.skill,
-        "record": asdict(option.record),
-        "drawn": option.sampled_success,
-        "why_not": option.unavailable_reason,
-    }

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
+from aeros.runtime.canonical_json import HASH_SUFFIX_LENGTH, seal_record
 from aeros.runtime.gate.decision import DecisionKind
 
 GENESIS: Final = hashlib.sha256(b"aeros/audit/1").hexdigest()
@@ -24,8 +25,6 @@ Record = dict[str, Any]
 RecordCheck = Callable[[Record, str], str | None]
 """Called with each sound record and its hash, in order; returns another problem with it, or None."""
 
-_HASH_FIELD: Final = b',"hash":"'
-_HASH_END: Final = b'"}\n'
 _TYPES: Final = {
     "sequence": (int,),
     "previous": (str,),
@@ -33,7 +32,6 @@ _TYPES: Final = {
     "event": (str,),
     "details": (dict,),
 }
-_HASH_SUFFIX_LENGTH: Final = len(_HASH_FIELD) + 64 + len(_HASH_END)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,19 +129,6 @@ def verify_log(path: Path, watch: RecordCheck | None = None) -> AuditReport:
     return AuditReport(prefix.records, prefix.head, bad, prefix.problem or "", prefix.decisions)
 
 
-def seal_record(body: bytes) -> tuple[bytes, str]:
-    """Append the hash to a record.
-
-    Args:
-        body: canonical JSON of the record without hash.
-
-    Returns:
-        The line of the record, and the hash in hexadecimal.
-    """
-    own = hashlib.sha256(body).hexdigest()
-    return body[:-1] + _HASH_FIELD + own.encode("ascii") + _HASH_END, own
-
-
 def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
     """Read a log from its start to its end or its first bad record.
 
@@ -173,7 +158,7 @@ def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
 def _check(line: bytes, before: LogPrefix, watch: RecordCheck | None) -> LogPrefix:
     """Return `before` extended by the record in `line`; or `before` with the reason why it cannot follow."""
     place = before.records
-    body = line[:-_HASH_SUFFIX_LENGTH] + b"}"
+    body = line[:-HASH_SUFFIX_LENGTH] + b"}"
     expected, own = seal_record(body)
     if line != expected:
         return replace(before, problem=f"record {place} was edited: its hash does not match its content")

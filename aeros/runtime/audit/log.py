@@ -38,7 +38,6 @@ from aeros.runtime.audit.check import (
     DecisionCounts,
     Record,
     read_prefix,
-    seal_record,
     verify_log,
 )
 from aeros.runtime.audit.checkpoints import (
@@ -53,7 +52,7 @@ from aeros.runtime.audit.checkpoints import (
     write_anchor,
 )
 from aeros.runtime.audit.format import explain_problem
-from aeros.runtime.canonical_json import Encoded, to_canonical_json
+from aeros.runtime.canonical_json import Encoded, seal_record, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.ports import LogHead
 from aeros.spec.model.policy import Durability

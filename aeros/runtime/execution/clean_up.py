@@ -11,7 +11,8 @@ from aeros.runtime.audit.log import AuditError, AuditLog
 from aeros.runtime.execution.decision_pipeline import DecisionPipeline
 from aeros.runtime.execution.governor import FollowedConfiguration, Governor
 from aeros.runtime.execution.resources import ResourceQueue
-from aeros.runtime.execution.step import ActiveStep, StepTable
+from aeros.runtime.execution.step import ActiveStep, StepTable, end_motions
+from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.ports import Plant, StepHandle, StepResult, StepStatus
 from aeros.runtime.records.records import caller_details
 from aeros.runtime.skills.in_process_run import SkillRunResult
@@ -72,23 +73,10 @@ class CleanUp:
         if not moving:
             return
         self._plant.stop()
-        self.motions_ended(moving)
+        self._end_motions(moving)
         for handle in moving:
             step = self._table.steps[handle]
             self.halt_step(handle, step.result or SkillRunResult(StepStatus.STOPPED, reason))
-
-    def motions_ended(self, handles: Iterable[StepHandle]) -> None:
-        """Mark the motions of these steps as over: monitors drop them, and a held configuration is released.
-
-        Args:
-            handles: steps, with or without an active motion.
-        """
-        for handle in handles:
-            step = self._table.steps[handle]
-            if step.active_motion is not None:
-                self._pipeline.monitors.remove(step.active_motion.active_action)
-                step.active_motion = None
-        self._followed.release()
 
     def clean_up_all(self, failure: BaseException) -> None:
         """Clean up every step that has not ended, newest first, and record each as broken by `failure`.
@@ -105,9 +93,12 @@ class CleanUp:
                 stack.callback(self._clean_up_step, handle, step)
             stack.callback(self._table.hold_conditions.clear)
             stack.callback(self._table.steps.clear)
-            stack.callback(self.motions_ended, steps)
+            stack.callback(self._end_motions, steps)
             if any(step.is_running for step in steps.values()):
                 stack.callback(self._plant.stop)
+
+    def _end_motions(self, handles: Iterable[StepHandle]) -> None:
+        end_motions(self._table, handles, self._pipeline.monitors, self._followed)
 
     def _finish_step(self, handle: StepHandle) -> None:
         """Clean up a step without active motion, record its end and keep its result."""
@@ -136,9 +127,9 @@ class CleanUp:
         self._table.results[handle] = StepResult(
             status,
             reason,
-            counts.allowed,
-            counts.attenuated,
-            counts.denied,
+            counts[DecisionKind.ALLOW],
+            counts[DecisionKind.ATTENUATE],
+            counts[DecisionKind.DENY],
             dict(outputs or {}),
             step.is_transient and status is StepStatus.DENIED,
             causes,

@@ -3,7 +3,7 @@
 Rules, which the modules of this package cite by number:
 
 1. No motion starts without a decision on readings taken just before. No decision takes effect before its
-   record is durable (`step_control`).
+   record is durable (`scheduler.StepControl`).
 2. Several steps may be active, in one thread. The skill that is due yields its next action; once every
    skill has an action, time advances for all motions together. An action is decided alone and jointly
    with the active actions (`scheduler`).
@@ -35,10 +35,10 @@ from aeros.runtime.execution.decision_pipeline import DecisionPipeline
 from aeros.runtime.execution.governor import FixedGovernor, FollowedConfiguration, Governor, OperatorCommand
 from aeros.runtime.execution.prepare import StepRefusedError, prepare_step
 from aeros.runtime.execution.resources import ResourceQueue
-from aeros.runtime.execution.scheduler import Scheduler
+from aeros.runtime.execution.scheduler import Scheduler, StepControl
 from aeros.runtime.execution.step import StepTable, resource_capacities
-from aeros.runtime.execution.step_control import StepControl
 from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import (
     EMPTY_LOG_HEAD,
@@ -176,8 +176,7 @@ class Executor:
         started = self.start(request)
         if isinstance(started, StepResult):
             return started
-        while started not in self._table.results:
-            self._scheduler.run_until(inf)
+        self._scheduler.run_to_end(started)
         return self._table.results.pop(started)
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
@@ -200,10 +199,7 @@ class Executor:
             with self._clean_up.on_error:
                 self._plant.advance(self._scheduler.monitor_tick, until)
             return None
-        while not self._table.results:
-            if self._plant.now() >= until or self._scheduler.run_until(until):
-                return None
-        return self._table.next_ended()
+        return self._table.next_ended() if self._scheduler.run_until_one_ends(until) else None
 
     def advance_once(self, until: float) -> EndedStep | None:
         """Let one skill act, or advance time.
@@ -236,7 +232,12 @@ class Executor:
             Numbers of allowed, attenuated and denied actions so far; None once the step has ended.
         """
         active_step = self._table.steps.get(step)
-        return None if active_step is None else active_step.decision_counts
+        if active_step is None:
+            return None
+        counts = active_step.decision_counts
+        return DecisionCounts(
+            counts[DecisionKind.ALLOW], counts[DecisionKind.ATTENUATE], counts[DecisionKind.DENY]
+        )
 
     def close(self) -> None:
         """Clean up every step that has not ended; safe to call twice."""

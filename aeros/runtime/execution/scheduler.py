@@ -1,24 +1,145 @@
-"""Scheduler: gives skills their turns and advances time for all motions (rules 2 and 4 of `executor`)."""
+"""Scheduler: gives skills their turns, and advances time for all motions (rules 1, 2 and 4 of `executor`).
+
+In its turn a skill yields one action, which is decided and begun (`StepControl`).
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from math import inf
 from typing import Any, Final
 
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
 from aeros.runtime.execution.governor import OperatorCommand
-from aeros.runtime.execution.step import HALTED, ActiveStep, ending_stopped, ending_unheld, required_resources
-from aeros.runtime.execution.step_control import StepControl
+from aeros.runtime.execution.prepare import check_result_outputs
+from aeros.runtime.execution.step import (
+    HALTED,
+    ActiveMotion,
+    ActiveStep,
+    ObservationFilter,
+    end_motions,
+    ending_stopped,
+    ending_unheld,
+    required_resources,
+)
 from aeros.runtime.gate.causes import stop_cause
+from aeros.runtime.gate.transient import is_transient_denial
 from aeros.runtime.ports import MotionCompletion, StepHandle, StepStatus
-from aeros.runtime.records.records import caller_details
+from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
+from aeros.skill import Action
+
+MAX_ACTIONS: Final = 10_000
+"""Limit on the actions of one step; without it a zero-time action could repeat for ever."""
 
 _POLL_INTERVAL_S: Final = 0.01
 """Poll interval while the operator pauses, s."""
 
 _STOP: Final = OperatorCommand.STOP
+
+
+class StepControl:
+    """Control of one step at a time: its skill acts once, unless operator or configuration forbid it."""
+
+    def __init__(self, context: ExecutionContext, clean_up: CleanUp) -> None:
+        self._table = context.table
+        self._plant = context.plant
+        self._audit = context.audit
+        self._pipeline = context.pipeline
+        self._governor = context.governor
+        self._followed = context.followed
+        self._clean_up = clean_up
+        self._is_paused = False
+
+    def actions_are_paused(self) -> bool:
+        """Return True if no action may begin: the operator paused, or a new configuration is pending."""
+        paused = self._governor.command is OperatorCommand.PAUSE
+        if paused is not self._is_paused:
+            self._is_paused = paused
+            self._audit.append("paused" if paused else "resumed", {"time": self._plant.now()})
+        return paused or not self._followed.is_latest()
+
+    def run_skill(self, step: ActiveStep) -> SkillRunResult | None:
+        """Let the skill ask for an action, decide it and begin it.
+
+        Args:
+            step: a step that is due.
+
+        Returns:
+            How the step ends; None if its action has begun or still waits to be decided.
+        """
+        lost = self._check_hold_condition(step)
+        if lost is not None:
+            return lost
+        if step.requested_action is None:
+            ending = self._resume_skill(step)
+            if ending is not None or self.actions_are_paused():
+                return ending
+        if self._governor.command is OperatorCommand.STOP:
+            return HALTED
+        if not self._followed.is_active(step.ecm):
+            return SkillRunResult(
+                StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is no longer active, or was changed"
+            )
+        in_force = self._followed.hold()
+        try:
+            action = step.requested_action
+            if not in_force or action is None:
+                return None
+            step.requested_action = None
+            # Again, because the skill took time to compute.
+            return self._check_hold_condition(step) or self._decide_and_begin(step, action)
+        finally:
+            self._followed.release()
+
+    def _resume_skill(self, step: ActiveStep) -> SkillRunResult | None:
+        """Store the skill's next action in `step.requested_action`; or return how the step ends."""
+        if step.request_count == MAX_ACTIONS:
+            return SkillRunResult(StepStatus.RAISED, f"the skill asked for more than {MAX_ACTIONS} actions")
+        step.request_count += 1
+        site = self._followed.configuration.site
+        if step.observation_filter is None or step.observation_filter.site is not site:
+            step.observation_filter = ObservationFilter(step.ecm, site)
+        observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
+        response = step.run.resume(observation, step.deadline - self._plant.now())
+        if isinstance(response, SkillRunResult) and response.status is StepStatus.RAISED:
+            return response
+        if self._plant.now() > step.deadline:
+            return SkillRunResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
+        if isinstance(response, SkillRunResult):
+            return check_result_outputs(step.skill, response)
+        step.requested_action = response
+        return None
+
+    def _check_hold_condition(self, step: ActiveStep) -> SkillRunResult | None:
+        """Return how the step ends if its hold-condition is not measured as true now."""
+        if step.hold_condition is None:
+            return None
+        # Readings before the clock, so that no reading is younger than `now`.
+        readings = self._plant.observe()
+        return ending_unheld(step.hold_condition.violation(readings, self._plant.now()))
+
+    def _decide_and_begin(self, step: ActiveStep, action: Action) -> SkillRunResult | None:
+        """Decide, record and begin an action; return how the step ends, or None if the action has begun."""
+        decided = self._pipeline.decide(step.caller, action, self._table.active_motions())
+        step.decision_counts[decided.decision.kind] += 1
+        active_action, plan = decided.active_action, decided.plan
+        if active_action is None:
+            site = self._followed.configuration.site
+            step.is_transient = is_transient_denial(decided.decision.reasons, action.kind, site)
+            why = format_reasons(decided.decision.reasons)
+            return SkillRunResult(StepStatus.DENIED, why, causes=decided.causes)
+        if decided.is_protective_stop:
+            self._clean_up.stop_all(f"stopped for `{step.name}`, which asked for a protective stop")
+        self._pipeline.count_execution(active_action)
+        # A completion means that the plant cannot do it; nothing moves then.
+        motion = plan if isinstance(plan, MotionCompletion) else self._plant.begin(active_action.action, plan)
+        if isinstance(motion, MotionCompletion):
+            return ending_stopped(motion)
+        step.active_motion = ActiveMotion(motion, active_action, plan)
+        self._pipeline.monitors.add(active_action)
+        return None
 
 
 class Scheduler:
@@ -60,17 +181,32 @@ class Scheduler:
             True if `until` was reached before anything else happened.
         """
         with self._clean_up.on_error:
-            self._begin_ready_steps()
-            due = next((handle for handle, step in self._steps.items() if step.is_due), None)
-            if due is not None and not self._control.actions_are_paused():
-                ending = self._control.run_skill(self._steps[due])
-                if ending is not None:
-                    self._clean_up.halt_step(due, ending)
-            elif self._table.is_moving():
-                return self._advance_plant(until)
-            elif due is not None:
-                time.sleep(_POLL_INTERVAL_S)
-        return False
+            return self._run_once(until)
+
+    def run_to_end(self, step: StepHandle) -> None:
+        """Run all steps until one has ended.
+
+        Args:
+            step: handle of that step.
+        """
+        with self._clean_up.on_error:
+            while step not in self._table.results:
+                self._run_once(inf)
+
+    def run_until_one_ends(self, until: float) -> bool:
+        """Run all steps until any has ended.
+
+        Args:
+            until: latest time, plant seconds.
+
+        Returns:
+            False if `until` was reached before.
+        """
+        with self._clean_up.on_error:
+            while not self._table.results:
+                if self._plant.now() >= until or self._run_once(until):
+                    return False
+        return True
 
     def monitor_tick(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """Monitor the active motions at a control tick; halt steps that are revoked or lost their condition.
@@ -98,6 +234,20 @@ class Scheduler:
                 if ending is not None:
                     self._clean_up.halt_step(handle, ending)
         return self._pipeline.monitors(now, measured)
+
+    def _run_once(self, until: float) -> bool:
+        """Do what `run_until` does, without clean-up on errors."""
+        self._begin_ready_steps()
+        due = next((handle for handle, step in self._steps.items() if step.is_due), None)
+        if due is not None and not self._control.actions_are_paused():
+            ending = self._control.run_skill(self._steps[due])
+            if ending is not None:
+                self._clean_up.halt_step(due, ending)
+        elif self._table.is_moving():
+            return self._advance_plant(until)
+        elif due is not None:
+            time.sleep(_POLL_INTERVAL_S)
+        return False
 
     def _begin_ready_steps(self) -> None:
         """Begin the steps whose turn it is; their timeouts run from now on."""
@@ -132,7 +282,7 @@ class Scheduler:
             for handle, step in moving.items()
             if (motion := step.active_motion) and motion.handle in ended
         }
-        self._clean_up.motions_ended(landed)
+        end_motions(self._table, landed, self._pipeline.monitors, self._followed)
         for handle, completion in landed.items():
             step = moving[handle]
             ending = step.result or (None if completion.completed else self._ending_broken(completion))

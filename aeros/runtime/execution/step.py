@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import isfinite
 from typing import Any, Final, NamedTuple
 
-from aeros.runtime.audit.log import DecisionCounts
+from aeros.runtime.execution.governor import FollowedConfiguration
 from aeros.runtime.execution.hold_condition import HoldCondition
-from aeros.runtime.gate.decision import Caller
+from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import (
     ColumnNames,
     EndedStep,
@@ -118,7 +121,7 @@ class ActiveStep:
         active_motion: its motion on the plant.
         is_transient: its latest denial may turn into an allowance later.
         result: how it ends, once that is known; its motion may still have to come to rest.
-        decision_counts: decisions on it so far.
+        decision_counts: number of decisions on it so far, by kind.
     """
 
     ecm: Ecm
@@ -134,7 +137,7 @@ class ActiveStep:
     active_motion: ActiveMotion | None = None
     is_transient: bool = False
     result: SkillRunResult | None = None
-    decision_counts: DecisionCounts = field(default_factory=DecisionCounts)
+    decision_counts: Counter[DecisionKind] = field(default_factory=Counter)
 
     @property
     def name(self) -> str:
@@ -213,6 +216,28 @@ class StepTable:
             if step.active_motion is not None:
                 return True
         return False
+
+
+def end_motions(
+    table: StepTable,
+    handles: Iterable[StepHandle],
+    monitors: RuntimeMonitor,
+    followed: FollowedConfiguration,
+) -> None:
+    """Mark motions as over: the monitor drops them, and a configuration held for them is released.
+
+    Args:
+        table: the executor's steps.
+        handles: steps, with or without an active motion.
+        monitors: watches the motions.
+        followed: holds the configuration while any motion is active.
+    """
+    for handle in handles:
+        step = table.steps[handle]
+        if step.active_motion is not None:
+            monitors.remove(step.active_motion.active_action)
+            step.active_motion = None
+    followed.release()
 
 
 HALTED: Final = SkillRunResult(StepStatus.HALTED, "stopped by the operator")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
+from fractions import Fraction
 from math import inf, isfinite, nan
+from sys import float_info
 
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
-from aeros.runtime.gate.time_window import TimeWindow
+from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.model.policy import Quota
 
 
@@ -25,6 +27,46 @@ def clock_denial(wrong: ClockError) -> Decision:
         A denial with one reason.
     """
     return Decision(DecisionKind.DENY, None, (Reason("AE707", "clock", str(wrong)),))
+
+
+class TimeWindow:
+    """The closed time window of `length` seconds.
+
+    Exact, and fast where rounding cannot matter.
+
+    surely: a rounded difference below this double is within the window.
+    maybe: a rounded difference above this double is outside; in between, `contains_exactly` decides. Rounding
+        keeps order, so both comparisons are exact.
+    """
+
+    def __init__(self, length: Fraction) -> None:
+        self._length = length
+        self.surely, above = adjacent_doubles(length)
+        self.maybe = min(above, float_info.max)  # -inf, the time of what never happened, is in no window
+
+    def contains(self, earlier: float, later: float) -> bool:
+        """Return True if `later` is at most `length` after `earlier`.
+
+        Args:
+            earlier: a time, s; `-inf` is in no window.
+            later: a time, s, not before `earlier`.
+        """
+        apart = later - earlier
+        return apart < self.surely or (apart <= self.maybe and self.contains_exactly(earlier, later))
+
+    def contains_exactly(self, earlier: float, later: float) -> bool:
+        """Return what `contains` returns, computed without rounding.
+
+        Args:
+            earlier: a finite time, s.
+            later: a finite time, s, not before `earlier`.
+        """
+        apart = later - earlier
+        if apart == self.surely == self.maybe:
+            # Knuth's TwoSum: `apart` and its rounding error add up to the exact difference.
+            share = apart - later
+            return (later - (apart - share)) - (earlier + share) <= 0.0
+        return Fraction(later) - Fraction(earlier) <= self._length
 
 
 class QuotaUsageCounter:

@@ -21,7 +21,7 @@ from itertools import chain
 from math import inf
 
 from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter
-from aeros.runtime.gate.time_window import TimeWindow
+from aeros.runtime.gate.quotas import TimeWindow
 from aeros.runtime.gate.value_check import ValueChecker, value_checkers
 from aeros.runtime.ports import Reading, Readings, Snapshot
 from aeros.spec.expr import terms as t

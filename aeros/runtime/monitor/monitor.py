@@ -100,7 +100,7 @@ class RuntimeMonitor:
         for name, unpack in self._compiled.parameters[kind].items():
             requested_values.update(unpack(active_action.action.parameters[name]) or {})
         self._watches.append(
-            _MonitoredActions((active_action,), self._compiled.rules_for_kind(kind), requested_values)
+            _MonitoredActions((active_action,), self._compiled.by_kind[kind], requested_values)
         )
         for other in self._active_actions:
             for rules, parameters in self._compiled.rules_for_pair(active_action, other):

@@ -16,9 +16,8 @@ from typing import Any, NamedTuple
 
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.motion.bezier import remaining_path
-from aeros.runtime.motion.kinematics import ForwardKinematics
-from aeros.runtime.motion.swept_volume import SweptMotion
-from aeros.runtime.ports import JointVector, Trajectory, Vec3
+from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion, moves_joints
+from aeros.runtime.ports import JointVector, Trajectory
 from aeros.skill import Action
 
 _PROGRESS_MARGIN = 1e-9
@@ -59,58 +58,6 @@ def concurrent_motions(
     ]
 
 
-class RemainingMotion(NamedTuple):
-    """The rest of a motion.
-
-    motion: the whole motion.
-    s: the fraction of its path that is behind it, from 0 to 1.
-    """
-
-    motion: Trajectory
-    s: float = 0.0
-
-
-class MergedMotion(NamedTuple):
-    """The motion of the joints and the motion of the base from now on; a single motion is both."""
-
-    joints: RemainingMotion
-    base: RemainingMotion
-
-    @property
-    def is_single_motion(self) -> bool:
-        """True if one motion moves joints and base."""
-        return self.joints.motion is self.base.motion
-
-    def swept_motion(self) -> SweptMotion:
-        """Return the motion in the form that the sweep checks.
-
-        Returns:
-            The rest of the joint path and of the base's path.
-        """
-        arm, s = self.joints
-        paths = tuple(remaining_path(path, s) for path in arm.joint_paths)
-        slack = arm.servo.joint_tolerance if arm.servo else (0.0,) * len(arm.body.dh_rows)
-        return SweptMotion(arm.body, paths, slack, *_remaining_base_path(self.base), self.is_single_motion)
-
-    def base_at_end(self) -> Vec3:
-        """Return the position of the base when all motions are over.
-
-        Returns:
-            The position in W, m.
-        """
-        return _add(self.base.motion.base, self.base.motion.base_path)
-
-    def tool_at_end(self) -> Vec3:
-        """Return the position of the tool when all motions are over.
-
-        Returns:
-            The position in W, m.
-        """
-        arm = self.joints.motion
-        tool = ForwardKinematics(arm.body, arm.joint_paths[0][-1][3]).frames[-1].to_base(arm.body.tool_offset)
-        return _add(self.base_at_end(), tool)
-
-
 def merge_motions(plan: Trajectory, concurrent_motions: Sequence[ConcurrentMotion]) -> MergedMotion | str:
     """Merge a planned motion with those under way, from now on.
 
@@ -137,16 +84,6 @@ def merge_motions(plan: Trajectory, concurrent_motions: Sequence[ConcurrentMotio
     if len(turning) > 1 or len(travelling) > 1:
         return "it and a motion under way would move the same part of the robot"
     return MergedMotion(*(movers[0] if movers else parts[0] for movers in (turning, travelling)))
-
-
-def moves_joints(motion: Trajectory) -> bool:
-    """Return True if any joint leaves its position.
-
-    Args:
-        motion: a planned motion.
-    """
-    start = motion.joint_paths[0][0][0]
-    return motion.servo is not None or any(q != start for piece in motion.joint_paths[0] for q in piece)
 
 
 def moves_base(motion: Trajectory) -> bool:
@@ -178,12 +115,3 @@ def _progress(concurrent_motion: ConcurrentMotion) -> float:
     if u >= 1.0:
         return 1.0 - _PROGRESS_MARGIN
     return max(0.0, u**3 * (10.0 - 15.0 * u + 6.0 * u * u) - _PROGRESS_MARGIN)
-
-
-def _remaining_base_path(part: RemainingMotion) -> tuple[Vec3, Vec3]:
-    (x, y, z), (wx, wy, wz), left = part.motion.base, part.motion.base_path, 1.0 - part.s
-    return (x + part.s * wx, y + part.s * wy, z + part.s * wz), (left * wx, left * wy, left * wz)
-
-
-def _add(a: Vec3, b: Vec3) -> Vec3:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -2,10 +2,10 @@
 
 Conservative. A stretch of path is enclosed by a chord (a straight line in joint space) and the greatest
 distance of its control points from it. Each ball of the body is enclosed by a box around its centre at the
-middle joint position, and by a bound on the distance of its centre from that box (`kinematics`), enlarged by
-its radius and by the clearance. All of that is assumed to be anywhere on the part of the base's path that may
-be travelled meanwhile: the same fraction if one motion moves both, and all of it if base and joints are moved
-by motions that are not synchronized.
+middle joint position, and by a bound on the distance of its centre from that box (`kinematic_bounds`),
+enlarged by its radius and by the clearance. All of that is assumed to be anywhere on the part of the base's
+path that may be travelled meanwhile: the same fraction if one motion moves both, and all of it if base and
+joints are moved by motions that are not synchronized.
 A stretch of path that is not clear is halved, until pieces have been halved `_MAX_SUBDIVISIONS` times. If it
 is still not clear the motion is denied. So a motion that passes a barrier more closely than the last
 enclosures are wide is denied, and no motion that meets a barrier is allowed.
@@ -16,9 +16,9 @@ from __future__ import annotations
 from math import sqrt
 from typing import Final, NamedTuple
 
-from aeros.runtime.motion.bezier import Piece, path_chord, split_in_half
-from aeros.runtime.motion.kinematics import ForwardKinematics, chord_terms, norm
-from aeros.runtime.ports import Ball, JointVector, RobotBody, Vec3
+from aeros.runtime.motion.bezier import Piece, path_chord, remaining_path, split_in_half
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, chord_terms, norm
+from aeros.runtime.ports import Ball, JointVector, RobotBody, Trajectory, Vec3
 
 _MAX_SUBDIVISIONS: Final = 4
 """Greatest number of halvings of a piece of path; its enclosures are then a few tenths of a mm wide."""
@@ -64,6 +64,77 @@ class SweptMotion(NamedTuple):
     base: Vec3
     base_path: Vec3
     is_synchronous: bool
+
+
+class RemainingMotion(NamedTuple):
+    """The rest of a motion.
+
+    motion: the whole motion.
+    s: the fraction of its path that is behind it, from 0 to 1.
+    """
+
+    motion: Trajectory
+    s: float = 0.0
+
+
+class MergedMotion(NamedTuple):
+    """The motion of the joints and the motion of the base from now on; a single motion is both."""
+
+    joints: RemainingMotion
+    base: RemainingMotion
+
+    @property
+    def is_single_motion(self) -> bool:
+        """True if one motion moves joints and base."""
+        return self.joints.motion is self.base.motion
+
+    def swept_motion(self) -> SweptMotion:
+        """Return the motion in the form that the sweep checks.
+
+        Returns:
+            The rest of the joint path and of the base's path.
+        """
+        arm, s = self.joints
+        paths = tuple(remaining_path(path, s) for path in arm.joint_paths)
+        slack = arm.servo.joint_tolerance if arm.servo else (0.0,) * len(arm.body.dh_rows)
+        return SweptMotion(arm.body, paths, slack, *_remaining_base_path(self.base), self.is_single_motion)
+
+    def base_at_end(self) -> Vec3:
+        """Return the position of the base when all motions are over.
+
+        Returns:
+            The position in W, m.
+        """
+        return _add(self.base.motion.base, self.base.motion.base_path)
+
+    def tool_at_end(self) -> Vec3:
+        """Return the position of the tool when all motions are over.
+
+        Returns:
+            The position in W, m.
+        """
+        arm = self.joints.motion
+        tool = ForwardKinematics(arm.body, arm.joint_paths[0][-1][3]).frames[-1].to_base(arm.body.tool_offset)
+        return _add(self.base_at_end(), tool)
+
+
+def moves_joints(motion: Trajectory) -> bool:
+    """Return True if any joint leaves its position.
+
+    Args:
+        motion: a planned motion.
+    """
+    start = motion.joint_paths[0][0][0]
+    return motion.servo is not None or any(q != start for piece in motion.joint_paths[0] for q in piece)
+
+
+def _remaining_base_path(part: RemainingMotion) -> tuple[Vec3, Vec3]:
+    (x, y, z), (wx, wy, wz), left = part.motion.base, part.motion.base_path, 1.0 - part.s
+    return (x + part.s * wx, y + part.s * wy, z + part.s * wz), (left * wx, left * wy, left * wz)
+
+
+def _add(a: Vec3, b: Vec3) -> Vec3:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 class BarrierBreach(NamedTuple):

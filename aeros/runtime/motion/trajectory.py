@@ -32,15 +32,14 @@ from aeros.runtime.motion.kinematic_bounds import (
     joint_rates,
     tool_rates,
 )
-from aeros.runtime.motion.merged import (
-    ConcurrentMotion,
+from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
+from aeros.runtime.motion.swept_volume import (
+    BarrierBox,
     MergedMotion,
     RemainingMotion,
-    commanded_joint_position,
-    merge_motions,
+    find_breach,
     moves_joints,
 )
-from aeros.runtime.motion.swept_volume import BarrierBox, find_breach
 from aeros.runtime.ports import (
     JointVector,
     MotionCompletion,

@@ -32,7 +32,6 @@ from aeros.runtime.ports import (
     ServoBounds,
     Trajectory,
 )
-from aeros.runtime.records.encode_readings import encode_readings
 from aeros.skill import Action
 from aeros.spec.model.cause import Cause, causes_to_json
 
@@ -61,6 +60,18 @@ def session_details(configuration: Configuration) -> dict[str, Any]:
         "site": {"id": site.id, "digest": site.digest},
         "modules": modules,
     }
+
+
+def encode_readings(readings: Readings) -> Encoded:
+    """Encode value and time of each reading, by name. This is the definition of the encoding.
+
+    Args:
+        readings: value (SI) and plant time (s) of each state variable, by name.
+
+    Returns:
+        Canonical JSON with its size.
+    """
+    return encode_with_size({name: [reading.value, reading.time] for name, reading in readings.items()})
 
 
 class DecisionRecord(NamedTuple):

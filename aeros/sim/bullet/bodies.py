@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from aeros.sim.bullet.world import Colour, PhysicsWorld
+from aeros.sim.bullet.body_factory import Colour
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Vector3, yaw_orientation
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
@@ -78,15 +79,15 @@ def add_body(world: PhysicsWorld, body: SceneBody) -> int:
     turn, friction = yaw_orientation(body.yaw), body.friction
     match body.shape:
         case Box(edges):
-            return world.add_box(
+            return world.bodies.add_box(
                 edges, body.position, turn, mass=body.mass, colour=body.colour, friction=friction
             )
         case Cylinder(radius, height):
-            return world.add_cylinder(
+            return world.bodies.add_cylinder(
                 radius, height, body.position, turn, mass=body.mass, colour=body.colour, friction=friction
             )
         case UrdfModel(path):
-            return world.add_urdf(path, body.position, turn, fixed=body.mass == 0.0, friction=friction)
+            return world.bodies.add_urdf(path, body.position, turn, fixed=body.mass == 0.0, friction=friction)
 
 
 def check_overlaps(world: PhysicsWorld, placed: Mapping[int, SceneBody], names: Mapping[int, str]) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
+from aeros.sim.bullet.body_factory import Colour
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.world import Colour, PhysicsWorld
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Pose, Vector3
 
 BASE_LINK: Final = -1
@@ -52,7 +53,7 @@ def bodies_of(world: PhysicsWorld) -> list[int]:
 def shapes_of(world: PhysicsWorld, bodies: Sequence[int]) -> list[Shape]:
     """List the visible parts of bodies.
 
-    A rectangle by `PhysicsWorld.add_textured_rectangle` is left out, as its mesh is not a file.
+    A rectangle by `BodyFactory.add_textured_rectangle` is left out, as its mesh is not a file.
 
     Args:
         world: the world.

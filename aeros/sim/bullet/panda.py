@@ -11,8 +11,9 @@ import os
 import tempfile
 from typing import Final
 
+from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
-from aeros.sim.bullet.world import PhysicsWorld, load_model
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Vector3
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
 from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
@@ -154,7 +155,7 @@ class Panda(Robot):
             friction: dimensionless.
         """
         for finger in self.fingers:
-            self._world.set_friction(self.body, finger, friction)
+            self._world.bodies.set_friction(self.body, finger, friction)
 
     # Sensors.
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from math import dist, inf
 from typing import Final
 
+from aeros.sim.bullet.body_factory import Colour
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.world import Colour, PhysicsWorld
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import UPRIGHT
 from aeros.sim.randomness import RandomSource
 

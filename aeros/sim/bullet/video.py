@@ -59,7 +59,7 @@ class VideoRecorder:
         """
         if world.time < self._next:
             return
-        self._frames.append(Picture.fromarray(world.render(view).rgb))
+        self._frames.append(Picture.fromarray(world.renderer.render(view).rgb))
         if len(self._frames) > FRAMES_MAX:
             self._frames = self._frames[::2]
             self._period *= 2.0

@@ -1,4 +1,4 @@
-"""One PyBullet world: stepping, bodies, contacts and pictures.
+"""One PyBullet world: its clock, its steps, and the poses and contacts after them.
 
 Frame W: origin on the table top (or floor) under the arm's base, z up. SI units; quaternions x, y, z, w.
 Settings (measured on a prototype): 240 Hz and 50 solver iterations; fewer of either lose grasps.
@@ -8,54 +8,17 @@ Settings (measured on a prototype): 240 Hz and 50 solver iterations; fewer of ei
 from __future__ import annotations
 
 import math
-import os
-import tempfile
 from itertools import combinations
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-from PIL import Image as Picture
-
+from aeros.sim.bullet.body_factory import BodyFactory
 from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.renderer import Renderer
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import UPRIGHT, Camera, Pose, Quaternion, Vector3
-from aeros.spec.diagnostics.codes import Diagnostic
-from aeros.spec.diagnostics.errors import UserError
-
-Colour = tuple[float, float, float, float]
+from aeros.sim.geometry import Pose, Vector3
 
 GRAVITY: Final = 9.81
 """Standard acceleration, m/s², rounded as PyBullet's examples do."""
-
-
-def load_model(
-    path: str, position: Vector3, orientation: Quaternion = UPRIGHT, *, fixed: bool, client: int
-) -> int:
-    """Load a URDF file as a body.
-
-    Args:
-        path: of the file.
-        position: of its frame in W, m.
-        orientation: of its frame in W.
-        fixed: fix its base to W.
-        client: number of the PyBullet client.
-
-    Returns:
-        The body's number in PyBullet.
-
-    Raises:
-        UserError: there is no such file, or PyBullet cannot load it.
-    """
-    if not os.path.isfile(path):
-        missing = f"model file not found: `{path}`"
-        raise UserError([Diagnostic("AE002", missing, help=("install AEROS again if it came with it",))])
-    try:
-        body: int = bullet.loadURDF(path, position, orientation, useFixedBase=fixed, physicsClientId=client)
-    except bullet.error as error:
-        raise UserError([Diagnostic("AE141", f"PyBullet cannot load `{path}`: {error}")]) from error
-    return body
 
 
 class Contact(NamedTuple):
@@ -78,23 +41,13 @@ class Contact(NamedTuple):
     force: float
 
 
-class Image(NamedTuple):
-    """A rendered picture.
-
-    Attributes:
-        rgb: (height, width, 3), 0 to 255.
-        depth: along the optical axis (height, width), m.
-    """
-
-    rgb: NDArray[np.uint8]
-    depth: NDArray[np.float64]
-
-
 class PhysicsWorld:
     """A PyBullet client of its own; worlds share nothing.
 
     Attributes:
         client: number of the client; -1 once closed.
+        bodies: adds bodies and sets their friction.
+        renderer: takes pictures.
         ticks: number of steps since the clock was set to 0.
     """
 
@@ -107,11 +60,11 @@ class PhysicsWorld:
             physicsClientId=self.client,
         )
         bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
+        self.bodies = BodyFactory(self.client)
+        self.renderer = Renderer(self.client)
         self.ticks = 0
         # Contact points by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
-        # Pictures to apply at the next rendering: a sponge changes one at every tick.
-        self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
     @property
     def time(self) -> float:
@@ -128,211 +81,7 @@ class PhysicsWorld:
         """End the client; safe to call twice."""
         if self.client >= 0:
             bullet.disconnect(physicsClientId=self.client)
-            self.client = -1
-
-    # Bodies.
-
-    def add_box(
-        self,
-        size: Vector3,
-        position: Vector3,
-        orientation: Quaternion = UPRIGHT,
-        *,
-        mass: float = 0.0,
-        colour: Colour = (0.7, 0.7, 0.7, 1.0),
-        friction: float = 0.6,
-    ) -> int:
-        """Add a box.
-
-        Args:
-            size: full lengths of its edges, m.
-            position: of its middle in W, m.
-            orientation: in W.
-            mass: kg; 0 fixes it to W.
-            colour: red, green, blue and alpha in [0, 1].
-            friction: Coulomb coefficient.
-
-        Returns:
-            The body's number in PyBullet.
-        """
-        half = [edge / 2.0 for edge in size]
-        shape = bullet.createCollisionShape(bullet.GEOM_BOX, halfExtents=half, physicsClientId=self.client)
-        visual = bullet.createVisualShape(
-            bullet.GEOM_BOX, halfExtents=half, rgbaColor=colour, physicsClientId=self.client
-        )
-        return self._add(shape, visual, mass, position, orientation, friction)
-
-    def add_cylinder(
-        self,
-        radius: float,
-        height: float,
-        position: Vector3,
-        orientation: Quaternion = UPRIGHT,
-        *,
-        mass: float = 0.0,
-        colour: Colour = (0.7, 0.7, 0.7, 1.0),
-        friction: float = 0.6,
-    ) -> int:
-        """Add a cylinder about its own z axis.
-
-        Args:
-            radius: m.
-            height: m.
-            position: of its middle in W, m.
-            orientation: in W.
-            mass: kg; 0 fixes it to W.
-            colour: red, green, blue and alpha in [0, 1].
-            friction: Coulomb coefficient.
-
-        Returns:
-            The body's number in PyBullet.
-        """
-        shape = bullet.createCollisionShape(
-            bullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=self.client
-        )
-        visual = bullet.createVisualShape(
-            bullet.GEOM_CYLINDER, radius=radius, length=height, rgbaColor=colour, physicsClientId=self.client
-        )
-        return self._add(shape, visual, mass, position, orientation, friction)
-
-    def _add(
-        self,
-        shape: int,
-        visual: int,
-        mass: float,
-        position: Vector3,
-        orientation: Quaternion,
-        friction: float,
-    ) -> int:
-        body: int = bullet.createMultiBody(
-            mass, shape, visual, position, orientation, physicsClientId=self.client
-        )
-        self.set_friction(body, -1, friction)
-        return body
-
-    def add_textured_rectangle(
-        self, low: tuple[float, float], high: tuple[float, float], height: float
-    ) -> int:
-        """Add a horizontal rectangle that is visible but has no contacts; `paint` sets its picture.
-
-        Args:
-            low: corner with the least x and y in W, m.
-            high: corner with the greatest x and y in W, m.
-            height: z in W, m.
-
-        Returns:
-            The body's number in PyBullet.
-        """
-        (a, b), (c, d) = low, high
-        visual = bullet.createVisualShape(
-            bullet.GEOM_MESH,
-            vertices=[(a, b, height), (c, b, height), (c, d, height), (a, d, height)],
-            indices=[0, 1, 2, 0, 2, 3],
-            uvs=[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
-            normals=[(0.0, 0.0, 1.0)] * 4,
-            rgbaColor=(1.0, 1.0, 1.0, 1.0),
-            physicsClientId=self.client,
-        )
-        body: int = bullet.createMultiBody(0.0, -1, visual, physicsClientId=self.client)
-        return body
-
-    def paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
-        """Set the picture of a rectangle; it is applied when the next picture is rendered.
-
-        Args:
-            body: of `add_textured_rectangle`.
-            rgb: (rows, columns, 3), 0 to 255; rows from the least y, columns from the least x.
-        """
-        self._unpainted[body] = rgb
-
-    def _paint(self, body: int, rgb: NDArray[np.uint8]) -> None:
-        """Apply a picture to a rectangle.
-
-        The TinyRenderer does not notice a change of a texture that it has, and Bullet reads each file name
-        only once, so every change is a new texture from a new file.
-        """
-        with tempfile.TemporaryDirectory() as scratch:
-            path = Path(scratch, "paint.bmp")
-            Picture.fromarray(np.ascontiguousarray(rgb[::-1])).save(path)
-            texture = bullet.loadTexture(str(path), physicsClientId=self.client)
-        bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=self.client)
-
-    def add_urdf(
-        self,
-        path: str,
-        position: Vector3,
-        orientation: Quaternion = UPRIGHT,
-        *,
-        fixed: bool = False,
-        friction: float = 0.6,
-    ) -> int:
-        """Add a body from a URDF file.
-
-        Args:
-            path: of the file.
-            position: of its frame in W, m.
-            orientation: in W.
-            fixed: fix its base to W.
-            friction: Coulomb coefficient of every link.
-
-        Returns:
-            The body's number in PyBullet.
-
-        Raises:
-            UserError: there is no such file, or PyBullet cannot load it.
-        """
-        body = load_model(path, position, orientation, fixed=fixed, client=self.client)
-        for link in range(-1, bullet.getNumJoints(body, physicsClientId=self.client)):
-            self.set_friction(body, link, friction)
-        return body
-
-    def set_friction(self, body: int, link: int, lateral: float, spinning: float = 0.02) -> None:
-        """Set the friction of a link; Bullet multiplies the coefficients of the two touching bodies.
-
-        Args:
-            body: number in PyBullet.
-            link: number of the link; -1 for the base.
-            lateral: Coulomb coefficient.
-            spinning: coefficient about the contact normal. Without 0.02, gripped cylinders turn in the
-                fingers (47 of 100 picks).
-        """
-        bullet.changeDynamics(
-            body,
-            link,
-            lateralFriction=lateral,
-            spinningFriction=spinning,
-            frictionAnchor=0,
-            physicsClientId=self.client,
-        )
-
-    def set_rolling_resistance(self, body: int, lever: float) -> None:
-        """Make a body lose speed as it rolls.
-
-        The braking torque is the normal force times `lever`; `lever` over the radius is the coefficient of
-        rolling resistance. Bullet multiplies it by the other body's friction.
-
-        Args:
-            body: number in PyBullet.
-            lever: m.
-        """
-        bullet.changeDynamics(body, -1, rollingFriction=lever, physicsClientId=self.client)
-
-    def set_joint_friction(self, body: int, joint: int, torque: float) -> None:
-        """Give a joint dry friction: a motor that resists motion with at most a given torque.
-
-        Args:
-            body: number in PyBullet.
-            joint: number of the joint.
-            torque: N·m.
-        """
-        bullet.setJointMotorControl2(
-            body,
-            joint,
-            bullet.VELOCITY_CONTROL,
-            targetVelocity=0.0,
-            force=torque,
-            physicsClientId=self.client,
-        )
+            self.client = self.bodies.client = self.renderer.client = -1
 
     def push(self, body: int, force: Vector3) -> None:
         """Push a body's base at its centre of mass in the next step.
@@ -466,36 +215,3 @@ class PhysicsWorld:
 
     def _points_between(self, body: int, other: int) -> Any:
         return bullet.getContactPoints(body, other, physicsClientId=self.client) or ()
-
-    # Pictures.
-
-    def render(self, camera: Camera) -> Image:
-        """Render a picture with the TinyRenderer (about 45 ms at 320 × 240).
-
-        Args:
-            camera: in W.
-
-        Returns:
-            Colours and depth.
-        """
-        while self._unpainted:
-            self._paint(*self._unpainted.popitem())
-        view = bullet.computeViewMatrix(camera.eye, camera.target, camera.up)
-        projection = bullet.computeProjectionMatrixFOV(
-            camera.field_of_view, camera.width / camera.height, camera.near, camera.far
-        )
-        _, _, pixels, depth, _ = bullet.getCameraImage(
-            camera.width,
-            camera.height,
-            view,
-            projection,
-            renderer=bullet.ER_TINY_RENDERER,
-            shadow=0,
-            flags=bullet.ER_NO_SEGMENTATION_MASK,
-            physicsClientId=self.client,
-        )
-        shape = (camera.height, camera.width)
-        rgb = np.reshape(np.asarray(pixels, dtype=np.uint8), (*shape, 4))[:, :, :3]
-        z = np.reshape(np.asarray(depth, dtype=np.float64), shape)
-        metres = camera.far * camera.near / (camera.far - (camera.far - camera.near) * z)
-        return Image(np.ascontiguousarray(rgb), metres)

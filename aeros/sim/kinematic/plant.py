@@ -15,7 +15,7 @@ from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
 from aeros.sim.randomness import RandomSource
-from aeros.sim.robot.motions import BlockedError
+from aeros.sim.robot.errors import BlockedError
 
 
 class KinematicPlant(FixedStepPlant):

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.layouts.dumpling_bench import (
     CLOSED_HEIGHT,

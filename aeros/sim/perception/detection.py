@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.detected_object import DetectedObject, Push
 from aeros.sim.geometry import Camera, Vector3, add
 

@@ -11,10 +11,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera, Vector3
-from aeros.sim.layouts.dirt import CELL_SIZE
-from aeros.sim.layouts.table import BIN, BIN_INNER, SPONGE_SIZE, WIPING_AREA
+from aeros.sim.layouts.table import BIN, BIN_INNER, CELL_SIZE, SPONGE_SIZE, WIPING_AREA
 from aeros.sim.perception.detection import MIN_PIXELS, TOP_FACE_DEPTH, is_yellow, point_cloud
 
 DIRT_BRIGHTNESS: Final = 0.7

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
 from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, is_yellow, point_cloud

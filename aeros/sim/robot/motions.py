@@ -10,43 +10,115 @@ comes to rest, and keeps its speed limit in W.
 # ruff: noqa: N803, N806
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from math import ceil, hypot, pi, sqrt
-from typing import Final, NamedTuple
+from collections.abc import Iterator, Mapping
+from math import ceil, hypot, pi
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from aeros.runtime.ports import JointPath, NoMotion, PlannedMotion, ServoBounds, Trajectory
+from aeros.runtime.ports import NoMotion, PlannedMotion, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
 from aeros.sim.robot.body import PANDA_BODY
-from aeros.sim.robot.kinematics import ik_step
-from aeros.sim.robot.limits import (
-    FINGER_GAP_MAX,
-    GRIP_FORCE_MAX,
-    Q_MAX,
-    Q_MIN,
-    QD_MAX,
-    QDD_MAX,
-    TOOL_SPEED_MAX,
-    Vector,
-)
-from aeros.sim.robot.parameters import ActionParameters, ActionRejectedError
+from aeros.sim.robot.errors import ActionRejectedError, BlockedError
+from aeros.sim.robot.limits import FINGER_GAP_MAX, GRIP_FORCE_MAX, Q_MAX, Q_MIN, TOOL_SPEED_MAX, Vector
 from aeros.sim.robot.profile import (
     ACCELERATION_TO_MEAN,
-    JERK_TO_MEAN,
     PEAK_TO_MEAN,
     JointProfile,
     UnreachableError,
     joint_profile,
-    line_path,
     line_profile,
     minimum_jerk,
     minimum_jerk_ticks,
 )
-from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, BRAKED_PARTS, Robot
+from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, BRAKED_PARTS, SETTLE_TICKS, Robot
 
 MotionTicks = Iterator[None]
+
+
+class ActionParameters:
+    """Parameters of one action: missing, unknown, mistyped and out-of-range ones are refused.
+
+    Each is read once, and `reject_unread` refuses the rest.
+    """
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        self._values = dict(values)
+
+    def number(self, name: str, low: float, high: float) -> float:
+        """Read a number.
+
+        Args:
+            name: of the parameter.
+            low: least allowed value, SI.
+            high: greatest allowed value, SI.
+
+        Returns:
+            The number, in [low, high].
+
+        Raises:
+            ActionRejectedError: it is missing, no number or out of range.
+        """
+        return self._check(name, self._take(name), low, high)
+
+    def position(self, name: str, limit: float = 10.0) -> Vector3:
+        """Read a position in W.
+
+        Args:
+            name: of the parameter.
+            limit: greatest absolute value of a coordinate, m.
+
+        Returns:
+            The position, m.
+
+        Raises:
+            ActionRejectedError: it is missing, no 3-tuple of numbers or out of range.
+        """
+        value = self._take(name)
+        if not isinstance(value, tuple) or len(value) != 3:
+            raise ActionRejectedError(f"bad parameter: `{name}` is not a 3-tuple")
+        x, y, z = (self._check(name, part, -limit, limit) for part in value)
+        return (x, y, z)
+
+    def string(self, name: str) -> str:
+        """Read a string.
+
+        Args:
+            name: of the parameter.
+
+        Returns:
+            The string.
+
+        Raises:
+            ActionRejectedError: it is missing or no string.
+        """
+        value = self._take(name)
+        if not isinstance(value, str):
+            raise ActionRejectedError(f"bad parameter: `{name}` is not a string")
+        return value
+
+    def reject_unread(self) -> None:
+        """Refuse parameters that were not read.
+
+        Raises:
+            ActionRejectedError: there is one.
+        """
+        if self._values:
+            raise ActionRejectedError(f"unknown parameter: `{min(self._values)}`")
+
+    def _take(self, name: str) -> Any:
+        if name not in self._values:
+            raise ActionRejectedError(f"missing parameter: `{name}`")
+        return self._values.pop(name)
+
+    @staticmethod
+    def _check(name: str, value: Any, low: float, high: float) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
+            raise ActionRejectedError(f"bad parameter: `{name}` is not a number")
+        if not low <= value <= high:
+            raise ActionRejectedError(f"out of range: `{name}` is outside [{low:g}, {high:g}]")
+        return float(value)
 
 
 class PreparedMotion(NamedTuple):
@@ -57,15 +129,11 @@ class PreparedMotion(NamedTuple):
     moved_parts: frozenset[str] = frozenset()
 
 
-_ARM: Final = frozenset(("arm",))
+ARM: Final = frozenset(("arm",))
 _BASE: Final = frozenset(("base",))
 
-
-SETTLE_TICKS: Final = 60
-"""Longest wait for the arm to come to rest after a profile, ticks (0.25 s)."""
-
-REST_SPEED: Final = 0.01
-"""Joint speed below which the arm rests, rad/s."""
+NO_TRAVEL: Final = (0.0, 0.0, 0.0)
+"""Displacement of a base that stands still, m."""
 
 ARRIVAL_TOLERANCE: Final = 0.01
 """Greatest distance of the tool from the target of a completed move, m."""
@@ -73,44 +141,11 @@ ARRIVAL_TOLERANCE: Final = 0.01
 JOINT_ARRIVAL_TOLERANCE: Final = 0.01
 """Greatest distance of a joint from the target of a completed move, rad."""
 
-_CONTACT_SPEED: Final = 0.006
-"""Speed of approach to a surface and greatest speed of force control, m/s."""
-
-_CONTACT_SPEED_STEP: Final = 0.5 * TICK
-"""Greatest change of that speed per tick, m/s (0.5 m/s²)."""
-
-_SERVO_GAIN: Final = 0.6
-"""Share of the way to the servo target made per tick: smooth, and lags by about a tick."""
-
-_SERVO_RATE: Final = QD_MAX / 2.0
-_SERVO_RATE_STEP: Final = QDD_MAX * TICK / 2.0
-"""Greatest speed of a joint under feedback, rad/s, and change of it per tick."""
-
-_FORCE_GAIN: Final = 0.0005
-"""Integral force control: m/s of z per N of error."""
-
-_FORCE_FILTER: Final = 0.3
-"""Weight of a new reading of the wrist's force sensor per tick (14 Hz): it also feels the hand accelerate."""
-
 _MIN_SPEED: Final = 1e-3
 """Least speed of a move, m/s."""
 
 _BASE_LIMIT_SHARE: Final = 0.999
 """Share of requested speed and acceleration limit that the base uses: rounding must exceed neither."""
-
-_SURFACE_SEARCH_DEPTH: Final = 0.02
-"""Depth below its target down to which a slide searches for the surface, m."""
-
-
-_SLIDE_PATH_SPACING: Final = 0.005
-"""Vertical spacing of the planned paths of a slide, m."""
-
-_MAX_PATH_DEVIATION: Final = 0.01
-"""Greatest deviation of a joint from the nearest planned path of a slide, rad."""
-
-
-class BlockedError(Exception):
-    """Something holds the robot back during a motion; the message says where."""
 
 
 def plan_stop(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
@@ -186,11 +221,8 @@ def plan_move_tool(
         )
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
-    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
-    return PreparedMotion(trajectory, _move_tool(robot, profile, p_WT), _ARM)
-
-
-_NOWHERE: Final = (0.0, 0.0, 0.0)
+    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
+    return PreparedMotion(trajectory, _move_tool(robot, profile, p_WT), ARM)
 
 
 def _relative_speed(speed: float, base_motion: Trajectory | None) -> float:
@@ -214,7 +246,7 @@ def _move_tool(robot: Robot, profile: JointProfile, p_WT: Vector3) -> MotionTick
     if robot.base_speed_command.any():
         while robot.base_speed_command.any():
             yield
-        yield from settle(robot)
+        yield from robot.settle()
     _check_arrival(robot, p_WT)
 
 
@@ -223,7 +255,7 @@ def _follow_profile(robot: Robot, profile: JointProfile) -> MotionTicks:
         robot.command(position, speed)
         yield
     robot.hold_arm()
-    yield from settle(robot)
+    yield from robot.settle()
 
 
 def plan_move_joints(
@@ -252,8 +284,8 @@ def plan_move_joints(
         profile = joint_profile(robot.q_command, target, _relative_speed(speed, base_motion))
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
-    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, _NOWHERE, profile.ticks * TICK)
-    return PreparedMotion(trajectory, _move_joints(robot, profile, target), _ARM)
+    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
+    return PreparedMotion(trajectory, _move_joints(robot, profile, target), ARM)
 
 
 def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> MotionTicks:
@@ -261,21 +293,6 @@ def _move_joints(robot: Robot, profile: JointProfile, target: Vector) -> MotionT
     miss = float(np.abs(np.array(robot.read_sensors().q) - target).max())
     if miss > JOINT_ARRIVAL_TOLERANCE:
         raise BlockedError(f"blocked: a joint stopped {miss:.3f} rad from its target")
-
-
-def settle(robot: Robot) -> MotionTicks:
-    """Wait until the arm rests: all joints below `REST_SPEED`, or `SETTLE_TICKS` have passed.
-
-    Args:
-        robot: the robot.
-
-    Yields:
-        Once per tick.
-    """
-    for _ in range(SETTLE_TICKS):
-        yield
-        if max(map(abs, robot.read_sensors().qd)) < REST_SPEED:
-            return
 
 
 def _check_arrival(robot: Robot, p_WT: Vector3) -> None:
@@ -313,144 +330,6 @@ def _grip(robot: Robot, width: float, force: float) -> MotionTicks:
         if still >= 24:
             return
     raise BlockedError("blocked: the fingers do not come to rest")
-
-
-def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
-    """Plan `slide {target: m, force: N, speed: m/s}`: a line along x and y, pressing down with `force`.
-
-    First the tool descends until the wrist measures half the force, at most 20 mm below the target's z.
-    Then it moves for at least half a second, while integral control on z holds the force. The descent is
-    slow (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
-
-    Args:
-        robot: the robot.
-        parameters: `target`, the tool position in W, m, its z near the surface; `force`, 0.5 to 60 N;
-            `speed`, 0.001 to 0.5 m/s.
-        base_motion: plan of the base motion under way; must be None.
-
-    Returns:
-        The motion of the arm, under feedback.
-
-    Raises:
-        ActionRejectedError: a parameter is missing, unknown or out of range, the base drives, or a path is
-            unreachable.
-    """
-    p_WT = parameters.position("target")
-    force = parameters.number("force", 0.5, 60.0)
-    speed = parameters.number("speed", 1e-3, 0.5)
-    parameters.reject_unread()
-    if base_motion is not None:
-        raise ActionRejectedError("not allowed while the base drives: the pressed object would be dragged")
-    start, yaw = robot.tool_command()
-    base = robot.read_sensors().base_position
-    target = np.array(p_WT) - np.array(base)
-    lowest = float(target[2]) - _SURFACE_SEARCH_DEPTH
-    q = robot.q_command
-    try:
-        # The speed of both along and down together must not exceed `speed`; at least half of it goes along.
-        along = sqrt(max(speed * speed - _CONTACT_SPEED * _CONTACT_SPEED, speed * speed / 4.0))
-        ticks = line_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
-        # Paths for every height of the surface: down over the start, then along at that height.
-        paths = [line_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
-        heights = np.arange(lowest, max(start[2], lowest) + _SLIDE_PATH_SPACING, _SLIDE_PATH_SPACING)
-        paths += [line_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights]
-    except UnreachableError as reason:
-        raise ActionRejectedError(f"unreachable: {reason}") from reason
-    ticks = max(ticks, 120)
-    servo = _servo_plan(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
-    trajectory = Trajectory(PANDA_BODY, tuple(paths), base, _NOWHERE, ticks * TICK, servo)
-    return PreparedMotion(trajectory, _slide(robot, target, force, ticks, lowest, _SlidePaths(paths)), _ARM)
-
-
-def _at_height(p: Vector, height: float) -> Vector:
-    return np.array([p[0], p[1], height])
-
-
-def _servo_plan(distance: float, duration: float) -> ServoBounds:
-    """Return the bounds that `_servo_tick` keeps: of the joints, and of the set point along and in height."""
-    rise = _CONTACT_SPEED_STEP / TICK
-    return ServoBounds(
-        joint_tolerance=(_MAX_PATH_DEVIATION,) * 7,
-        speed=tuple((QD_MAX / 2.0).tolist()),
-        acceleration=tuple((QDD_MAX / 2.0).tolist()),
-        jerk=tuple((QDD_MAX / TICK).tolist()),
-        tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _CONTACT_SPEED),
-        tool_acceleration=hypot(ACCELERATION_TO_MEAN * distance / duration**2, rise),
-        tool_jerk=hypot(JERK_TO_MEAN * distance / duration**3, 2.0 * rise / TICK),
-    )
-
-
-class _SlidePaths:
-    """The paths of a slide as sampled points, to detect when the arm leaves them."""
-
-    def __init__(self, paths: list[JointPath]) -> None:
-        corners = np.concatenate([np.array(path) for path in paths])
-        u = np.linspace(0.0, 1.0, 4)[None, :, None]
-        v = 1.0 - u
-        a, b, c, d = (corners[:, corner, None, :] for corner in range(4))
-        self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
-        self._by_joint = np.ascontiguousarray(self._q.T)
-        self._away = np.empty_like(self._by_joint)
-        self._last_query: tuple[Vector, Vector] | None = None
-
-    def nearest(self, q: Vector) -> Vector:
-        """Return the sampled point nearest to `q` (largest joint distance), rad.
-
-        Raises BlockedError if it is farther away than `_MAX_PATH_DEVIATION`.
-        """
-        # Each set point is queried twice: at the end of a tick and at the beginning of the next.
-        if self._last_query is not None and self._last_query[0] is q:
-            return self._last_query[1]
-        away = np.abs(np.subtract(self._by_joint, q[:, None], out=self._away), out=self._away).max(axis=0)
-        index = int(away.argmin())
-        if away[index] > _MAX_PATH_DEVIATION:
-            raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
-        nearest: Vector = self._q[index]
-        self._last_query = (q, nearest)
-        return nearest
-
-
-def _slide(
-    robot: Robot, target: Vector, force: float, ticks: int, lowest: float, paths: _SlidePaths
-) -> MotionTicks:
-    yield from settle(robot)
-    tare = robot.wrist_vertical_force()
-    start, yaw = robot.tool_command()
-    p_BT = start.copy()
-    pressed = pace = 0.0
-    while pressed < force / 2.0:
-        pace = min(_CONTACT_SPEED, pace + _CONTACT_SPEED_STEP)
-        p_BT[2] -= pace * TICK
-        if p_BT[2] < lowest:
-            raise BlockedError("no contact: no surface down to 20 mm below the target")
-        _servo_tick(robot, p_BT, yaw, paths)
-        yield
-        pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
-    share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
-    for part in share:
-        pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
-        correction = min(_CONTACT_SPEED, max(-_CONTACT_SPEED, _FORCE_GAIN * (force - pressed)))
-        pace = min(pace + _CONTACT_SPEED_STEP, max(pace - _CONTACT_SPEED_STEP, correction))
-        p_BT[2] -= pace * TICK
-        if p_BT[2] < lowest:
-            raise BlockedError("contact lost: no surface down to 20 mm below the target")
-        p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
-        _servo_tick(robot, p_BT, yaw, paths)
-        yield
-    robot.hold_arm()
-    yield from settle(robot)
-
-
-def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, paths: _SlidePaths) -> None:
-    """Servo for one tick, with at most half of any joint's speed and acceleration limit."""
-    here = robot.q_command
-    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, paths.nearest(here)) - here) / TICK
-    before = robot.qd_command
-    rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
-    rate = np.minimum(np.maximum(rate, before - _SERVO_RATE_STEP), before + _SERVO_RATE_STEP)
-    q = here + rate * TICK
-    paths.nearest(q)
-    robot.command(q, rate)
 
 
 def plan_move_base(
@@ -502,15 +381,3 @@ def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> MotionT
     miss = float(np.linalg.norm(at - target))
     if miss > ARRIVAL_TOLERANCE:
         raise BlockedError(f"blocked: the base stopped {1000 * miss:.0f} mm from its target")
-
-
-PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {
-    "stop": plan_stop,
-    "wait": plan_wait,
-    "move_tool": plan_move_tool,
-    "move_joints": plan_move_joints,
-    "grip": plan_grip,
-    "slide": plan_slide,
-    "move_base": plan_move_base,
-}
-"""Motion planners by action kind; the plant itself handles `look`, which moves nothing."""

@@ -8,17 +8,19 @@ Frames: W the world, B the arm's base, T the tool centre point.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from math import hypot
+from math import cos, hypot, sin, sqrt
 from operator import sub
 from typing import Final, NamedTuple
 
 import numpy as np
 
+from aeros.kinematic_chain import Triple, mounting_of
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
+from aeros.sim.robot.body import CAPSULES, PANDA_BODY
 from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
 from aeros.sim.robot.limits import QDD_MAX, Vector
 
@@ -35,6 +37,12 @@ _MAX_RATE_LAG: Final = 0.05
 _BASE_LAG: Final = 0.005
 _BASE_RATE_LAG: Final = 0.02
 """Tracking errors above which the carriage is hindered, m and m/s (seen at most: 0.0018 and 0.0021)."""
+
+SETTLE_TICKS: Final = 60
+"""Longest wait for the arm to come to rest after a profile, ticks (0.25 s)."""
+
+_REST_SPEED: Final = 0.01
+"""Joint speed below which the arm rests, rad/s."""
 
 BRAKED_PARTS: Final = frozenset(("arm", "base"))
 """Parts that a stop brings to rest; the fingers keep their grip."""
@@ -183,6 +191,17 @@ class Robot(ABC):
         if "base" in parts:
             self.hold_base()
 
+    def settle(self) -> Iterator[None]:
+        """Wait until the arm rests: all joints below `_REST_SPEED`, or `SETTLE_TICKS` have passed.
+
+        Yields:
+            Once per tick.
+        """
+        for _ in range(SETTLE_TICKS):
+            yield
+            if max(map(abs, self.read_sensors().qd)) < _REST_SPEED:
+                return
+
     def followed_set_points(self) -> tuple[Vector, Vector]:
         """Return the arm's set points; for joints that do not follow them, those that they would follow.
 
@@ -306,3 +325,56 @@ def _braking(time: float) -> Iterator[tuple[float, float]]:
         before, left = left, left - (0.5 if tick in (0, even) else 1.0) / even
         way += (before + left) / 2.0 * TICK
         yield (left if tick < even else 0.0), way
+
+
+_FOLLOWED_POINTS: Final = tuple(
+    tuple(
+        dict.fromkeys(
+            (
+                *(end for capsule in CAPSULES if capsule.joint == joint for end in (capsule.a, capsule.b)),
+                *((PANDA_BODY.tool_offset,) if joint == len(PANDA_BODY.dh_rows) else ()),
+            )
+        )
+    )
+    for joint in range(1, len(PANDA_BODY.dh_rows) + 1)
+)
+
+_CHAIN: Final = tuple(
+    (*mounting_of(row), points) for row, points in zip(PANDA_BODY.dh_rows, _FOLLOWED_POINTS, strict=True)
+)
+"""For each joint its `Mounting` and the points that it carries, in its frame, m."""
+
+
+def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> float:
+    """Compute the speed in W of the fastest link.
+
+    Of each link it follows both ends of its capsule's axis, and of the hand also the tool point. A link is
+    rigid, so no point of those axes is faster. Not counted: rotation of a link about its own axis.
+    Velocities go up the chain in each link's own frame, where its points stay: v = v₋₁ + ω₋₁ × p, ω = ω₋₁ +
+    z·q̇, both rotated.
+
+    Args:
+        q: joint positions (7), rad.
+        rates: joint speeds (7), rad/s.
+        base: velocity of the arm's base in W, m/s; the base does not rotate.
+
+    Returns:
+        The speed, m/s.
+    """
+    vx, vy, vz = base
+    wx = wy = wz = 0.0
+    fastest = vx * vx + vy * vy + vz * vz
+    for (x, y, z, ca, sa, points), position, rate in zip(_CHAIN, q, rates, strict=True):
+        vx, vy, vz = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
+        vy, vz = ca * vy + sa * vz, ca * vz - sa * vy
+        wy, wz = ca * wy + sa * wz, ca * wz - sa * wy
+        c, s = cos(position), sin(position)
+        vx, vy = c * vx + s * vy, c * vy - s * vx
+        wx, wy = c * wx + s * wy, c * wy - s * wx
+        wz += rate
+        for px, py, pz in points:
+            ux, uy, uz = vx + wy * pz - wz * py, vy + wz * px - wx * pz, vz + wx * py - wy * px
+            square = ux * ux + uy * uy + uz * uz
+            if square > fastest:
+                fastest = square
+    return sqrt(fastest)

@@ -58,18 +58,18 @@ class DumplingBenchScene:
         """Implement `Scene.build`: tray and stand at random, wrapper and filling on them."""
         self._world = world
         add_table(world)
-        self._press = world.add_urdf(str(MODELS / "press.urdf"), PRESS, fixed=True, friction=0.8)
-        world.set_joint_friction(self._press, _LID, 0.005)
-        world.set_joint_friction(self._press, _HANDLE, 0.0)
+        self._press = world.bodies.add_urdf(str(MODELS / "press.urdf"), PRESS, fixed=True, friction=0.8)
+        world.bodies.set_joint_friction(self._press, _LID, 0.005)
+        world.bodies.set_joint_friction(self._press, _HANDLE, 0.0)
         add_open_box(world, POT_INNER, POT)
         laid = sample_bench_layout(chance)
-        world.add_box((*TRAY_EDGES, TRAY[2]), *laid.tray)
-        self._wrapper = world.add_urdf(str(MODELS / "wrapper.urdf"), *laid.wrapper, friction=0.8)
-        world.set_joint_friction(self._wrapper, _FOLD, DOUGH_FRICTION)
-        world.add_cylinder(STAND_RADIUS, STAND[2], laid.stand)
+        world.bodies.add_box((*TRAY_EDGES, TRAY[2]), *laid.tray)
+        self._wrapper = world.bodies.add_urdf(str(MODELS / "wrapper.urdf"), *laid.wrapper, friction=0.8)
+        world.bodies.set_joint_friction(self._wrapper, _FOLD, DOUGH_FRICTION)
+        world.bodies.add_cylinder(STAND_RADIUS, STAND[2], laid.stand)
         side, height = FILLING
         green = (0.35, 0.55, 0.25, 1.0)
-        self._filling = world.add_box((side, side, height), *laid.filling, mass=0.05, colour=green)
+        self._filling = world.bodies.add_box((side, side, height), *laid.filling, mass=0.05, colour=green)
         self._sealed = False
         self._press_force = 0.0
         self._inspector = DumplingTracker()
@@ -80,7 +80,7 @@ class DumplingBenchScene:
         self._press_force = sum(contact.force for contact in plate_b)
         if not self._sealed and self._press_force > SEALING_FORCE and self._dumpling().is_closed:
             self._sealed = True
-            self._world.set_joint_friction(self._wrapper, _FOLD, SEALED_FRICTION)
+            self._world.bodies.set_joint_friction(self._wrapper, _FOLD, SEALED_FRICTION)
         self._inspector.add_press_force(self._press_force)
 
     def measure(self) -> Mapping[str, Any]:
@@ -94,14 +94,14 @@ class DumplingBenchScene:
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """Implement `Scene.detect`: `overhead` sees the bench, `side` the inside of a closed wrapper."""
         if camera == "overhead":
-            seen = detect_bench(self._world.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
+            seen = detect_bench(self._world.renderer.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
             wrapper = _apply_filter(through, seen.wrapper)
             filling = through(None if seen.filling is None else DetectedObject(seen.filling))
             place = None if filling is None else filling.position
             return self._inspector.add_overhead_view(wrapper, place, self._world.time)
         wrapper = _apply_filter(through, self._inspector.wrapper)
         filled = wrapper is not None and is_filling_visible(
-            self._world.render(SIDE_CAMERA), SIDE_CAMERA, wrapper
+            self._world.renderer.render(SIDE_CAMERA), SIDE_CAMERA, wrapper
         )
         return self._inspector.add_side_view(filled)
 

@@ -40,15 +40,15 @@ class FetchScene:
         self._world = world
         self._robot = robot
         self._seen: LastDetection | None = None
-        world.add_box((6.0, 6.0, 0.05), (1.0, 0.0, -0.025), colour=(0.75, 0.74, 0.70, 1.0))
+        world.bodies.add_box((6.0, 6.0, 0.05), (1.0, 0.0, -0.025), colour=(0.75, 0.74, 0.70, 1.0))
         self._laid = laid = sample_room_layout(chance)
         pick, place = laid.stands
-        world.add_box(STAND_SIZE, pick, colour=(0.78, 0.70, 0.58, 1.0))
+        world.bodies.add_box(STAND_SIZE, pick, colour=(0.78, 0.70, 0.58, 1.0))
         red, blue = (0.80, 0.10, 0.08, 1.0), (0.15, 0.30, 0.75, 1.0)
-        self._decoy = world.add_box(DECOY_SIZE, laid.decoy, mass=0.1, colour=blue)
-        self._can = world.add_cylinder(*CAN_SIZE, laid.can, mass=0.15, colour=red)
-        world.set_rolling_resistance(self._can, CAN_ROLLING_RESISTANCE)
-        world.add_box(STAND_SIZE, place, colour=(0.78, 0.70, 0.58, 1.0))
+        self._decoy = world.bodies.add_box(DECOY_SIZE, laid.decoy, mass=0.1, colour=blue)
+        self._can = world.bodies.add_cylinder(*CAN_SIZE, laid.can, mass=0.15, colour=red)
+        world.bodies.set_rolling_resistance(self._can, CAN_ROLLING_RESISTANCE)
+        world.bodies.add_box(STAND_SIZE, place, colour=(0.78, 0.70, 0.58, 1.0))
 
     def tick(self) -> None:
         """Implement `Scene.tick`: forget where the can was seen once it is held."""
@@ -68,7 +68,7 @@ class FetchScene:
         """Implement `Scene.detect`: find the can by colour and depth in a picture of `mast` or `hand`."""
         state = self._robot.read_sensors()
         eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
-        found = through(detect_red_cylinder(self._world.render(eye), eye, CAN_SIZE))
+        found = through(detect_red_cylinder(self._world.renderer.render(eye), eye, CAN_SIZE))
         self._seen = None if found is None else LastDetection(found.position, self._world.time)
         return camera_measurements(camera, found, self._laid.delivery)
 

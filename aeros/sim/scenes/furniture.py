@@ -21,7 +21,9 @@ def add_table(world: PhysicsWorld) -> int:
     Returns:
         The body's number in PyBullet.
     """
-    return world.add_box((1.4, 1.6, 0.05), (0.4, 0.0, -0.025), colour=(0.78, 0.70, 0.58, 1.0), friction=0.6)
+    return world.bodies.add_box(
+        (1.4, 1.6, 0.05), (0.4, 0.0, -0.025), colour=(0.78, 0.70, 0.58, 1.0), friction=0.6
+    )
 
 
 def add_open_box(world: PhysicsWorld, inner: Vector3, position: Vector3, wall: float = 0.005) -> None:
@@ -36,9 +38,9 @@ def add_open_box(world: PhysicsWorld, inner: Vector3, position: Vector3, wall: f
     length, width, depth = inner
     x, y, z = position
     colour = (0.35, 0.40, 0.48, 1.0)
-    world.add_box((length + 2 * wall, width + 2 * wall, wall), (x, y, z - wall / 2), colour=colour)
+    world.bodies.add_box((length + 2 * wall, width + 2 * wall, wall), (x, y, z - wall / 2), colour=colour)
     for side in (-1.0, 1.0):
         across = x + side * (length + wall) / 2
-        world.add_box((wall, width + 2 * wall, depth), (across, y, z + depth / 2), colour=colour)
+        world.bodies.add_box((wall, width + 2 * wall, depth), (across, y, z + depth / 2), colour=colour)
         along = y + side * (width + wall) / 2
-        world.add_box((length, wall, depth), (x, along, z + depth / 2), colour=colour)
+        world.bodies.add_box((length, wall, depth), (x, along, z + depth / 2), colour=colour)

@@ -48,13 +48,13 @@ class Scene(Protocol):
     cameras: tuple[str, ...]
     initial_cameras: tuple[str, ...]
 
-    def build(self, world: PhysicsWorld, robot: Panda, random: RandomSource) -> None:
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
         """Add the scene's objects to the world; called once, before the first tick.
 
         Args:
             world: the empty world.
             robot: the robot in it.
-            random: random source of the layout.
+            chance: random source of the layout.
         """
 
     def tick(self) -> None:

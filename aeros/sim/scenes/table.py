@@ -17,7 +17,6 @@ from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
-from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     BIN,
     BIN_INNER,
@@ -31,6 +30,7 @@ from aeros.sim.layouts.table import (
     WIPED_THRESHOLD,
     WIPING_AREA,
     WIPING_FORCE,
+    DirtMap,
     sample_table_layout,
     table_detections,
     table_measurements,
@@ -69,19 +69,19 @@ class TableScene:
         self._world = world
         self._table = add_table(world)
         self._dirt = DirtMap(*WIPING_AREA)
-        self._picture = world.add_textured_rectangle(*WIPING_AREA, _DIRT_HEIGHT)
+        self._picture = world.bodies.add_textured_rectangle(*WIPING_AREA, _DIRT_HEIGHT)
         self._paint()
         add_open_box(world, BIN_INNER, BIN)
         laid = sample_table_layout(chance)
         self._rest = laid.rest
-        self._sponge = world.add_urdf(str(MODELS / "sponge.urdf"), *laid.sponge)
-        world.set_friction(self._sponge, -1, FOAM_FRICTION)
-        world.set_friction(self._sponge, _GRIP_BLOCK_LINK, RUBBER_FRICTION)
-        world.set_joint_friction(self._sponge, _GRIP_BLOCK_LINK, SWIVEL_FRICTION)
+        self._sponge = world.bodies.add_urdf(str(MODELS / "sponge.urdf"), *laid.sponge)
+        world.bodies.set_friction(self._sponge, -1, FOAM_FRICTION)
+        world.bodies.set_friction(self._sponge, _GRIP_BLOCK_LINK, RUBBER_FRICTION)
+        world.bodies.set_joint_friction(self._sponge, _GRIP_BLOCK_LINK, SWIVEL_FRICTION)
         blue, green = (0.20, 0.35, 0.80, 1.0), (0.25, 0.60, 0.30, 1.0)
-        cube = world.add_box((CUBE_EDGE, CUBE_EDGE, CUBE_EDGE), *laid.cube, mass=0.08, colour=blue)
-        can = world.add_cylinder(*CAN_SIZE, *laid.can, mass=0.08, colour=green)
-        world.set_rolling_resistance(can, CAN_ROLLING)
+        cube = world.bodies.add_box((CUBE_EDGE, CUBE_EDGE, CUBE_EDGE), *laid.cube, mass=0.08, colour=blue)
+        can = world.bodies.add_cylinder(*CAN_SIZE, *laid.can, mass=0.08, colour=green)
+        world.bodies.set_rolling_resistance(can, CAN_ROLLING)
         self._clutter = (cube, can)
 
     def tick(self) -> None:
@@ -109,11 +109,11 @@ class TableScene:
         nothing.
         """
         if camera == "overhead":
-            view = detect_table(self._world.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
+            view = detect_table(self._world.renderer.render(OVERHEAD_CAMERA), OVERHEAD_CAMERA)
             pieces = map(through, view.pieces)
             shown = [piece for piece in pieces if piece is not None]
             return table_detections(self._rest, through(view.sponge), shown)
-        seen = inspect_table(self._world.render(MAST_CAMERA), MAST_CAMERA)
+        seen = inspect_table(self._world.renderer.render(MAST_CAMERA), MAST_CAMERA)
         sponge = through(None if seen.sponge is None else DetectedObject(seen.sponge))
         returned = sponge is not None and dist(sponge.position, self._rest) < REST_TOLERANCE
         return {
@@ -124,7 +124,9 @@ class TableScene:
 
     def _paint(self) -> None:
         """Show the dirt to cameras."""
-        self._world.paint(self._picture, np.where(self._dirt.wiped[:, :, None], _TABLE_COLOUR, _DIRT_COLOUR))
+        self._world.renderer.paint(
+            self._picture, np.where(self._dirt.wiped[:, :, None], _TABLE_COLOUR, _DIRT_COLOUR)
+        )
 
 
 _TABLE_COLOUR: Final = np.array([199, 179, 148], dtype=np.uint8)

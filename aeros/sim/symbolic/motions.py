@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import add
-from aeros.sim.robot.parameters import ActionRejectedError
+from aeros.sim.robot.errors import ActionRejectedError
 from aeros.skill import Action
 from aeros.spec.expr.types import BoolType, EnumType, RealType, VectorType
 from aeros.spec.model.rules import ActionKind

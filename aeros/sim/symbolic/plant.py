@@ -24,7 +24,7 @@ from aeros.runtime.ports import (
     Readings,
     Snapshot,
 )
-from aeros.sim.robot.parameters import ActionRejectedError
+from aeros.sim.robot.errors import ActionRejectedError
 from aeros.sim.symbolic.motions import SymbolicMotion, check_parameters, plan_motion
 from aeros.sim.symbolic.outcomes import (
     BurstOutcomes,

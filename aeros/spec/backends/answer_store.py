@@ -66,7 +66,7 @@ class AnswerStore:
         try:
             row = self._connection.execute("SELECT answer FROM answers WHERE key = ?", (key,)).fetchone()
             return None if row is None else _answer(json.loads(row[0]))
-        except (sqlite3.Error, ValueError, KeyError, TypeError):
+        except (sqlite3.Error, ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError):
             return None
 
     def put(self, answers: Mapping[str, SolverAnswer]) -> None:

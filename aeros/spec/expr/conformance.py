@@ -71,7 +71,8 @@ def check_backend(
     Args:
         backend: the back end under test.
         max_examples: number of cases.
-        seeded: take the same cases on every run; otherwise new ones.
+        seeded: begin with the same cases on every run; otherwise with new ones. Hypothesis varies later
+            cases by the hashes of what it has drawn, which differ between processes.
         shrink: look for a smaller failing case before reporting.
 
     Returns:
@@ -79,8 +80,7 @@ def check_backend(
 
     Raises:
         BackendConformanceError: a decision differs from the definition, or the run met no true condition,
-            no false
-            condition or no near tie.
+            no false condition or no near tie.
     """
     coverage = CaseCoverage()
     phases = (Phase.generate, Phase.shrink) if shrink else (Phase.generate,)

@@ -74,13 +74,16 @@ def unmet_bounds(term: t.Term, values: Mapping[str, Any]) -> tuple[UnmetBound, .
 
     Args:
         term: condition without past-time operators.
-        values: exact values by variable, or float, bool or str by scalar variable.
+        values: float, exact real, bool or str by scalar variable, such as `joint[j1]`.
 
     Returns:
         The parts that do not hold, each once; empty if `term` holds.
     """
     exact = {name: _exact(value) for name, value in values.items()}
-    return tuple(dict.fromkeys(_violated_parts(lower(term), exact, expected=True)))
+    lowered = lower(term)
+    if is_true(lowered, exact):
+        return ()
+    return tuple(dict.fromkeys(_violated_parts(lowered, exact, expected=True)))
 
 
 def _violated_parts(term: t.Term, values: Environment, *, expected: bool) -> Iterator[UnmetBound]:

@@ -137,9 +137,8 @@ def _rewritten(text: str, version: int, rewrite: Callable[[dict[str, Any]], Mapp
         body = envelope["body"]
         if hashlib.sha256(body.encode()).hexdigest() != envelope["digest"]:
             raise UnmigratableError("it is damaged: its digest does not match")
-        checkpoint = rewrite(json.loads(body))
+        body = json.dumps(rewrite(json.loads(body)), sort_keys=True, allow_nan=False)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise UnmigratableError("it is damaged: it does not have the layout of a checkpoint") from error
-    body = json.dumps(checkpoint, sort_keys=True, allow_nan=False)
     digest = hashlib.sha256(body.encode()).hexdigest()
     return json.dumps({"schema": version, "digest": digest, "body": body}, indent=1)

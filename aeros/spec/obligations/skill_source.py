@@ -50,11 +50,16 @@ class SkillFile:
             The position from the beginning of the node to its end or the end of that line.
         """
         line = self.source.line_text(node.lineno)
-        column = len(line.encode()[: node.col_offset].decode(errors="ignore"))
-        start = self.source.line_start(node.lineno) + column
-        ends_here = node.end_lineno == node.lineno and node.end_col_offset is not None
-        length = node.end_col_offset - node.col_offset if ends_here and node.end_col_offset else len(line)
-        return self.source.span(start, min(start + max(length, 1), start + max(len(line) - column, 0)))
+        start, end = _column(line, node.col_offset), len(line)
+        if node.end_lineno == node.lineno and node.end_col_offset is not None:
+            end = max(_column(line, node.end_col_offset), min(start + 1, end))
+        offset = self.source.line_start(node.lineno)
+        return self.source.span(offset + start, offset + end)
+
+
+def _column(line: str, byte: int) -> int:
+    """Return the number of characters in the first bytes of a line, in which syntax trees count."""
+    return len(line.encode()[:byte].decode(errors="ignore"))
 
 
 def read_skill_files(folder: str, code: Mapping[str, bytes]) -> dict[str, SkillFile | UnreadableCodeError]:

@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import pi
 from random import Random
 
-from aeros.runtime.motion.kinematics import ForwardKinematics
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.ports import Ball, JointPath, JointVector, RobotBody, Trajectory, Vec3
 
 JOINTS = 4

@@ -11,7 +11,7 @@ from typing import Any, cast
 import pytest
 
 from aeros.runtime.audit.log import AuditError, verify_log
-from aeros.runtime.execution import step_control as module
+from aeros.runtime.execution import scheduler as module
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.ports import MotionCompletion, Runtime, StepRequest, StepResult, StepStatus
 from aeros.skill import Action, Inputs, Observation, SkillBody, act

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.sim.bullet.world import Image, PhysicsWorld
+from aeros.sim.bullet.renderer import Image
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.detected_object import DetectedObject, Push
 from aeros.sim.geometry import UPRIGHT, Camera
 from aeros.sim.layouts.fetch import (
@@ -125,14 +126,14 @@ def test_a_red_can_is_found_within_5_mm_however_it_lies_and_a_blue_box_is_not(
     radius, height = CAN_SIZE
     world = PhysicsWorld()
     x, y = place
-    world.add_box((0.04, 0.04, 0.05), (x, y - 0.15, 0.025), colour=BLUE)
-    assert detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE) is None
+    world.bodies.add_box((0.04, 0.04, 0.05), (x, y - 0.15, 0.025), colour=BLUE)
+    assert detect_red_cylinder(world.renderer.render(CAMERA), CAMERA, CAN_SIZE) is None
     middle = (x, y, height / 2 if axis is None else radius)
     half = ((axis or 0.0) / 2, pi / 4)
     lying = (-sin(half[0]) * sin(half[1]), cos(half[0]) * sin(half[1]), sin(half[0]) * cos(half[1]),
              cos(half[0]) * cos(half[1]))  # fmt: skip
-    world.add_cylinder(radius, height, middle, UPRIGHT if axis is None else lying, colour=RED)
-    found = detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE)
+    world.bodies.add_cylinder(radius, height, middle, UPRIGHT if axis is None else lying, colour=RED)
+    found = detect_red_cylinder(world.renderer.render(CAMERA), CAMERA, CAN_SIZE)
     world.close()
     assert found is not None
     assert dist(found.position, middle) < 0.005
@@ -143,9 +144,9 @@ def test_a_red_can_is_found_within_5_mm_however_it_lies_and_a_blue_box_is_not(
 @pytest.mark.parametrize(("gap", "grip"), [(0.03, None), (0.10, 0.0)])
 def test_a_hand_has_no_room_at_a_wall(gap: float, grip: float | None) -> None:
     world = PhysicsWorld()
-    world.add_box((0.2, 0.6, 0.3), (0.6 + CAN_SIZE[0] + gap + 0.1, 0.0, 0.15))
-    world.add_cylinder(*CAN_SIZE, (0.6, 0.0, CAN_SIZE[1] / 2), colour=RED)
-    found = detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE)
+    world.bodies.add_box((0.2, 0.6, 0.3), (0.6 + CAN_SIZE[0] + gap + 0.1, 0.0, 0.15))
+    world.bodies.add_cylinder(*CAN_SIZE, (0.6, 0.0, CAN_SIZE[1] / 2), colour=RED)
+    found = detect_red_cylinder(world.renderer.render(CAMERA), CAMERA, CAN_SIZE)
     world.close()
     assert found is not None
     assert found.grip_yaw == grip
@@ -156,7 +157,7 @@ def lying_at_a_wall(
 ) -> tuple[DetectedObject, tuple[float, float]]:
     """A can along y at x = 0.6, `gap` before a wall of that length with its middle at y = 0.06."""
     world = PhysicsWorld()
-    world.add_box((0.2, wall, 0.4), (0.6 + CAN_SIZE[0] + gap + 0.1, 0.06, 0.2))
+    world.bodies.add_box((0.2, wall, 0.4), (0.6 + CAN_SIZE[0] + gap + 0.1, 0.06, 0.2))
     half = (pi / 2 + turned) / 2
     lying = (
         -sin(half) * sin(pi / 4),
@@ -164,8 +165,8 @@ def lying_at_a_wall(
         sin(half) * cos(pi / 4),
         cos(half) * cos(pi / 4),
     )
-    world.add_cylinder(*CAN_SIZE, (0.6, at, CAN_SIZE[0]), lying, colour=RED)
-    found = detect_red_cylinder(world.render(CAMERA), CAMERA, CAN_SIZE)
+    world.bodies.add_cylinder(*CAN_SIZE, (0.6, at, CAN_SIZE[0]), lying, colour=RED)
+    found = detect_red_cylinder(world.renderer.render(CAMERA), CAMERA, CAN_SIZE)
     world.close()
     assert found is not None
     return found, (0.6, at)

@@ -14,7 +14,7 @@ from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
-from aeros.runtime.motion.kinematics import ForwardKinematics
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.clock import TICK

@@ -36,8 +36,8 @@ class CubeOnBlock(BareScene):
             self.robot = RobotOptions(carriage=True, base=(0.0, 0.0, 0.3))
 
     def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        world.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
-        world.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
+        world.bodies.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
+        world.bodies.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
 
 
 def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) -> Action:

@@ -121,7 +121,7 @@ class Obstructed(BareScene):
     def build(self, world: Any, robot: Any, chance: Any) -> None:
         super().build(world, robot, chance)
         if self._obstacle:
-            world.add_box((0.1, 0.1, 0.3), (0.38, 0.18, 0.45))
+            world.bodies.add_box((0.1, 0.1, 0.3), (0.38, 0.18, 0.45))
 
 
 def at_its_end() -> tuple[float, ...]:

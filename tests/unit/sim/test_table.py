@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from aeros.sim.geometry import Pose, Vector3, yaw_orientation
-from aeros.sim.layouts.dirt import DirtMap
-from aeros.sim.layouts.table import MAST_CAMERA, TableLayout, sample_table_layout
+from aeros.sim.layouts.table import MAST_CAMERA, DirtMap, TableLayout, sample_table_layout
 from aeros.sim.perception.inspection import inspect_table
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.sim.randomness import RandomSource
@@ -44,7 +43,7 @@ class Onlooker(NoDisturbance):
 
     def clean(self) -> float:
         """The share of the area that is clean in a picture from the mast."""
-        return inspect_table(self.stage.world.render(MAST_CAMERA), MAST_CAMERA).clean_share
+        return inspect_table(self.stage.world.renderer.render(MAST_CAMERA), MAST_CAMERA).clean_share
 
 
 def observed(plant: PhysicsPlant) -> dict[str, Any]:

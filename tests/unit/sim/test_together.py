@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from aeros.runtime.gate.decision import Decision, DecisionKind
-from aeros.runtime.motion.merged import ConcurrentMotion, MergedMotion, merge_motions
-from aeros.runtime.motion.swept_volume import BarrierBox, find_breach
+from aeros.runtime.motion.merged import ConcurrentMotion, merge_motions
+from aeros.runtime.motion.swept_volume import BarrierBox, MergedMotion, find_breach
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Ball, MotionCompletion, MotionHandle, PlannedMotion, RobotBody, Trajectory
 from aeros.sim.clock import TICK

@@ -226,8 +226,8 @@ class _FastPathWriter(FunctionWriter):
         """Add checks that all required readings are present, and every reading is well-formed and known."""
         scalars = _scalars_of(checkers, required)
         self.local |= {scalar: f"x{len(self.local) + place}" for place, scalar in enumerate(scalars)}
-        self.names |= {"Moment": Snapshot, "scalars": snapshot_cache.scalars, "one_by_one": read_each}
-        self.add_line("if type(readings) is Moment:")
+        self.names |= {"Snapshot": Snapshot, "scalars": snapshot_cache.scalars, "one_by_one": read_each}
+        self.add_line("if type(readings) is Snapshot:")
         start = len(self.lines)
         self._write_snapshot(checkers, required)
         self.indent(start)

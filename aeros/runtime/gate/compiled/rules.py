@@ -85,6 +85,7 @@ class MonitorRules:
     forms: the checker of each state variable.
     unpackers: for each state variable a function from a value to its scalars, or to None if it is malformed.
     parameters: for each action kind the same of its parameters.
+    by_kind: for each action kind the rules on its actions.
     """
 
     def __init__(self, site: Site) -> None:
@@ -98,21 +99,10 @@ class MonitorRules:
             for name, kind in site.kinds.items()
         }
         self._variables = {scalar: name for name, form in self.forms.items() for scalar in form.names}
-        self._rules = {name: self._compile_kind(site, kind) for name, kind in site.kinds.items()}
+        self.by_kind = {name: self._compile_kind(site, kind) for name, kind in site.kinds.items()}
         self._joint = JointRules(site, compiled=True)
         self._site = site
         self._quick: dict[tuple[str, frozenset[str]], Callable[[], FastTickCheck]] = {}
-
-    def rules_for_kind(self, kind: str) -> CompiledRuleSet:
-        """Return the rules on actions of one kind.
-
-        Args:
-            kind: an action kind of the site.
-
-        Returns:
-            The rules.
-        """
-        return self._rules[kind]
 
     def rules_for_pair(
         self, action: ActiveAction, active_action: ActiveAction

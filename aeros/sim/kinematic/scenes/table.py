@@ -12,7 +12,6 @@ from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import yaw_of
 from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, slab
 from aeros.sim.kinematic.scenes.bare import TABLE
-from aeros.sim.layouts.dirt import DirtMap
 from aeros.sim.layouts.table import (
     BIN,
     BIN_INNER,
@@ -23,6 +22,7 @@ from aeros.sim.layouts.table import (
     WIPED_THRESHOLD,
     WIPING_AREA,
     WIPING_FORCE,
+    DirtMap,
     sample_table_layout,
     table_detections,
     table_measurements,

@@ -11,9 +11,9 @@ import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.runtime.audit.check import GENESIS, seal_record
+from aeros.runtime.audit.check import GENESIS
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.canonical_json import to_canonical_json
+from aeros.runtime.canonical_json import seal_record, to_canonical_json
 from aeros.runtime.records.records import DecisionRecord, decision_details, session_details
 from tests.unit.runtime import bench
 

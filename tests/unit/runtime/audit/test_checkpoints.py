@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, seal_record, verify_log
+from aeros.runtime.audit.check import GENESIS, verify_log
 from aeros.runtime.audit.checkpoints import (
     CHECKPOINT_INTERVAL,
     AnchorError,
@@ -20,7 +20,7 @@ from aeros.runtime.audit.keys import (
     read_signing_key,
 )
 from aeros.runtime.audit.log import AuditError, AuditLog
-from aeros.runtime.canonical_json import to_canonical_json
+from aeros.runtime.canonical_json import seal_record, to_canonical_json
 
 
 @pytest.fixture(autouse=True)

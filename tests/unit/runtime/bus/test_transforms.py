@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from aeros.kinematic_chain import ORIGIN, JointFrame, child_frame, mounting_of
 from aeros.runtime.bus.messages import Quaternion, TFMessage, Time, TransformStamped
 from aeros.runtime.bus.transforms import chain_transforms, frame_quaternion
-from aeros.runtime.motion.kinematics import ForwardKinematics
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.ports import RobotBody, Vec3
 
 NAMES = ("a", "b", "c")

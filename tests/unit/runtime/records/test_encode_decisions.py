@@ -19,8 +19,7 @@ from aeros.runtime.ports import (
     Readings,
     Snapshot,
 )
-from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
-from aeros.runtime.records.encode_readings import IncrementalReadingsEncoder
+from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder, IncrementalReadingsEncoder
 from aeros.runtime.records.records import DecisionRecord, decision_details, motion_details, motion_to_json
 from aeros.skill import Action
 

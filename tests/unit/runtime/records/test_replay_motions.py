@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, seal_record, verify_log
-from aeros.runtime.canonical_json import digest_of
+from aeros.runtime.audit.check import GENESIS, verify_log
+from aeros.runtime.canonical_json import digest_of, seal_record
 from aeros.runtime.gate.configuration import Configuration, single_configuration
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import MotionCompletion, NoMotion, PlannedMotion, Trajectory

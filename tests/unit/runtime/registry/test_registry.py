@@ -151,25 +151,3 @@ def test_a_refused_first_change_leaves_no_folder(tmp_path: Path, write: Author) 
     with pytest.raises(UserError):
         registry.install(write(), "sha256:" + "0" * 64)
     assert not (tmp_path / "robot").exists()
-
-
-@pytest.mark.parametrize("name", ["skills.py", "ecm.yaml"])
-def test_kept_files_that_were_edited_are_noticed(registry: Registry, write: Author, name: str) -> None:
-    bring_up(registry, write())
-    (kept,) = registry.folder.rglob(name)
-    kept.write_text(kept.read_text() + "\n")
-    with pytest.raises(UserError, match="AE965"):
-        registry.configuration()
-
-
-def test_a_database_that_is_none_is_refused(registry: Registry) -> None:
-    (registry.folder / "registry.sqlite3").write_bytes(
-        b"not a database at all, but long enough to be one" * 40
-    )
-    with pytest.raises(UserError, match="AE965"):
-        registry.snapshot()
-
-
-def test_capabilities_say_who_can_do_what(registry: Registry, write: Author) -> None:
-    registry.install(write())
-    assert registry.capabilities(registry.snapshot()) == {"tidy": ("tidying",)}

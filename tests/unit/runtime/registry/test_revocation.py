@@ -143,7 +143,7 @@ def test_a_change_waits_for_what_an_unfinished_one_left_moving(
         raise SystemExit
 
     registry.install(write())
-    monkeypatch.setattr("aeros.runtime.registry.registry._WAIT_TIMEOUT_S", 0.01)
+    monkeypatch.setattr("aeros.runtime.registry.transaction._WAIT_TIMEOUT_S", 0.01)
     with ControlPage(registry.folder) as live, live.hold_generation(live.generation):
         with monkeypatch.context() as patched:
             patched.setattr(ControlPage, "wait_until_idle", killed)

@@ -43,11 +43,11 @@ def test_a_video_shows_the_motion(suffix: str, tmp_path: Path) -> None:
 def test_a_video_shows_the_rendered_pictures(suffix: str, tmp_path: Path) -> None:
     film = tmp_path / f"film{suffix}"
     world = PhysicsWorld()
-    world.add_box((1.0, 1.0, 0.1), (0.5, 0.0, 0.0), colour=(0.8, 0.2, 0.1, 1.0))
+    world.bodies.add_box((1.0, 1.0, 0.1), (0.5, 0.0, 0.0), colour=(0.8, 0.2, 0.1, 1.0))
     recorder = VideoRecorder(film)
     recorder.tick(world, VIEW)
     recorder.close()
-    seen = world.render(VIEW).rgb
+    seen = world.renderer.render(VIEW).rgb
     world.close()
     (frame,) = frames_of(film)
     assert np.abs(frame.astype(int) - seen.astype(int)).mean() < 6.0
@@ -58,7 +58,7 @@ def test_a_long_run_has_no_more_pictures_than_a_short_one(tmp_path: Path) -> Non
     recorder = VideoRecorder(tmp_path / "film.mp4")
     for second in range(3 * FRAMES_MAX):
         world.ticks = second * 240
-        world.add_box((0.1, 0.1, 0.1), (0.01 * second, 0.0, 0.0))
+        world.bodies.add_box((0.1, 0.1, 0.1), (0.01 * second, 0.0, 0.0))
         recorder.tick(world, VIEW)
     recorder.close()
     world.close()

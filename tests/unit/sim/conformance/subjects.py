@@ -122,7 +122,7 @@ _MOTORS: Final = replace(
     make_plant=_physics("bare"),
     tracking_tolerance=0.006,
     max_overshoot=0.02,
-    # Until the joints are at rest and not the set points alone: `motions.SETTLE_TICKS`.
+    # Until the joints are at rest and not the set points alone: `robot.SETTLE_TICKS`.
     max_stop_time=0.17 + 0.25,
     noise=1e-3,
 )

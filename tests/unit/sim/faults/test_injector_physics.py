@@ -56,10 +56,10 @@ class Cube(BareScene):
     pushable_objects: tuple[str, ...] = ("cube",)
 
     def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        world.add_box((1.0, 1.0, 0.05), (0.5, 0.0, -0.025))
-        world.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
+        world.bodies.add_box((1.0, 1.0, 0.05), (0.5, 0.0, -0.025))
+        world.bodies.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
         self.world = world
-        self.cube = world.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
+        self.cube = world.bodies.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
 
     def body(self, name: str) -> int:
         return {"cube": self.cube}[name]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Pose, yaw_of
 from aeros.sim.layouts import dumpling_bench as bench
 from aeros.sim.layouts import table
@@ -48,7 +48,7 @@ def apart(a: float, b: float, period: float) -> float:
 @pytest.mark.parametrize("seed", range(6))
 def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
     plant, onlooker = made("table", seed)
-    view = detect_table(onlooker.stage.world.render(table.OVERHEAD_CAMERA), table.OVERHEAD_CAMERA)
+    view = detect_table(onlooker.stage.world.renderer.render(table.OVERHEAD_CAMERA), table.OVERHEAD_CAMERA)
     assert view.sponge is not None
     assert dist(view.sponge.position, onlooker.pose("sponge").position) < 0.003
     assert apart(view.sponge.grip_yaw or 0.0, yaw_of(onlooker.pose("sponge").orientation), pi) < 0.08
@@ -61,7 +61,7 @@ def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
     plant, onlooker = made("dumpling_bench", seed)
-    view = detect_bench(onlooker.stage.world.render(bench.OVERHEAD_CAMERA), bench.OVERHEAD_CAMERA)
+    view = detect_bench(onlooker.stage.world.renderer.render(bench.OVERHEAD_CAMERA), bench.OVERHEAD_CAMERA)
     plate = onlooker.pose("wrapper")
     assert view.wrapper is not None
     assert view.filling is not None
@@ -76,7 +76,7 @@ def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
 def test_an_empty_picture_shows_nothing(scene: str) -> None:
     plant, onlooker = made(scene, 0)
     camera = table.OVERHEAD_CAMERA if scene == "table" else bench.OVERHEAD_CAMERA
-    picture = onlooker.stage.world.render(camera)
+    picture = onlooker.stage.world.renderer.render(camera)
     grey = Image(np.full_like(picture.rgb, 128), picture.depth)
     assert detect_table(grey, camera) == (None, ())
     assert detect_bench(grey, camera) == (None, None)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.robot.parameters import ActionRejectedError
+from aeros.sim.robot.errors import ActionRejectedError
 from aeros.sim.symbolic.motions import check_parameters, plan_motion
 from aeros.skill import act
 from aeros.spec.expr import terms as t

@@ -296,6 +296,7 @@ def test_every_problem_is_reported() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_hostile_number_of_problems_is_refused_in_time() -> None:
     many = "".join(f"nam{number}: x\n" for number in range(40_000))
     assert len(refused(many)) == 200

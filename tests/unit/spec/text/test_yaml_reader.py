@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import os
-import random
 import tempfile
 from pathlib import Path
 
@@ -16,8 +14,8 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.text import yaml_reader
 from aeros.spec.text.files import MAX_BYTES, read_source
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from aeros.spec.text.scalar_positions import source_offsets, sub_span
 from aeros.spec.text.yaml_reader import MAX_DEPTH, read_yaml
+from tests.unit.spec.text.reading import accepted, check_offsets, value_of
 
 
 def refused(text: str) -> list[Diagnostic]:
@@ -26,23 +24,6 @@ def refused(text: str) -> list[Diagnostic]:
     assert read_yaml(Source("a.yaml", text), sink) is None
     assert sink.has_errors
     return list(sink)
-
-
-def accepted(text: str) -> Node:
-    sink = Diagnostics()
-    node = read_yaml(Source("a.yaml", text), sink)
-    assert list(sink) == []
-    assert node is not None
-    return node
-
-
-def value_of(text: str) -> ScalarNode:
-    """Return the value of the only key of a text."""
-    node = accepted(text)
-    assert isinstance(node, MappingNode)
-    value = node.entries[0][1]
-    assert isinstance(value, ScalarNode)
-    return value
 
 
 def underlined(found: Diagnostic) -> str:
@@ -212,63 +193,6 @@ def test_a_hostile_text_is_refused(text: str, code: str) -> None:
     assert code in {found.code for found in refused(text)}
 
 
-# --- files
-
-
-def refused_file(path: str | Path) -> Diagnostic:
-    with pytest.raises(UserError) as raised:
-        read_source(path)
-    (found,) = raised.value.diagnostics
-    return found
-
-
-def test_a_path_that_is_no_regular_file_is_refused(tmp_path: Path) -> None:
-    fifo = tmp_path / "fifo"
-    os.mkfifo(fifo)
-    loop = tmp_path / "loop"
-    loop.symlink_to(loop)
-    for path in (
-        tmp_path / "missing.yaml",
-        tmp_path,
-        fifo,
-        loop,
-        "/dev/zero",
-        "/dev/null",
-        "a\0b",
-        "a" * 5_000,
-        "\ud800",
-    ):
-        assert refused_file(path).code == "AE002", path
-    assert refused_file(tmp_path / "missing.yaml").headline.endswith(
-        "cannot be read: no such file or directory"
-    )
-    assert refused_file(fifo).headline.endswith("cannot be read: it is not a regular file")
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_a_file_without_permission_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.yaml"
-    path.touch(mode=0o000)
-    assert refused_file(path).code == "AE002"
-
-
-def test_only_the_allowed_part_of_a_huge_file_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "huge.yaml"
-    with path.open("wb") as file:
-        file.truncate(100_000_000)
-    assert refused_file(path).code == "AE003"
-
-
-def test_a_file_that_is_not_utf8_names_the_byte(tmp_path: Path) -> None:
-    path = tmp_path / "a.yaml"
-    path.write_bytes("é: b\nc: ".encode() + b"\xff\n")
-    found = refused_file(path)
-    assert found.code == "AE004"
-    assert found.headline == "byte 9 (0xff) is not UTF-8"
-    assert found.primary is not None
-    assert (found.primary.span.line, found.primary.span.column) == (2, 4)
-
-
 @given(st.binary(max_size=400))
 def test_no_bytes_make_reading_raise_anything_but_a_user_error(data: bytes) -> None:
     with tempfile.NamedTemporaryFile() as file:
@@ -318,7 +242,7 @@ def test_no_text_makes_reading_raise_and_none_means_refused(text: str) -> None:
             node = read_yaml(Source("a.yaml", text), sink)
         assert (node is None) == sink.has_errors
         if node is not None:
-            _check_offsets(node)
+            check_offsets(node)
 
 
 @given(YAMLISH)
@@ -330,123 +254,6 @@ def test_both_loaders_give_the_same_nodes_when_both_accept(text: str) -> None:
             nodes.append(read_yaml(Source("a.yaml", text), Diagnostics()))
     if nodes[0] is not None and nodes[1] is not None:
         assert plain(nodes[0]) == plain(nodes[1])
-
-
-# --- places inside scalars
-
-
-def _check_offsets(node: Node) -> None:
-    """Wherever an offset is given, the character is written there, escaped or folded."""
-    if isinstance(node, SequenceNode):
-        for item in node.items:
-            _check_offsets(item)
-    elif isinstance(node, MappingNode):
-        for key, item in node.entries:
-            _check_offsets(key)
-            _check_offsets(item)
-    else:
-        offsets = source_offsets(node)
-        assert len(offsets) in (0, len(node.text))
-        assert offsets == sorted(offsets)
-        source = node.span.source.text
-        for character, offset in zip(node.text, offsets, strict=False):
-            if source[offset] not in "\\\r\n":
-                assert source[offset] == character
-
-
-LETTERS = [chr(code) for code in range(ord("α"), ord("ω"))] + list("abcdefgh日本語")
-
-
-@st.composite
-def scalars(draw: st.DrawFn) -> str:
-    """A key and a scalar in which no letter is written twice, so that where it is written is certain."""
-    letters = iter(random.Random(draw(st.integers(0, 99))).sample(LETTERS, len(LETTERS)))  # noqa: S311
-    style = draw(st.sampled_from(["", "'", '"', "|", ">", "|-", ">+", "|2", ">1-"]))
-
-    def word() -> str:
-        return "".join(next(letters) for _ in range(draw(st.integers(1, 3))))
-
-    words = [word() for _ in range(draw(st.integers(1, 8)))]
-    if style == "" or style in "'\"":
-        joints = [" ", "  ", "\n  ", " \n   ", "\n\n  ", " \r\n ", "\n \n\n  "]
-        joints += ["''"] if style == "'" else []
-        joints += ["\\n", "\\u0041", "\\\\", '\\"', "\\\n  ", " \\\n\n  ", "\\x41\\t"] if style == '"' else []
-        body = words[0] + "".join(draw(st.sampled_from(joints)) + w for w in words[1:])
-        edge = draw(st.sampled_from(["", " "])) if style else ""
-        return f"key: {style}{edge}{body}{edge}{style}\nKEY: 1\n"
-    indent = {"2": "  ", "1": " "}.get(style[1:2], draw(st.sampled_from([" ", "   "])))
-    lead = draw(st.sampled_from(["", "  "])) if style[1:2] in ("1", "2") else ""
-    joints = [
-        "\n" + indent,
-        "\n\n" + indent,
-        "\n" + indent + "  ",
-        "\r\n" + indent,
-        "\n\n\n" + indent + " ",
-        " ",
-        "  ",
-    ]
-    body = lead + words[0] + "".join(draw(st.sampled_from(joints)) + w for w in words[1:])
-    note = draw(st.sampled_from(["", "  # note"]))
-    blank = draw(st.sampled_from(["", "\n"]))
-    trail = draw(st.sampled_from(["", "\n", "\n\n\n"]))
-    return f"key: {style}{note}\n{blank}{indent}{body}{trail}"
-
-
-@given(scalars())
-def test_every_letter_of_a_scalar_is_found_where_it_is_written(text: str) -> None:
-    body = text.index(":")
-    for loader in (yaml.CSafeLoader, yaml.SafeLoader):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(yaml_reader, "_LOADER", loader)
-            value = value_of(text)
-        offsets = source_offsets(value)
-        assert len(offsets) == len(value.text)
-        for character, offset in zip(value.text, offsets, strict=True):
-            if character in LETTERS:
-                assert offset == text.rindex(character)
-                assert offset > body
-
-
-@pytest.mark.parametrize(
-    ("text", "word", "written"),
-    [
-        ("r: speed <= reach\n", "reach", "reach"),
-        ("r: speed\n  <= reach\n", "<= reach", "<= reach"),
-        ("r: 'it''s <= reach'\n", "'s <=", "''s <="),
-        ('r: "a \\u0062 <= c"\n', "b <=", "\\u0062 <="),
-        ("r: >\n  speed\n  <= reach\n", "speed <=", "speed\n  <="),
-        ("r: |\n    speed\n      <= reach\n", "  <= r", "  <= r"),
-        ("r: |2\n    speed\n", "  speed", "  speed"),
-    ],
-)
-def test_a_part_of_a_scalar_is_underlined_exactly(text: str, word: str, written: str) -> None:
-    value = value_of(text)
-    start = value.text.index(word)
-    assert sub_span(value, start, start + len(word)).text == written
-
-
-def test_the_end_of_a_scalar_is_a_place_and_an_impossible_part_is_the_whole() -> None:
-    value = value_of("r: 'a +'\n")
-    end = sub_span(value, 3, 3)
-    assert (end.text, end.column) == ("", 8)
-    assert sub_span(value, 2, 9) == value.span
-    assert sub_span(value_of("r: ''"), 0, 0).text == "''"
-
-
-def test_a_scalar_whose_text_cannot_be_found_has_no_offsets() -> None:
-    value = value_of("r: abc\n")
-    assert source_offsets(ScalarNode("abd", value.span)) == []
-
-
-def test_large_scalars_are_mapped() -> None:
-    folded = "r: >\n" + "  a b\n" * 100_000
-    plain_lines = "r: " + "a\n  " * 200_000
-    escapes = 'r: "' + "\\x41 \n" * 100_000 + '"'
-    blanks = "r: 'a" + " " * 1_000_000 + "b'"
-    blank_lines = "r: |\n  a\n" + "\n" * 1_000_000
-    for text in (folded, plain_lines, escapes, blanks, blank_lines):
-        value = value_of(text)
-        assert len(source_offsets(value)) == len(value.text)
 
 
 def test_no_forbidden_character_is_one_that_writing_needs() -> None:

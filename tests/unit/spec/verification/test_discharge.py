@@ -176,8 +176,3 @@ def test_a_solver_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> 
 def test_bounds_that_lie_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(IntervalSolver, "decide", lambda *_: SolverAnswer(SatResult.SAT, {"x": Fraction(11)}))
     assert verdict_of(obligation(t.Compare("<=", X, number(10)), runtime_checked_rule="r")) is Verdict.UNKNOWN
-
-
-def test_a_verdict_has_no_truth_value() -> None:
-    with pytest.raises(TypeError, match="no truth value"):
-        bool(Verdict.PROVED)

@@ -39,11 +39,6 @@ def test_a_report_is_as_bad_as_its_worst_part() -> None:
     assert [one.conclusion for one in both.modules] == [Conclusion.PROVED, Conclusion.REJECTED]
 
 
-def test_a_conclusion_has_no_truth_value() -> None:
-    with pytest.raises(TypeError, match="no truth value"):
-        bool(Conclusion.PROVED)
-
-
 def test_a_module_under_a_site_that_is_refused_is_not_proved() -> None:
     site = CORPUS / "rejected" / "site" / "rule_shadowed_by_another" / "site.yaml"
     report = report_of("site/idle", site=site)

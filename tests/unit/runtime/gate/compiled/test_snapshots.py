@@ -10,7 +10,8 @@ from typing import Any
 from aeros.runtime.execution.step import ObservationFilter
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import ColumnNames, Snapshot
-from aeros.runtime.records.encode_readings import IncrementalReadingsEncoder, encode_readings
+from aeros.runtime.records.encode_decisions import IncrementalReadingsEncoder
+from aeros.runtime.records.records import encode_readings
 from tests.unit.runtime.bench import (
     ALLOWED,
     NOW,

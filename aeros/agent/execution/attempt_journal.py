@@ -1,0 +1,169 @@
+"""Journal entries about attempts: their choice of a skill, their start, their end, and broken assumptions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from aeros.agent.execution.dispatcher import Dispatch, ProviderOption
+from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.report import StepRole
+from aeros.agent.execution.supervisor import StepAssessment
+from aeros.agent.world.world import WorldModel
+from aeros.runtime.ports import Runtime, StepResult, StepStatus
+from aeros.spec.model.cause import Cause, causes_to_json
+from aeros.spec.verification.outcome_dependencies import obligations_assuming_outcomes
+
+
+def record_provider_choice(journal: Journal, module: str, name: str, dispatch: Dispatch) -> None:
+    """Record which skill was chosen to provide a capability; nothing if a skill was asked for by name.
+
+    Args:
+        journal: takes the entry.
+        module: id of the module.
+        name: capability that was asked for.
+        dispatch: the choice, with its options.
+    """
+    if dispatch.options:
+        journal.record(
+            "skill-chosen",
+            f"`{dispatch.request.skill}` for {module}.{name}: " + "; ".join(map(str, dispatch.options)),
+            capability=f"{module}.{name}",
+            skill=f"{module}.{dispatch.request.skill}",
+            context=json.loads(dispatch.context),
+            options=[_option_to_json(option) for option in dispatch.options],
+        )
+
+
+def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: Mapping[str, Any]) -> None:
+    """Record that a skill is about to start, with how it did before.
+
+    Args:
+        journal: takes the entry.
+        role: reason for the invocation.
+        dispatch: the request.
+        inputs: its inputs as JSON values.
+    """
+    record, usual = dispatch.record, dispatch.typical_duration
+    name = f"{dispatch.request.module}.{dispatch.request.skill}"
+    took = "" if usual is None else f"; successes take {usual}"
+    journal.record_step(
+        "step-started",
+        f"{role.value} {name} ({record.successes} successes and {record.failures} failures so far{took})",
+        skill=name,
+        role=role.value,
+        inputs=inputs,
+        successes=record.successes,
+        failures=record.failures,
+        usual_seconds=None if usual is None else usual.median,
+    )
+
+
+def record_not_started(
+    journal: Journal, role: StepRole, skill: str, reason: str, causes: tuple[Cause, ...]
+) -> None:
+    """Record that a skill did not start.
+
+    Args:
+        journal: takes the entry.
+        role: reason for the invocation.
+        skill: as `MODULE.SKILL`.
+        reason: why not, in words.
+        causes: why not, as data.
+    """
+    journal.record(
+        "step-not-started",
+        f"{role.value} {skill}: {reason}",
+        skill=skill,
+        role=role.value,
+        reason=reason,
+        causes=causes_to_json(causes),
+    )
+
+
+def record_end(
+    journal: Journal, role: StepRole, dispatch: Dispatch, result: StepResult, judgement: StepAssessment
+) -> None:
+    """Record how a step ended.
+
+    Args:
+        journal: takes the entry.
+        role: reason for the invocation.
+        dispatch: the request.
+        result: result that the runtime gave.
+        judgement: its assessment by the measured world.
+    """
+    name = f"{dispatch.request.module}.{dispatch.request.skill}"
+    journal.record_step(
+        "step-ended",
+        f"{role.value} {name}: {judgement.reason or f'outcome `{judgement.outcome}`'}",
+        skill=name,
+        role=role.value,
+        status=result.status.value,
+        outcome=judgement.outcome,
+        failed=judgement.failed,
+        reason=judgement.reason,
+        causes=causes_to_json(judgement.causes),
+    )
+
+
+def record_broken_assumption(
+    journal: Journal,
+    runtime: Runtime,
+    dispatch: Dispatch,
+    result: StepResult,
+    judgement: StepAssessment,
+    *,
+    before: Mapping[str, Any],
+    after: WorldModel,
+    ends_run: bool,
+) -> None:
+    """Record an undeclared outcome, with the proofs of the module that assume the declared ones.
+
+    Args:
+        journal: takes the entry.
+        runtime: has the module and its certificate.
+        dispatch: the request.
+        result: result that the runtime gave.
+        judgement: its assessment.
+        before: predicates as measured before.
+        after: the world as measured after.
+        ends_run: the site stops the run for it.
+    """
+    request, skill = dispatch.request, dispatch.skill
+    name = f"{request.module}.{request.skill}"
+    certificate = runtime.certificate(request.module)
+    ecm = runtime.active_modules().get(request.module)
+    resting = (
+        []
+        if certificate is None or ecm is None
+        else obligations_assuming_outcomes(ecm, skill.id, certificate)
+    )
+    rests = f"; {len(resting)} of its module's proofs rest on those" if resting else ""
+    journal.record(
+        "broken-assumption",
+        f"{name} ended in a state that its manifest does not declare{rests}",
+        module=request.module,
+        skill=name,
+        halted=result.status is not StepStatus.FINISHED,
+        stops=ends_run,
+        declared=list(skill.outcomes),
+        certificate=None if certificate is None else certificate.digest,
+        version=None if certificate is None else certificate.version,
+        obligations=[str(one) for one in resting],
+        before=dict(before),
+        after=dict(after.predicates),
+        causes=causes_to_json(judgement.causes),
+    )
+
+
+def _option_to_json(option: ProviderOption) -> dict[str, Any]:
+    """Encode a provider by the field names that traces have."""
+    return {
+        "skill": option.skill,
+        "record": asdict(option.record),
+        "drawn": option.sampled_success,
+        "why_not": option.unavailable_reason,
+    }

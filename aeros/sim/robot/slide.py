@@ -1,0 +1,204 @@
+"""Slide: a line along a surface, pressed on it with a force under feedback.
+
+The plan states a path for every height at which the surface may be; the motion stays near these paths.
+"""
+
+# Frames live in names (p_WT, R_BT, J): house style (b).
+# ruff: noqa: N803, N806
+from __future__ import annotations
+
+from math import hypot, sqrt
+from typing import Final
+
+import numpy as np
+
+from aeros.runtime.ports import JointPath, ServoBounds, Trajectory
+from aeros.sim.clock import TICK
+from aeros.sim.robot.body import PANDA_BODY
+from aeros.sim.robot.errors import ActionRejectedError, BlockedError
+from aeros.sim.robot.kinematics import ik_step
+from aeros.sim.robot.limits import QD_MAX, QDD_MAX, Vector
+from aeros.sim.robot.motions import (
+    ARM,
+    NO_TRAVEL,
+    ActionParameters,
+    MotionTicks,
+    PreparedMotion,
+)
+from aeros.sim.robot.profile import (
+    ACCELERATION_TO_MEAN,
+    JERK_TO_MEAN,
+    PEAK_TO_MEAN,
+    UnreachableError,
+    line_path,
+    line_profile,
+    minimum_jerk,
+)
+from aeros.sim.robot.robot import Robot
+
+_CONTACT_SPEED: Final = 0.006
+"""Speed of approach to a surface and greatest speed of force control, m/s."""
+
+_CONTACT_SPEED_STEP: Final = 0.5 * TICK
+"""Greatest change of that speed per tick, m/s (0.5 m/s²)."""
+
+_SERVO_GAIN: Final = 0.6
+"""Share of the way to the servo target made per tick: smooth, and lags by about a tick."""
+
+_SERVO_RATE: Final = QD_MAX / 2.0
+_SERVO_RATE_STEP: Final = QDD_MAX * TICK / 2.0
+"""Greatest speed of a joint under feedback, rad/s, and change of it per tick."""
+
+_FORCE_GAIN: Final = 0.0005
+"""Integral force control: m/s of z per N of error."""
+
+_FORCE_FILTER: Final = 0.3
+"""Weight of a new reading of the wrist's force sensor per tick (14 Hz): it also feels the hand accelerate."""
+
+_SURFACE_SEARCH_DEPTH: Final = 0.02
+"""Depth below its target down to which a slide searches for the surface, m."""
+
+
+_SLIDE_PATH_SPACING: Final = 0.005
+"""Vertical spacing of the planned paths of a slide, m."""
+
+_MAX_PATH_DEVIATION: Final = 0.01
+"""Greatest deviation of a joint from the nearest planned path of a slide, rad."""
+
+
+def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
+    """Plan `slide {target: m, force: N, speed: m/s}`: a line along x and y, pressing down with `force`.
+
+    First the tool descends until the wrist measures half the force, at most 20 mm below the target's z.
+    Then it moves for at least half a second, while integral control on z holds the force. The descent is
+    slow (6 mm/s, so that contact peaks near 10 N): start it close to the surface.
+
+    Args:
+        robot: the robot.
+        parameters: `target`, the tool position in W, m, its z near the surface; `force`, 0.5 to 60 N;
+            `speed`, 0.001 to 0.5 m/s.
+        base_motion: plan of the base motion under way; must be None.
+
+    Returns:
+        The motion of the arm, under feedback.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, the base drives, or a path is
+            unreachable.
+    """
+    p_WT = parameters.position("target")
+    force = parameters.number("force", 0.5, 60.0)
+    speed = parameters.number("speed", 1e-3, 0.5)
+    parameters.reject_unread()
+    if base_motion is not None:
+        raise ActionRejectedError("not allowed while the base drives: the pressed object would be dragged")
+    start, yaw = robot.tool_command()
+    base = robot.read_sensors().base_position
+    target = np.array(p_WT) - np.array(base)
+    lowest = float(target[2]) - _SURFACE_SEARCH_DEPTH
+    q = robot.q_command
+    try:
+        # The speed of both along and down together must not exceed `speed`; at least half of it goes along.
+        along = sqrt(max(speed * speed - _CONTACT_SPEED * _CONTACT_SPEED, speed * speed / 4.0))
+        ticks = line_profile(q, (start, yaw), (_at_height(target, start[2]), yaw), along).ticks
+        # Paths for every height of the surface: down over the start, then along at that height.
+        paths = [line_path(q, (start, yaw), (_at_height(start, lowest), yaw))]
+        heights = np.arange(lowest, max(start[2], lowest) + _SLIDE_PATH_SPACING, _SLIDE_PATH_SPACING)
+        paths += [line_path(q, (_at_height(start, h), yaw), (_at_height(target, h), yaw)) for h in heights]
+    except UnreachableError as reason:
+        raise ActionRejectedError(f"unreachable: {reason}") from reason
+    ticks = max(ticks, 120)
+    servo = _servo_plan(float(np.linalg.norm((target - start)[:2])), ticks * TICK)
+    trajectory = Trajectory(PANDA_BODY, tuple(paths), base, NO_TRAVEL, ticks * TICK, servo)
+    return PreparedMotion(trajectory, _slide(robot, target, force, ticks, lowest, _SlidePaths(paths)), ARM)
+
+
+def _at_height(p: Vector, height: float) -> Vector:
+    return np.array([p[0], p[1], height])
+
+
+def _servo_plan(distance: float, duration: float) -> ServoBounds:
+    """Return the bounds that `_servo_tick` keeps: of the joints, and of the set point along and in height."""
+    rise = _CONTACT_SPEED_STEP / TICK
+    return ServoBounds(
+        joint_tolerance=(_MAX_PATH_DEVIATION,) * 7,
+        speed=tuple((QD_MAX / 2.0).tolist()),
+        acceleration=tuple((QDD_MAX / 2.0).tolist()),
+        jerk=tuple((QDD_MAX / TICK).tolist()),
+        tool_speed=hypot(PEAK_TO_MEAN * distance / duration, _CONTACT_SPEED),
+        tool_acceleration=hypot(ACCELERATION_TO_MEAN * distance / duration**2, rise),
+        tool_jerk=hypot(JERK_TO_MEAN * distance / duration**3, 2.0 * rise / TICK),
+    )
+
+
+class _SlidePaths:
+    """The paths of a slide as sampled points, to detect when the arm leaves them."""
+
+    def __init__(self, paths: list[JointPath]) -> None:
+        corners = np.concatenate([np.array(path) for path in paths])
+        u = np.linspace(0.0, 1.0, 4)[None, :, None]
+        v = 1.0 - u
+        a, b, c, d = (corners[:, corner, None, :] for corner in range(4))
+        self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
+        self._by_joint = np.ascontiguousarray(self._q.T)
+        self._away = np.empty_like(self._by_joint)
+        self._last_query: tuple[Vector, Vector] | None = None
+
+    def nearest(self, q: Vector) -> Vector:
+        """Return the sampled point nearest to `q` (largest joint distance), rad.
+
+        Raises BlockedError if it is farther away than `_MAX_PATH_DEVIATION`.
+        """
+        # Each set point is queried twice: at the end of a tick and at the beginning of the next.
+        if self._last_query is not None and self._last_query[0] is q:
+            return self._last_query[1]
+        away = np.abs(np.subtract(self._by_joint, q[:, None], out=self._away), out=self._away).max(axis=0)
+        index = int(away.argmin())
+        if away[index] > _MAX_PATH_DEVIATION:
+            raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
+        nearest: Vector = self._q[index]
+        self._last_query = (q, nearest)
+        return nearest
+
+
+def _slide(
+    robot: Robot, target: Vector, force: float, ticks: int, lowest: float, paths: _SlidePaths
+) -> MotionTicks:
+    yield from robot.settle()
+    tare = robot.wrist_vertical_force()
+    start, yaw = robot.tool_command()
+    p_BT = start.copy()
+    pressed = pace = 0.0
+    while pressed < force / 2.0:
+        pace = min(_CONTACT_SPEED, pace + _CONTACT_SPEED_STEP)
+        p_BT[2] -= pace * TICK
+        if p_BT[2] < lowest:
+            raise BlockedError("no contact: no surface down to 20 mm below the target")
+        _servo_tick(robot, p_BT, yaw, paths)
+        yield
+        pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
+    share, _, _ = minimum_jerk(np.arange(1, ticks + 1) / ticks)
+    for part in share:
+        pressed += _FORCE_FILTER * (robot.wrist_vertical_force() - tare - pressed)
+        correction = min(_CONTACT_SPEED, max(-_CONTACT_SPEED, _FORCE_GAIN * (force - pressed)))
+        pace = min(pace + _CONTACT_SPEED_STEP, max(pace - _CONTACT_SPEED_STEP, correction))
+        p_BT[2] -= pace * TICK
+        if p_BT[2] < lowest:
+            raise BlockedError("contact lost: no surface down to 20 mm below the target")
+        p_BT[:2] = start[:2] + part * (target[:2] - start[:2])
+        _servo_tick(robot, p_BT, yaw, paths)
+        yield
+    robot.hold_arm()
+    yield from robot.settle()
+
+
+def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, paths: _SlidePaths) -> None:
+    """Servo for one tick, with at most half of any joint's speed and acceleration limit."""
+    here = robot.q_command
+    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, paths.nearest(here)) - here) / TICK
+    before = robot.qd_command
+    rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
+    rate = np.minimum(np.maximum(rate, before - _SERVO_RATE_STEP), before + _SERVO_RATE_STEP)
+    q = here + rate * TICK
+    paths.nearest(q)
+    robot.command(q, rate)

@@ -1,0 +1,132 @@
+"""One action passes through few files on its way from a skill's `yield` to the motors and back.
+
+A file counts if any of its code runs: of `aeros/` and of the skill, from the moment the skill is resumed,
+through its `yield`, until it is resumed again. Generated code has no file.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any, Final
+
+import pytest
+
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.execution.executor import Executor
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.gate import CompiledGate
+from aeros.runtime.ports import StepRequest, StepStatus
+from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult, run_in_process
+from aeros.sim.physics import make_plant
+from aeros.skill import Action, Observation
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
+from tests.repo.tree import ROOT
+
+pytestmark = pytest.mark.physics
+
+MOST_FILES: Final = 35
+"""Greatest number of files on the way of one motion of the arm; it was 45."""
+
+_COMPILER: Final = "aeros/spec/backends/compiled.py"
+"""Runs where the monitor's check of a kind's ticks is compiled, which is done once and not counted."""
+
+Way = tuple[str, set[str]]
+"""An action's kind, and the files on its way."""
+
+
+class _TracedRun:
+    """A run of a skill, each resumption of which begins the way of another action."""
+
+    def __init__(self, run: SkillRunProtocol, ways: list[Way], files: set[str]) -> None:
+        self._run = run
+        self._ways = ways
+        self._files = files
+
+    def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
+        if self._ways:
+            self._ways[-1][1].update(self._files)
+        self._files.clear()
+        answer = self._run.resume(observation, seconds)
+        if isinstance(answer, Action):
+            self._ways.append((answer.kind, set()))
+        return answer
+
+    def close(self) -> str | None:
+        return self._run.close()
+
+
+@contextmanager
+def _traced(files: set[str]) -> Iterator[None]:
+    """Note each file of which a function runs, also one that was called before and goes on."""
+
+    def note(frame: FrameType, event: str, _: Any) -> Any:
+        files.add(frame.f_code.co_filename)
+        # The executor's own frame goes on throughout; all others are entered anew.
+        return note if frame.f_code.co_name == "run_step" else None
+
+    before = sys.gettrace()
+    sys.settrace(note)
+    try:
+        yield
+    finally:
+        sys.settrace(before)
+
+
+def _ways(module: str, skill: str, scene: str, folder: Path) -> list[Way]:
+    """Run a skill on the physics plant; return the way of each of its actions."""
+    sink = Diagnostics()
+    site = load_site(reference_site_path(), sink)
+    assert site is not None
+    loaded = load_ecm(ROOT / "ecms" / module, site, sink)
+    assert loaded is not None, list(sink)
+    configuration = Configuration(site, {module: loaded.ecm}, {}, "c" * 64)
+    ways: list[Way] = []
+    files: set[str] = set()
+
+    def open_run(at: Site, ecm: Ecm, of: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
+        return _TracedRun(run_in_process(at, ecm, of, inputs), ways, files)
+
+    plant = make_plant(scene, 0)
+    gate = CompiledGate(configuration)
+    with (
+        AuditLog(folder / "audit.jsonl") as audit,
+        Executor(configuration, gate, plant, audit, open_run) as executor,
+        _traced(files),
+    ):
+        result = executor.run_step(StepRequest(module, skill, {}))
+    plant.close()
+    assert result.status is StepStatus.FINISHED, result
+    assert result.allowed == len(ways)
+    return [(kind, _of_the_repository(names)) for kind, names in ways]
+
+
+def _of_the_repository(names: set[str]) -> set[str]:
+    inside = {Path(name).relative_to(ROOT) for name in names if Path(name).is_relative_to(ROOT)}
+    return {path.as_posix() for path in inside if path.parts[0] in ("aeros", "ecms")}
+
+
+@pytest.mark.parametrize(
+    ("module", "skill", "scene"),
+    [
+        ("fetch_object", "detect", "fetch"),
+        ("clean_table", "verify", "table"),
+        ("make_dumplings", "boil", "dumpling_bench"),
+    ],
+)
+def test_a_motion_of_the_arm_passes_through_few_files(
+    module: str, skill: str, scene: str, tmp_path: Path
+) -> None:
+    ways = [sorted(files) for kind, files in _ways(module, skill, scene, tmp_path) if kind == "move_tool"]
+    usual = [files for files in ways if _COMPILER not in files]
+    assert len(usual) >= len(ways) - 1, "the checks of a kind are compiled once"
+    assert usual
+    for files in usual:
+        assert len(files) <= MOST_FILES, f"{len(files)} files:\n" + "\n".join(files)

@@ -1,0 +1,87 @@
+"""Each attempt leaves entries that say what was chosen, how it did before, and how it came out."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.agent.execution.attempt_journal import (
+    record_end,
+    record_not_started,
+    record_provider_choice,
+    record_start,
+)
+from aeros.agent.execution.dispatcher import Dispatch, ProviderOption
+from aeros.agent.execution.journal import AgentEvent, Journal
+from aeros.agent.execution.report import StepRole
+from aeros.agent.execution.supervisor import StepAssessment
+from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.store import DurationStats
+from aeros.runtime.ports import StepRequest, StepResult, StepStatus
+from aeros.spec.model.cause import Cause
+from tests.differential.real_loop import Forgetful
+from tests.unit.agent.dumplings import outcome, skill
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+_RECORD = SuccessRecord(3, 1)
+_STEAM = skill("steam", outcome("hot", {}))
+
+
+@pytest.fixture
+def events() -> list[AgentEvent]:
+    return []
+
+
+@pytest.fixture
+def journal(events: list[AgentEvent]) -> Journal:
+    return Journal(FakeRuntime(), Forgetful(), events.append)
+
+
+def _dispatch(*options: ProviderOption, usual: DurationStats | None = None) -> Dispatch:
+    return Dispatch(StepRequest("kitchen", "steam", {}), _STEAM, '{"lid": true}', _RECORD, usual, options)
+
+
+def test_a_choice_is_recorded_with_its_options_and_a_named_skill_is_no_choice(
+    journal: Journal, events: list[AgentEvent]
+) -> None:
+    record_provider_choice(journal, "kitchen", "steam", _dispatch())
+    assert events == []
+    record_provider_choice(journal, "kitchen", "heat", _dispatch(ProviderOption("steam", _RECORD, 0.75)))
+    (chosen,) = events
+    assert chosen.text.startswith("`steam` for kitchen.heat: `steam`")
+    assert chosen.details["context"] == {"lid": True}
+    (option,) = chosen.details["options"]
+    assert option == {
+        "skill": "steam",
+        "record": {"successes": 3, "failures": 1},
+        "drawn": 0.75,
+        "why_not": "",
+    }
+
+
+def test_a_start_says_how_the_skill_did_before(journal: Journal, events: list[AgentEvent]) -> None:
+    record_start(journal, StepRole.STEP, _dispatch(usual=DurationStats(8.0, 7.0, 9.0, 3)), {"level": 2})
+    (began,) = events
+    assert began.text == (
+        "step kitchen.steam (3 successes and 1 failures so far; "
+        "successes take 8.0 s, half of them 7.0 to 9.0 s)"
+    )
+    assert (began.details["inputs"], began.details["usual_seconds"]) == ({"level": 2}, 8.0)
+
+
+def test_an_end_says_the_outcome_or_why_it_failed(journal: Journal, events: list[AgentEvent]) -> None:
+    finished = StepResult(StepStatus.FINISHED, "")
+    record_end(journal, StepRole.RETRY, _dispatch(), finished, StepAssessment("hot", False, False, ""))
+    record_end(journal, StepRole.RETRY, _dispatch(), finished, StepAssessment(None, True, True, "it is cold"))
+    assert [one.text for one in events] == [
+        "retry kitchen.steam: outcome `hot`",
+        "retry kitchen.steam: it is cold",
+    ]
+
+
+def test_what_did_not_start_is_recorded_with_its_causes(journal: Journal, events: list[AgentEvent]) -> None:
+    record_not_started(
+        journal, StepRole.STEP, "kitchen.steam", "no water", (Cause("input", "water", "no water"),)
+    )
+    (refused,) = events
+    assert refused.text == "step kitchen.steam: no water"
+    assert [cause["kind"] for cause in refused.details["causes"]] == ["input"]

@@ -1,0 +1,50 @@
+"""A slide is planned for every height of the surface, or refused before anything moves."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.runtime.ports import MotionCompletion, Trajectory
+from aeros.sim.kinematic.plant import KinematicPlant, make_plant
+from aeros.skill import act
+
+
+@pytest.fixture
+def plant() -> KinematicPlant:
+    return make_plant("bare", 0)
+
+
+def test_the_plan_has_a_path_down_and_one_along_at_each_height(plant: KinematicPlant) -> None:
+    start = plant.observe()["tool_position"].value
+    height = start[2] - 0.048
+    planned = plant.plan(act("slide", target=(start[0], start[1] + 0.2, height), force=5.0, speed=0.1))
+    assert isinstance(planned, Trajectory)
+    # One at every 5 mm from 20 mm below the target to just above the start, which is 68 mm higher.
+    assert len(planned.joint_paths) == 1 + 15
+    assert planned.servo is not None
+    assert planned.servo.joint_tolerance == (0.01,) * 7
+    # At the peak it is 1.875 times as fast as in the mean, and approaches the surface at 6 mm/s at most.
+    assert 0.05 < planned.servo.tool_speed <= 0.1
+    assert planned.duration == pytest.approx(1.875 * 0.2 / 0.1, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "reason"),
+    [
+        ({"force": 0.1, "speed": 0.1}, "out of range: `force` is outside [0.5, 60]"),
+        ({"force": 5.0, "speed": 1.0}, "out of range: `speed` is outside [0.001, 0.5]"),
+        ({"force": 5.0, "speed": 0.1, "yaw": 0.0}, "unknown parameter: `yaw`"),
+        ({"force": 5.0}, "missing parameter: `speed`"),
+    ],
+)
+def test_wrong_parameters_are_refused(
+    plant: KinematicPlant, parameters: dict[str, float], reason: str
+) -> None:
+    target = (0.5, 0.2, 0.05)
+    assert plant.plan(act("slide", target=target, **parameters)) == MotionCompletion(False, reason)
+
+
+def test_a_slide_out_of_reach_is_refused(plant: KinematicPlant) -> None:
+    planned = plant.plan(act("slide", target=(2.0, 0.0, 0.05), force=5.0, speed=0.1))
+    assert isinstance(planned, MotionCompletion)
+    assert str(planned.reason).startswith("unreachable: ")

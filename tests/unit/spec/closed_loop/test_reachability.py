@@ -1,0 +1,107 @@
+"""Reachable states of a task, nearest first, and those that may never reach the goal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.closed_loop import reachability
+from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
+from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError
+from aeros.spec.model.ecm import Outcome, PlanningRule, Skill
+from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
+
+WRAPPED, COOKED = "dumpling_wrapped", "dumpling_cooked"
+CLEAN = {WRAPPED: False, COOKED: False}
+WRAP = skill("wrap", outcome("wrapped", {WRAPPED: True}), outcome("torn", {}, failure=True))
+BOIL = skill("boil", outcome("cooked", {COOKED: True}), precondition=WRAPPED)
+WAIT = skill("wait", outcome("waited", {}))
+WRAPPING, COOKING = rule(WRAPPED, "wrap"), rule(COOKED, "cooking")
+
+
+def explored(
+    *rules: PlanningRule,
+    skills: tuple[Skill, ...] = (WRAP, BOIL),
+    initial: dict[str, Any] = CLEAN,
+    cooking: tuple[str, ...] = ("boil",),
+) -> ReachableStates:
+    pursued = replace(task("cook", ("cook",), COOKED, *rules), initial=initial)
+    ecm = replace(module("kitchen", skills, pursued), capabilities={"cooking": cooking})
+    return explore_task(ecm, pursued, site())
+
+
+def test_nodes_are_found_nearest_first_each_once() -> None:
+    none, wrapped, both = (False, False), (False, True), (True, True)
+    assert list(explored(WRAPPING, COOKING).graph) == [
+        LoopState("plan", none),
+        LoopState("try", none, (0, 1)),
+        LoopState("try", wrapped, (1,)),
+        LoopState("try", both),
+        LoopState("reached", both),
+    ]
+
+
+def test_starts_agree_with_initial_and_have_every_value_of_the_rest() -> None:
+    starts = [
+        node for node in explored(WRAPPING, COOKING, initial={WRAPPED: True}).graph if node.phase == "plan"
+    ]
+    assert [node.state for node in starts] == [(False, True), (True, True)]
+    assert len([node for node in explored(WRAPPING, COOKING, initial={}).graph if node.phase == "plan"]) == 4
+
+
+def test_a_trace_is_the_shortest_way_with_its_labels() -> None:
+    found = explored(WRAPPING, COOKING)
+    (end,) = (node for node in found.graph if node.phase == "reached")
+    assert found.trace(end).splitlines() == [
+        "for example:",
+        "start with dumpling_cooked = false, dumpling_wrapped = false",
+        "wrap → wrapped",
+        "boil → cooked",
+        "then dumpling_cooked = true, dumpling_wrapped = true",
+    ]
+    start = next(iter(found.graph))
+    assert found.trace(start).splitlines()[1:] == [
+        f"{word} dumpling_cooked = false, dumpling_wrapped = false" for word in ("start with", "then")
+    ]
+
+
+def stuck(found: ReachableStates) -> list[tuple[Any, ...]]:
+    return [node.state for node in found.nodes_that_can_miss_goal()]
+
+
+def test_no_state_misses_the_goal_that_some_outcome_of_each_choice_reaches() -> None:
+    assert stuck(explored(WRAPPING, COOKING)) == []
+    eager = skill("boil", outcome("cooked", {COOKED: True}))
+    both = (WRAP, eager, WAIT)
+    assert stuck(explored(WRAPPING, COOKING, skills=both)) == []
+    assert stuck(explored(WRAPPING, COOKING, skills=both, cooking=("boil", "wait"))) == [
+        (False, False),
+        (False, True),
+    ]
+
+
+def test_a_state_whose_plan_is_rejected_misses_the_goal() -> None:
+    found = explored(rule(f"{WRAPPED} or {COOKED}", "wrap"))
+    assert stuck(found) == [(False, False), (False, True)]
+    assert [node.state for node in found.graph if node.phase == "rejected"] == [(False, True)]
+
+
+def test_a_move_of_no_probability_is_no_way_to_the_goal_but_is_reachable() -> None:
+    boil = skill("boil", Outcome("raw", {}, False, Fraction(1), None), outcome("cooked", {COOKED: True}))
+    found = explored(COOKING, skills=(boil,), initial={COOKED: False})
+    assert any(node.phase == "reached" for node in found.graph)
+    assert stuck(found) == [(False,)]
+
+
+@pytest.mark.parametrize(("limit", "most", "initial"), [("MAX_STARTS", 4, {}), ("MAX_NODES", 5, CLEAN)])
+def test_a_state_space_is_explored_up_to_its_limit(
+    limit: str, most: int, initial: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reachability, limit, most)
+    assert explored(WRAPPING, COOKING, initial=initial).graph
+    monkeypatch.setattr(reachability, limit, most - 1)
+    with pytest.raises(StateSpaceError, match=r"too many (start )?states"):
+        explored(WRAPPING, COOKING, initial=initial)

@@ -1,0 +1,225 @@
+"""The agent's loop as a transition system: what follows each state."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Literal
+
+import pytest
+
+from aeros.spec.closed_loop.invocation import State
+from aeros.spec.closed_loop.transition_system import (
+    LoopState,
+    StateSpaceError,
+    Transition,
+    TransitionSystem,
+    skills_of,
+)
+from aeros.spec.model.ecm import Ecm, PlanningRule, Skill, Task, TaskInvariant
+from tests.unit.agent.dumplings import given_input, module, outcome, rule, site, skill, task, term
+
+WRAPPED, COOKED, ALIGNED = "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned"
+HALF, QUARTER = Fraction(1, 2), Fraction(1, 4)
+WRAP = skill("wrap", outcome("wrapped", {WRAPPED: True}), outcome("torn", {}, failure=True))
+BOIL = skill("boil", outcome("cooked", {COOKED: True}), precondition=WRAPPED)
+STEAM = skill("steam", outcome("cooked", {COOKED: True}), outcome("cold", {ALIGNED: True}, failure=True))
+ALIGN = skill("align", outcome("aligned", {ALIGNED: True}))
+RULES = (rule(WRAPPED, "wrap", 1, "align"), rule(COOKED, "cooking"))
+
+
+def kitchen(
+    *rules: PlanningRule, skills: tuple[Skill, ...] = (WRAP, BOIL, STEAM, ALIGN), goal: str = COOKED
+) -> Ecm:
+    made = module("kitchen", skills, task("cook", ("cook",), goal, *rules))
+    return replace(made, capabilities={"cooking": ("boil", "steam")})
+
+
+def system_of(ecm: Ecm, retries: int = 3) -> TransitionSystem:
+    return TransitionSystem(ecm, ecm.tasks["cook"], site(retries))
+
+
+SYSTEM = system_of(kitchen(*RULES))
+Phase = Literal["plan", "try", "recover", "reached", "rejected"]
+
+
+def at(phase: Phase, true: str = "", rest: tuple[int, ...] = (), tries: int = 0) -> LoopState:
+    """The state in which the predicates of these initials are true: cooked, wrapped, aligned."""
+    return LoopState(phase, _state(true), rest, tries)
+
+
+def _state(true: str) -> State:
+    return tuple(letter in true for letter in "cwa")
+
+
+def test_the_predicates_are_those_that_the_loop_depends_on_in_order() -> None:
+    assert SYSTEM.names == (COOKED, WRAPPED, ALIGNED)
+    assert SYSTEM.domains == [(False, True)] * 3
+    ecm = kitchen(rule("area == table", "align"), goal="dough_on_workspace")
+    system = system_of(ecm)
+    assert system.names == ("area", "dough_on_workspace", ALIGNED)
+    assert system.domains == [("table", "pot"), (False, True), (False, True)]
+
+
+def test_a_predicate_of_infinitely_many_values_is_refused() -> None:
+    with pytest.raises(StateSpaceError, match="`fill_level`, which is neither a truth value nor an enum"):
+        system_of(kitchen(rule("fill_level > 0.5", "align")))
+
+
+def test_the_loop_s_skills_are_providers_and_recoveries_sorted() -> None:
+    ecm = kitchen(*RULES)
+    assert [one.id for one in skills_of(ecm, ecm.tasks["cook"])] == ["align", "boil", "steam", "wrap"]
+    assert skills_of(ecm, task("none", ("none",), COOKED)) == []
+
+
+def test_a_condition_is_decided_for_states_of_the_system() -> None:
+    condition = SYSTEM.condition(term(f"{WRAPPED} and not {ALIGNED}"))
+    assert [condition(_state(true)) for true in ("w", "wa", "", "c")] == [True, False, False, False]
+
+
+def test_the_plan_is_every_rule_whose_condition_does_not_hold_in_order() -> None:
+    assert [SYSTEM.plan(_state(true)) for true in ("", "w", "c", "wc")] == [(0, 1), (1,), (0,), ()]
+    mixed = system_of(kitchen(rule(f"{WRAPPED} or {ALIGNED}", "wrap"), rule(COOKED, "steam")))
+    assert [mixed.plan(_state(true)) for true in ("", "a", "ac")] == [(0, 1), (1,), ()]
+
+
+def test_planning_leads_to_the_first_step_to_the_goal_or_nowhere() -> None:
+    assert SYSTEM.transitions(at("plan")) == [Transition(at("try", rest=(0, 1)))]
+    assert SYSTEM.transitions(at("plan", "c")) == [Transition(at("reached", "c"))]
+    strict = system_of(kitchen(*RULES), retries=0)
+    assert strict.transitions(at("plan")) == [Transition(at("rejected"))]
+    assert strict.transitions(at("plan", "w")) == [Transition(at("try", "w", (1,)))]
+
+
+@pytest.mark.parametrize("phase", ["reached", "rejected"])
+def test_a_loop_that_has_ended_goes_nowhere(phase: Phase) -> None:
+    assert SYSTEM.transitions(at(phase)) == SYSTEM.transitions(at(phase, "c")) == []
+
+
+def test_a_try_succeeds_or_fails_and_is_recovered_from() -> None:
+    assert SYSTEM.transitions(at("try", rest=(0, 1))) == [
+        Transition(at("try", "w", (1,)), HALF, "step", "wrap → wrapped", "wrap"),
+        Transition(at("recover", "", (0, 1), 1), HALF, "step", "wrap → torn", "wrap"),
+    ]
+
+
+def test_the_last_try_that_fails_is_followed_by_a_new_plan() -> None:
+    assert SYSTEM.transitions(at("try", rest=(0, 1), tries=1)) == [
+        Transition(at("try", "w", (1,)), HALF, "retry", "wrap → wrapped", "wrap"),
+        Transition(at("plan"), HALF, "retry", "wrap → torn", "wrap"),
+    ]
+
+
+def test_a_failure_that_makes_the_step_needless_is_followed_by_the_next() -> None:
+    odd = skill("wrap", outcome("odd", {ALIGNED: True}, failure=True))
+    rules = (rule(f"{WRAPPED} or {ALIGNED}", "wrap"), rule(COOKED, "steam"))
+    (move,) = system_of(kitchen(*rules, skills=(odd, STEAM))).transitions(at("try", rest=(0, 1)))
+    assert move.target == at("try", "a", (1,))
+
+
+def test_of_several_providers_those_that_can_start_share_the_probability() -> None:
+    both = SYSTEM.transitions(at("try", "w", (1,)))
+    assert [(one.choice, one.probability) for one in both] == [
+        ("boil", HALF),
+        ("steam", QUARTER),
+        ("steam", QUARTER),
+    ]
+    alone = SYSTEM.transitions(at("try", "", (1,)))
+    assert [(one.choice, one.probability) for one in alone] == [("steam", HALF), ("steam", HALF)]
+
+
+def test_a_step_that_no_skill_can_start_is_followed_by_a_new_plan() -> None:
+    system = system_of(kitchen(rule(WRAPPED, "wrap"), rule(COOKED, "boil")))
+    assert system.transitions(LoopState("try", (False, False), (1,))) == [
+        Transition(LoopState("plan", (False, False)))
+    ]
+
+
+def test_a_needless_step_is_left_out_and_after_the_last_a_plan_is_made() -> None:
+    assert SYSTEM.transitions(at("try", "w", (0, 1), 1)) == [Transition(at("try", "w", (1,)))]
+    assert SYSTEM.transitions(at("recover", "w", (0, 1), 1)) == [Transition(at("try", "w", (1,)))]
+    assert SYSTEM.transitions(at("try", "w")) == [Transition(at("plan", "w"))]
+    assert SYSTEM.transitions(at("try", "c", (0,))) == [Transition(at("reached", "c"))]
+
+
+def test_a_recovery_precedes_the_next_try() -> None:
+    assert SYSTEM.transitions(at("recover", "", (0, 1), 1)) == [
+        Transition(at("try", "a", (0, 1), 1), Fraction(1), "recovery", "align → aligned")
+    ]
+
+
+def test_a_recovery_that_cannot_start_or_is_not_declared_is_skipped() -> None:
+    for first in (rule(WRAPPED, "wrap", 1, "boil"), rule(WRAPPED, "wrap", 1)):
+        system = system_of(kitchen(first, rule(COOKED, "boil")))
+        node = LoopState("recover", (False, False), (0, 1), 1)
+        assert system.transitions(node) == [Transition(LoopState("try", (False, False), (0, 1), 1))]
+
+
+def test_a_step_is_blocked_where_some_provider_cannot_start_at_its_first_try() -> None:
+    blocked = SYSTEM.blocked_step(at("try", "", (1,)))
+    assert blocked == (RULES[1], "boil")
+    for free in (
+        at("try", "w", (1,)),
+        at("try", "c", (1,)),
+        at("try", "", (1,), 1),
+        at("try", "", (0, 1)),
+        at("try"),
+        at("recover", "", (1,)),
+        at("plan"),
+    ):
+        assert SYSTEM.blocked_step(free) is None
+    needless = system_of(kitchen(rule(ALIGNED, "boil"), rule(COOKED, "steam")))
+    assert needless.blocked_step(at("try", "", (0, 1))) == (rule(ALIGNED, "boil"), "boil")
+    assert needless.blocked_step(at("try", "a", (0, 1))) is None
+
+
+def _rejected(*rules: PlanningRule) -> list[str | None]:
+    needy = {"force": given_input("force", None, (Fraction(0), Fraction(1)))}
+    press = skill("press", outcome("pressed", {}), inputs=needy)
+    system = system_of(kitchen(*rules, skills=(WRAP, BOIL, STEAM, ALIGN, press)))
+    return [system.rejection(tuple(range(len(rules)))) for _ in range(2)]
+
+
+def test_a_plan_is_rejected_for_the_same_reason_each_time() -> None:
+    assert _rejected() == ["no rule applies, so the plan is empty"] * 2
+    assert _rejected(*[RULES[0]] * 100) == [None, None]
+    assert _rejected(*[RULES[0]] * 101) == ["the plan has 101 steps; at most 100 are allowed"] * 2
+    assert _rejected(rule(WRAPPED, "wrap", 3)) == [None, None]
+    assert (
+        _rejected(rule(WRAPPED, "wrap", 4))
+        == ["a step has more than the 3 retries that this site allows"] * 2
+    )
+    assert (
+        _rejected(rule(WRAPPED, "wrap", 1, "press"))
+        == ["`press` runs with default inputs after a failure, but an input has no default"] * 2
+    )
+
+
+def test_recoveries_that_go_round_are_rejected() -> None:
+    round_ = "`on_failure` leads back to itself"
+    assert _rejected(rule(COOKED, "cooking", 1, "steam"))[0] == round_
+    assert _rejected(rule(COOKED, "boil", 1, "align"), rule(ALIGNED, "align", 1, "boil"))[0] == round_
+    assert _rejected(rule(COOKED, "cooking", 1, "align"), rule(WRAPPED, "wrap", 1, "align"))[0] is None
+
+
+def test_only_the_rules_of_a_plan_can_make_it_rejected() -> None:
+    system = system_of(kitchen(rule(WRAPPED, "wrap", 4), rule(COOKED, "steam")))
+    assert [system.rejection(plan) for plan in ((0, 1), (1,))] == [
+        "a step has more than the 3 retries that this site allows",
+        None,
+    ]
+
+
+def test_equal_states_are_equal_and_differ_in_each_part() -> None:
+    one = LoopState("try", (True,), (0, 1), 1)
+    assert one == LoopState("try", (True,), (0, 1), 1)
+    assert hash(one) == hash(LoopState("try", (True,), (0, 1), 1))
+    others = [replace(one, phase="recover"), replace(one, state=(False,)), replace(one, tries=0)]
+    assert len({one, *others, replace(one, remaining_rules=())}) == 5
+
+
+def test_the_task_s_predicates_include_those_of_its_invariants() -> None:
+    kept = "filling_on_workspace"
+    ecm = kitchen(*RULES)
+    pursued: Task = replace(ecm.tasks["cook"], invariants=(TaskInvariant("k", term(kept), kept, ecm.span),))
+    assert kept in TransitionSystem(ecm, pursued, site()).names

@@ -1,0 +1,20 @@
+"""Two copies of the examples' base: one is changed, the other stays."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.unit.spec.difference.versions import BASE
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(BASE, tmp_path / "old"))
+
+
+@pytest.fixture
+def new(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(BASE, tmp_path / "new"))

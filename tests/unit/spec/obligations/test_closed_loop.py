@@ -1,0 +1,344 @@
+"""Each claim about a closed loop, refuted with its exact trace, and proved of a near miss."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.closed_loop import reachability
+from aeros.spec.diagnostics.codes import Severity, SpanLabel
+from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
+from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from tests.unit.agent.dumplings import (
+    DUMPLING,
+    MAKE_DUMPLINGS,
+    PREDICATES,
+    SPAN,
+    given_input,
+    module,
+    outcome,
+    rule,
+    site,
+    skill,
+    task,
+    term,
+)
+
+WRAPPED, COOKED = "dumpling_wrapped", "dumpling_cooked"
+CLEAN = dict.fromkeys(PREDICATES, False)
+
+
+def invariant(text: str) -> TaskInvariant:
+    return TaskInvariant("kept", term(text), text, SPAN)
+
+
+def claims(
+    skills: tuple[Skill, ...],
+    *rules: PlanningRule,
+    goal: str = COOKED,
+    initial: dict[str, Any] = CLEAN,
+    kept: str | None = None,
+) -> dict[str, StaticClaim]:
+    pursued = replace(
+        task("cook", ("cook",), goal, *rules),
+        initial=initial,
+        invariants=() if kept is None else (invariant(kept),),
+    )
+    return settled(module("kitchen", skills, pursued))
+
+
+def settled(ecm: Ecm) -> dict[str, StaticClaim]:
+    return {str(one.id).split("/", 2)[2]: one for one in closed_loop_obligations(ecm, site())}
+
+
+def refutation(found: StaticClaim, code: str) -> tuple[str, ...]:
+    """The lines of the trace, the states of which are told by what is true in them."""
+    assert found.verdict is Verdict.REFUTED
+    assert found.diagnostic is not None
+    assert found.diagnostic.code == code
+    first, *lines = found.diagnostic.notes[0].splitlines()
+    assert first == "for example:"
+    return tuple(map(_true_ones, lines))
+
+
+def _true_ones(line: str) -> str:
+    for word in ("start with ", "then "):
+        if line.startswith(word):
+            values = line.removeprefix(word).split(", ")
+            true = [value.removesuffix(" = true") for value in values if value.endswith("= true")]
+            return word + ", ".join(true)
+    return line
+
+
+WRAP = skill("wrap", outcome("wrapped", {WRAPPED: True}), outcome("torn", {}, failure=True))
+BOIL = skill("boil", outcome("cooked", {COOKED: True}), precondition=WRAPPED)
+SPOIL = skill(
+    "boil",
+    outcome("cooked", {COOKED: True}),
+    outcome("burst", {WRAPPED: False, "wrapper_aligned": True}, failure=True),
+    precondition=WRAPPED,
+)
+
+
+def test_the_reference_task_is_proved_under_its_assumptions() -> None:
+    pursued = replace(MAKE_DUMPLINGS, initial=CLEAN)
+    found = settled(replace(DUMPLING, tasks={pursued.id: pursued}))
+    assert {name: one.verdict for name, one in found.items()} == dict.fromkeys(
+        ("dispatch", "progress", "effective"), Verdict.PROVED
+    )
+
+
+def test_a_step_whose_precondition_a_success_before_it_leaves_unmet() -> None:
+    halfway = skill("wrap", outcome("wrapped", {WRAPPED: True}), outcome("folded", {"wrapper_aligned": True}))
+    rules = (rule(f"{WRAPPED} or wrapper_aligned", "wrap"), rule(COOKED, "boil"))
+    found = claims((halfway, BOIL), *rules)
+    assert refutation(found["dispatch"], "AE801") == ("start with ", "wrap → folded", "then wrapper_aligned")
+    assert claims((WRAP, BOIL), *rules)["dispatch"].verdict is Verdict.PROVED
+
+
+def test_a_step_that_a_failure_before_it_makes_needless_is_followed_by_the_next() -> None:
+    odd = skill(
+        "wrap", outcome("wrapped", {WRAPPED: True}), outcome("odd", {"wrapper_aligned": True}, failure=True)
+    )
+    found = claims((odd, BOIL), rule(f"{WRAPPED} or wrapper_aligned", "wrap"), rule(COOKED, "boil"))
+    assert refutation(found["dispatch"], "AE801") == ("start with ", "wrap → odd", "then wrapper_aligned")
+
+
+def test_a_step_that_comes_next_because_one_was_needless_is_hindered_too() -> None:
+    align = skill("align", outcome("aligned", {"wrapper_aligned": True}))
+    found = claims(
+        (align, WRAP, BOIL),
+        rule("not wrapper_aligned", "wrap"),  # only the next plan has this
+        rule("wrapper_aligned", "align"),
+        rule("wrapper_aligned", "align"),
+        rule(COOKED, "boil"),
+    )
+    trace = refutation(found["dispatch"], "AE801")
+    assert trace == ("start with ", "align → aligned", "then wrapper_aligned")
+
+
+def test_a_precondition_on_inputs_is_decided_with_the_inputs_of_the_rule() -> None:
+    force = {"force": given_input("force", Fraction(1, 2), (Fraction(0), Fraction(1)))}
+    pressed = skill("press", outcome("done", {COOKED: True}), precondition="inputs.force > 0.4", inputs=force)
+    press = rule(COOKED, "press")
+    assert claims((pressed,), press)["dispatch"].verdict is Verdict.PROVED
+    gently = replace(press, inputs={"force": Fraction(1, 4)})
+    assert refutation(claims((pressed,), gently)["dispatch"], "AE801") == ("start with ", "then ")
+
+
+def test_a_failure_that_leads_nowhere() -> None:
+    rules = (rule(f"{WRAPPED} or wrapper_aligned", "wrap"), rule(f"{COOKED} or wrapper_aligned", "boil"))
+    found = claims((WRAP, SPOIL), *rules)
+    assert refutation(found["progress"], "AE802") == (
+        "start with ",
+        "wrap → wrapped",
+        "boil → burst",
+        "then wrapper_aligned",
+    )
+    diagnostic = found["progress"].diagnostic
+    assert diagnostic is not None
+    assert diagnostic.notes[1:] == ("there, no rule applies, so the plan is empty",)
+    assert claims((WRAP, BOIL), *rules)["progress"].verdict is Verdict.PROVED
+
+
+def test_a_recovery_leads_out_of_a_dead_end() -> None:
+    blocked = skill(
+        "boil",
+        outcome("cooked", {COOKED: True}),
+        outcome("burst", {WRAPPED: False}, failure=True),
+        precondition=WRAPPED,
+    )
+    ready = {**CLEAN, WRAPPED: True}
+    alone, helped = rule(COOKED, "boil", 1), rule(COOKED, "boil", 1, "wrap")
+    assert refutation(claims((WRAP, blocked), alone, initial=ready)["progress"], "AE802") == (
+        f"start with {WRAPPED}",
+        "boil → burst",
+        "then ",
+    )
+    assert refutation(claims((WRAP, blocked), helped, initial=ready)["progress"], "AE802") == (
+        f"start with {WRAPPED}",
+        "boil → burst",
+        "wrap → wrapped",
+        "boil → burst",
+        "then ",
+    )
+    assert claims((WRAP, blocked), rule(WRAPPED, "wrap"), helped)["progress"].verdict is Verdict.PROVED
+
+
+@pytest.mark.parametrize(
+    ("rules", "why"),
+    [
+        ((rule(COOKED, "boil", 1, "boil"),), "there, `on_failure` leads back to itself"),
+        (
+            (rule(WRAPPED, "wrap", 1, "boil"), rule(COOKED, "boil", 1, "wrap")),
+            "there, `on_failure` leads back to itself",
+        ),
+        (
+            (rule(WRAPPED, "wrap", 1, "press"), rule(COOKED, "boil")),
+            "there, `press` runs with default inputs after a failure, but an input has no default",
+        ),
+        (
+            (rule(WRAPPED, "wrap", 4), rule(COOKED, "boil")),
+            "there, a step has more than the 3 retries that this site allows",
+        ),
+        ((rule(WRAPPED, "wrap"),) * 101, "there, the plan has 101 steps; at most 100 are allowed"),
+    ],
+)
+def test_a_plan_that_the_agent_rejects_leads_nowhere(rules: tuple[PlanningRule, ...], why: str) -> None:
+    needy = {"force": given_input("force", None, (Fraction(0), Fraction(1)))}
+    skills = (WRAP, BOIL, skill("press", outcome("pressed", {}), inputs=needy))
+    found = claims(skills, *rules)["progress"]
+    assert refutation(found, "AE802") == ("start with ", "then ")
+    assert found.diagnostic is not None
+    assert found.diagnostic.notes[1] == why
+
+
+def test_an_outcome_that_the_others_leave_no_probability_is_no_way_to_the_goal_but_may_do_harm() -> None:
+    boil = skill("boil", Outcome("raw", {}, False, Fraction(1), None), outcome("cooked", {COOKED: True}))
+    found = claims((boil,), rule(COOKED, "boil"), kept=f"not {COOKED}")
+    assert refutation(found["progress"], "AE802") == ("start with ", "then ")
+    assert refutation(found["invariant/kept"], "AE804")[1] == "boil → cooked"
+
+
+def test_an_invariant_is_refuted_by_the_shortest_way() -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
+    found = claims((WRAP, SPOIL), *rules, kept="not wrapper_aligned")
+    assert refutation(found["invariant/kept"], "AE804") == (
+        "start with ",
+        "wrap → wrapped",
+        "boil → burst",
+        "then wrapper_aligned",
+    )
+    assert (
+        claims((WRAP, BOIL), *rules, kept="not wrapper_aligned")["invariant/kept"].verdict is Verdict.PROVED
+    )
+
+
+def test_an_invariant_holds_where_the_goal_is_reached_too() -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
+    found = claims((WRAP, BOIL), *rules, kept=f"not {COOKED}")
+    assert refutation(found["invariant/kept"], "AE804") == (
+        "start with ",
+        "wrap → wrapped",
+        "boil → cooked",
+        f"then {COOKED}, {WRAPPED}",
+    )
+    assert (
+        claims((WRAP, BOIL), *rules, kept=f"{WRAPPED} or not {COOKED}")["invariant/kept"].diagnostic is None
+    )
+
+
+def test_an_invariant_holds_at_every_start_whatever_initial_leaves_open() -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
+    kept = f"{WRAPPED} or not {COOKED}"
+    found = claims((WRAP, BOIL), *rules, initial={WRAPPED: False}, kept=kept)
+    assert refutation(found["invariant/kept"], "AE804") == (f"start with {COOKED}", f"then {COOKED}")
+
+
+def test_a_task_not_over_predicates_is_undecided_with_its_invariants() -> None:
+    filled = skill("fill", outcome("filled", {"fill_level": Fraction(1)}))
+    rules = rule("fill_level > 0.5", "fill")
+    plain = claims((filled,), rules, goal="fill_level > 0.5")["analysed"].diagnostic
+    assert plain is not None
+    assert plain.severity is Severity.ERROR
+    assert plain.headline.endswith(
+        "were not analysed: it depends on `fill_level`, which is neither a truth value nor an enum"
+    )
+    claimed = claims((filled,), rules, goal="fill_level > 0.5", kept="not wrapper_aligned")["analysed"]
+    assert claimed.verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize(("limit", "of"), [("MAX_STARTS", "start states"), ("MAX_NODES", "states")])
+def test_a_state_space_that_is_too_large_is_not_analysed(
+    limit: str, of: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
+    found = claims((WRAP, BOIL), *rules, initial={})
+    assert "analysed" not in found
+    monkeypatch.setattr(reachability, limit, 3)
+    diagnostic = claims((WRAP, BOIL), *rules, initial={})["analysed"].diagnostic
+    assert diagnostic is not None
+    assert diagnostic.headline.endswith(f"it has too many {of}")
+
+
+def test_a_task_that_starts_where_its_goal_is_reached_proves_nothing_of_its_rules() -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
+    found = claims((WRAP, BOIL), *rules, initial={**CLEAN, COOKED: True})["effective"].diagnostic
+    assert found is not None
+    assert (found.code, found.severity) == ("AE805", Severity.ERROR)
+    assert claims((WRAP, BOIL), *rules, initial={WRAPPED: False})["effective"].diagnostic is None
+
+
+def test_a_refuted_dispatch_is_shown_at_the_rule_and_at_the_precondition() -> None:
+    (call,) = rules = (rule(COOKED, "boil"),)
+    found = claims((BOIL,), *rules)["dispatch"].diagnostic
+    assert found is not None
+    assert found.headline == "the rules of `cook` call `boil` where its precondition does not hold"
+    assert (found.primary, [one.text for one in found.secondary]) == (
+        SpanLabel(call.span, "called here"),
+        ["does not hold then"],
+    )
+
+
+# A step by a capability.
+
+OTHER = skill(
+    "steam", outcome("cooked", {COOKED: True}), outcome("cold", {}, failure=True), precondition=WRAPPED
+)
+
+
+def with_capability(providers: tuple[str, ...], skills: tuple[Skill, ...], *rules: PlanningRule) -> Ecm:
+    pursued = replace(task("cook", ("cook",), COOKED, *rules), initial=CLEAN)
+    return replace(module("kitchen", skills, pursued), capabilities={"cooking": providers})
+
+
+def test_a_step_by_a_capability_is_proved_of_each_provider() -> None:
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "cooking", retry=1))
+    found = settled(with_capability(("boil", "steam"), (WRAP, BOIL, OTHER), *rules))
+    assert {one.verdict for one in found.values()} == {Verdict.PROVED}
+
+
+def test_a_provider_that_may_not_start_is_named() -> None:
+    fry = skill("fry", outcome("cooked", {COOKED: True}), precondition="wrapper_aligned")
+    rules = (rule(WRAPPED, "wrap"), rule(COOKED, "cooking"))
+    found = settled(with_capability(("boil", "fry"), (WRAP, BOIL, fry), *rules))
+    assert refutation(found["dispatch"], "AE801") == ("start with ", "wrap → wrapped", f"then {WRAPPED}")
+    assert found["dispatch"].diagnostic is not None
+    assert "call `fry`, which provides `cooking`, where" in found["dispatch"].diagnostic.headline
+    # The other one leads to the goal; that this one does not start is no dead end.
+    assert found["progress"].verdict is Verdict.PROVED
+
+
+def test_skills_that_provide_a_capability_only_together_are_no_choice() -> None:
+    """Whoever always chooses to wait never cooks, though every state has a way to the goal by the other."""
+    wait = skill("wait", outcome("waited", {}))
+    eager = skill("boil", outcome("cooked", {COOKED: True}))
+    found = settled(with_capability(("boil", "wait"), (eager, wait), rule(COOKED, "cooking")))
+    assert refutation(found["progress"], "AE802") == ("start with ", "then ")
+    assert found["progress"].diagnostic is not None
+    assert found["progress"].diagnostic.notes[1:] == (
+        "if a step names a capability, the same skill of it may run each time",
+    )
+    assert (
+        settled(with_capability(("boil",), (eager, wait), rule(COOKED, "cooking")))["progress"].diagnostic
+        is None
+    )
+
+
+def test_a_further_try_may_be_by_the_provider_that_still_can() -> None:
+    """The first breaks its own precondition, so each further try is the other's."""
+    once = skill(
+        "boil",
+        outcome("cooked", {COOKED: True}),
+        outcome("burnt", {"wrapper_aligned": True}, failure=True),
+        precondition="not wrapper_aligned",
+    )
+    steam = skill("steam", outcome("cooked", {COOKED: True}), outcome("cold", {}, failure=True))
+    rules = (rule("not wrapper_aligned", "turn"), rule(COOKED, "cooking", retry=2))
+    turn = skill("turn", outcome("turned", {"wrapper_aligned": False}))
+    found = settled(with_capability(("boil", "steam"), (turn, once, steam), *rules))
+    assert {one.verdict for one in found.values()} == {Verdict.PROVED}

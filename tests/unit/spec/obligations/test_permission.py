@@ -1,0 +1,117 @@
+"""A module stays inside its permissions, and these inside what the site grants."""
+
+# ruff: noqa: E501  a changed line stands in one line with the claims that it fails
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.spec.obligations.permission import permission_obligations
+from aeros.spec.obligations.verdicts import StaticClaim
+from tests.unit.spec.obligations.tidier import Change, failed, module, site
+
+GRANTED = "    actuators: [arm, turntable]\n    sensors: [panel, scanner, encoders, camera]\n"
+PERMITTED = "  actuators: [arm, turntable]\n  sensors: [camera, scanner, encoders]\n"
+ARM = "    actuators: [arm]\n    resources: [arm]\n    risk: medium\n    timeout: 30 s\n\n"
+BLOCK = "    - {id: brush-lent, module: works_but_is_blocked, action: wipe"
+
+
+def faults(*changes: Change, at: tuple[Change, ...] = ()) -> dict[str, str]:
+    place = site(*at)
+    found = failed(permission_obligations(module(*changes, at=place), place))
+    return {name.removeprefix("permission/"): code for name, code in found.items()}
+
+
+def test_a_module_inside_its_permissions_is_proved() -> None:
+    assert faults() == {}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        # Permissions for actions.
+        (("reach: distance(hand, goal) <= 150 mm", "reach: distance(hand, goal) <= 90 mm"), {"fetch/reach": "AE403"}),
+        (("reach: distance(hand, goal) <= 150 mm", "reach: distance(hand, goal) < 0 m"),
+         {"reach/not-empty": "AE409", "fetch/reach": "AE403"}),
+        (("    wipe: pressure <= 20 N\n", "    wipe: pressure <= 19 N\n"), {"scrub/wipe": "AE403"}),
+        (("    sweep: true\n", ""), {"sweep_arm/sweep": "AE401"}),
+        # Actuators of the skill and of the module.
+        (("    actuators: [turntable]\n", ""), {"roll/spin/actuators": "AE402"}),
+        ((PERMITTED, PERMITTED.replace(", turntable", "")), {"roll/actuators": "AE402"}),
+        ((PERMITTED, PERMITTED.replace("turntable", "turntable, wheels")), {"access/actuators": "AE404"}),
+        ((ARM + "  roll:", ARM.replace("    resources: [arm]\n", "") + "  roll:"), {"sweep_arm/held": "AE410"}),
+        # Risk.
+        (("    risk: medium\n    timeout: 30 s\n\n  scrub:", "    risk: low\n    timeout: 30 s\n\n  scrub:"),
+         {"fetch/risk-stated": "AE407"}),
+        (("    risk: medium\n    timeout: 30 s\n\n  scrub:", "    risk: high\n    timeout: 30 s\n\n  scrub:"),
+         {"fetch/risk-ceiling": "AE406"}),
+        # Sensors of conditions, hold-conditions, envelopes, effects, goals and compositions.
+        ((PERMITTED, PERMITTED.replace(", encoders", "")), {"fetch/sensors": "AE405"}),
+        ((PERMITTED, PERMITTED.replace("camera, ", "")),
+         {"fetch/sensors": "AE405", "scrub/sensors": "AE405", "task/tidy_up/sensors": "AE405",
+          "composition/clean/sensors": "AE405"}),
+        (("precondition: fetched == sponge", "precondition: fetched == sponge and not stop_pressed"),
+         {"scrub/sensors": "AE405"}),
+        (("hold: dirt < 90 %", "hold: not stop_pressed"), {"scrub/sensors": "AE405"}),
+        (("sweep: rate <= 0.2 rad/s", "sweep: stop_pressed or rate <= 0.2 rad/s"), {"sweep_arm/sensors": "AE405"}),
+        (("goal: table_tidy", "goal: table_tidy and not stop_pressed"), {"task/tidy_up/sensors": "AE405"}),
+        (("{unless: table_tidy, do: scrub", "{unless: table_tidy or stop_pressed, do: scrub"),
+         {"task/tidy_up/sensors": "AE405"}),
+        (("    precondition: not table_tidy\n    do:", "    precondition: not stop_pressed\n    do:"),
+         {"composition/clean/sensors": "AE405"}),
+        (("        - {skill: weigh}", "        - {if: stop_pressed, then: {skill: weigh}, else: {skill: weigh, id: w}}"),
+         {"composition/clean/sensors": "AE405"}),
+    ],
+)  # fmt: skip
+def test_a_change_of_the_module_fails_these_claims_alone(change: Change, expected: dict[str, str]) -> None:
+    assert faults(change) == expected
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ((GRANTED, GRANTED.replace(", turntable", "")), {"access/actuators": "AE404"}),
+        ((GRANTED, GRANTED.replace(", camera", "")), {"access/sensors": "AE404"}),
+        (("risk_ceiling: medium", "risk_ceiling: low"),
+         {f"{name}/risk-ceiling": "AE406" for name in ("fetch", "scrub", "sweep_arm", "roll")}),
+        # An override of the module is told, and refutes nothing.
+        ((BLOCK, "    - {id: brush-lent, module: tidier, action: wipe"), {"unblocked/brush-lent": "AE408?"}),
+        ((BLOCK, "    - {id: brush-lent, action: wipe"), {"unblocked/brush-lent": "AE408?"}),
+        ((BLOCK, "    - {id: brush-lent, module: tidier, action: knock"), {}),
+    ],
+)  # fmt: skip
+def test_a_change_of_the_site_fails_these_claims_alone(change: Change, expected: dict[str, str]) -> None:
+    assert faults(at=(change,)) == expected
+
+
+def test_what_is_asked_for_of_channels_and_computing_devices_must_be_granted_too() -> None:
+    asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n  compute: [gpu]\n")
+    granted = (GRANTED, f"{GRANTED}    channels: [announcements]\n    compute: [gpu]\n")
+    assert faults(asked, at=(granted,)) == {}
+    assert faults(asked) == {"access/channels": "AE404", "access/compute": "AE404"}
+
+
+def test_a_refusal_names_all_that_is_missing_in_order() -> None:
+    place = site((GRANTED, "    sensors: [panel, scanner, encoders, camera]\n"))
+    claims = permission_obligations(module(at=place), place)
+    (told,) = [one.diagnostic for one in claims if str(one.id) == "permission/access/actuators"]  # type: ignore[union-attr]
+    assert told is not None
+    assert told.headline == "the site does not grant `tidier` the actuators `arm`, `turntable`"
+
+
+def test_a_risk_is_told_by_its_word() -> None:
+    high = (
+        "    risk: medium\n    timeout: 30 s\n\n  scrub:",
+        "    risk: high\n    timeout: 30 s\n\n  scrub:",
+    )
+    low = (high[0], high[1].replace("high", "low"))
+    told = [
+        one.diagnostic.headline
+        for change in (high, low)
+        for one in permission_obligations(module(change), site())
+        if isinstance(one, StaticClaim) and one.diagnostic is not None
+    ]
+    assert told == [
+        "`fetch` is of high risk; this site allows medium at most",
+        "`fetch` declares low risk, but `reach` carries more",
+    ]

@@ -1,0 +1,70 @@
+"""Skill code is the program that Python runs, or it is refused."""
+
+from __future__ import annotations
+
+import ast
+
+import pytest
+
+from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError, read_skill_files
+
+
+def test_the_tree_its_nodes_and_its_functions_are_those_of_the_text() -> None:
+    file = SkillFile("it/skills.py", b"def a():\n    pass\nclass B:\n    def c(self):\n        pass\n")
+    assert file.source.path == "it/skills.py"
+    assert list(file.functions) == ["a"]
+    assert file.nodes == tuple(ast.walk(file.tree))
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"\xef\xbb\xbfx = 1\n", "it begins with a byte order mark"),
+        (b"# coding: latin-1\n", "it declares an encoding; it is UTF-8 without saying so"),
+        (b"\n \t# -*- coding=utf-8\n", "it declares an encoding; it is UTF-8 without saying so"),
+        (b"x = '\xe9'\n", "byte 5 is not UTF-8"),
+        (b"x = 1\ny = (\n", "line 2: '(' was never closed"),
+        (b"x = '\0'\n", "source code string cannot contain null bytes"),
+        (b"x = " + b"(" * 300 + b")" * 300 + b"\n", "line 1: too many nested parentheses"),
+    ],
+)
+def test_code_that_is_not_plain_python_is_refused(content: bytes, why: str) -> None:
+    with pytest.raises(UnreadableCodeError) as raised:
+        SkillFile("skills.py", content)
+    assert str(raised.value).startswith(why)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\n\n# coding: latin-1\n", b"x = 'coding: latin-1'\n", "é = 1".encode()]
+)
+def test_any_other_code_is_read(content: bytes) -> None:
+    assert SkillFile("skills.py", content).source.text == content.decode()
+
+
+def spans(code: str, kind: type[ast.AST]) -> list[str]:
+    file = SkillFile("skills.py", code.encode())
+    return [
+        file.span(node).text
+        for node in file.nodes
+        if isinstance(node, kind) and isinstance(node, ast.expr | ast.stmt)
+    ]
+
+
+def test_a_node_is_located_from_its_beginning_to_its_end_or_the_end_of_its_line() -> None:
+    assert spans("x = 1\nf(a, b)\n", ast.Call) == ["f(a, b)"]
+    assert spans("  \nx = f(a,\n    b)  # more\n", ast.Call) == ["f(a,"]
+    assert spans("if a:\n    b\n", ast.If) == ["if a:"]
+
+
+def test_a_node_after_or_with_letters_of_several_bytes_is_located() -> None:
+    assert spans("ü = f(a) + g(b)\n", ast.Call) == ["f(a)", "g(b)"]
+    assert spans("x = f('äöü') + 1\n", ast.Call) == ["f('äöü')"]
+    assert spans("é\n", ast.Expr) == ["é"]
+
+
+def test_each_file_of_a_module_is_read_by_its_path() -> None:
+    found = read_skill_files("it", {"skills.py": b"x = 1\n", "more/part.py": b"\xff"})
+    good, bad = found["skills.py"], found["more/part.py"]
+    assert isinstance(good, SkillFile)
+    assert good.source.path == "it/skills.py"
+    assert isinstance(bad, UnreadableCodeError)

@@ -1,0 +1,24 @@
+"""Verdicts are compared, and never asked for their truth."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostic, Severity
+from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.verdicts import Conclusion, StaticClaim, Verdict
+
+
+@pytest.mark.parametrize("one", [*Verdict, *Conclusion])
+def test_a_verdict_has_no_truth_value(one: Verdict | Conclusion) -> None:
+    with pytest.raises(TypeError, match="has no truth value; compare it"):
+        bool(one)
+
+
+def test_a_claim_is_refuted_by_an_error_alone() -> None:
+    claim_id = ClaimForm.ACCESS_GRANTED("sensors")
+    assert StaticClaim(claim_id, None).verdict is Verdict.PROVED
+    assert StaticClaim(claim_id, Diagnostic("AE404", "it")).verdict is Verdict.REFUTED
+    for severity in (Severity.WARNING, Severity.NOTE):
+        told = Diagnostic("AE404", "it", severity=severity)
+        assert StaticClaim(claim_id, told).verdict is Verdict.PROVED

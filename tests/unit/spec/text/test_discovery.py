@@ -1,0 +1,71 @@
+"""The modules at a path, and the site that comes with AEROS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.text.discovery import module_folders, reference_site_path
+
+
+def found(path: Path) -> list[Path]:
+    sink = Diagnostics()
+    folders = module_folders(path, sink)
+    assert sink.has_errors is (not folders)
+    return folders
+
+
+def refused(path: Path) -> str:
+    sink = Diagnostics()
+    assert module_folders(path, sink) == []
+    (problem,) = sink
+    assert problem.code == "AE130"
+    return problem.headline
+
+
+def module(folder: Path) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "ecm.yaml").write_text("")
+    return folder
+
+
+def test_the_reference_site_is_a_file_of_the_package() -> None:
+    assert reference_site_path().is_file()
+    assert reference_site_path().name == "panda_cell.yaml"
+
+
+def test_a_manifest_and_its_folder_are_the_module(tmp_path: Path) -> None:
+    folder = module(tmp_path / "it")
+    module(folder / "inside")
+    assert found(folder) == found(folder / "ecm.yaml") == [folder]
+
+
+def test_modules_are_found_at_any_depth_sorted(tmp_path: Path) -> None:
+    folders = [module(tmp_path / name) for name in ("b", "a/deep/er", "a/x", "c")]
+    assert found(tmp_path) == sorted(folders)
+
+
+def test_modules_inside_modules_are_found_too(tmp_path: Path) -> None:
+    outer, inner = module(tmp_path / "a"), module(tmp_path / "a" / "b")
+    assert found(tmp_path) == [outer, inner]
+
+
+def test_hidden_folders_and_links_to_folders_are_skipped(tmp_path: Path) -> None:
+    kept = module(tmp_path / "some" / "a")
+    module(tmp_path / "some" / ".hidden" / "b")
+    (tmp_path / "some" / "link").symlink_to(module(tmp_path / "elsewhere"))
+    assert found(tmp_path / "some") == [kept]
+
+
+def test_a_folder_called_as_a_manifest_and_a_link_to_nothing(tmp_path: Path) -> None:
+    (tmp_path / "odd" / "ecm.yaml").mkdir(parents=True)
+    (tmp_path / "gone").mkdir()
+    (tmp_path / "gone" / "ecm.yaml").symlink_to("nothing")
+    assert found(tmp_path) == [tmp_path / "odd"]
+
+
+def test_a_path_without_modules_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert refused(tmp_path) == f"there is no `ecm.yaml` in or below `{tmp_path}`"
+    for name in ("file", "nothing", "ecm.yaml"):
+        assert refused(tmp_path / name) == f"`{tmp_path / name}` is neither a folder nor an `ecm.yaml`"
