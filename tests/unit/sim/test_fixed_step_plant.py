@@ -13,7 +13,7 @@ from aeros.sim.clock import TICK
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
 from aeros.sim.kinematic.objects import ObjectSet
 from aeros.sim.kinematic.robot import KinematicRobot
-from aeros.sim.robot.motions import BlockedError
+from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.robot import RobotOptions
 from aeros.skill import Action, act
 from tests.unit.sim.acting import allow

@@ -6,9 +6,9 @@ from random import Random
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, Record, read_prefix, seal_record
+from aeros.runtime.audit.check import GENESIS, Record, read_prefix
 from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts, verify_log
-from aeros.runtime.canonical_json import to_canonical_json
+from aeros.runtime.canonical_json import seal_record, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
 
 

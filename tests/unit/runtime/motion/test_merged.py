@@ -11,14 +11,12 @@ import pytest
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.motion.merged import (
     ConcurrentMotion,
-    MergedMotion,
-    RemainingMotion,
     commanded_joint_position,
     concurrent_motions,
     merge_motions,
     moves_base,
-    moves_joints,
 )
+from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion, moves_joints
 from aeros.runtime.ports import MotionCompletion, NoMotion, RobotBody, ServoBounds, Trajectory
 from aeros.skill import act
 

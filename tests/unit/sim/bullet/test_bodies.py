@@ -111,8 +111,8 @@ def test_two_declared_bodies_are_named_with_both_places(world: PhysicsWorld) -> 
 
 
 def test_the_declared_body_is_named_first(world: PhysicsWorld) -> None:
-    table = world.add_box((1.0, 1.0, 0.1), (0.0, 0.0, -0.045))
-    stone = world.add_box((0.1, 0.1, 0.1), (5.0, 5.0, 5.0))
+    table = world.bodies.add_box((1.0, 1.0, 0.1), (0.0, 0.0, -0.045))
+    stone = world.bodies.add_box((0.1, 0.1, 0.1), (5.0, 5.0, 5.0))
     (found,) = overlapping(world, body("pole"), names={table: "the table", stone: "a stone"})
     assert found.headline == "`pole` and the table overlap by 5.0 mm"
     assert found.primary is not None
@@ -120,13 +120,13 @@ def test_the_declared_body_is_named_first(world: PhysicsWorld) -> None:
 
 
 def test_a_part_of_the_scene_without_a_name_is_told_by_its_place(world: PhysicsWorld) -> None:
-    world.add_box((1.0, 1.0, 0.1), (0.25, 0.0, -0.045))
+    world.bodies.add_box((1.0, 1.0, 0.1), (0.25, 0.0, -0.045))
     (found,) = overlapping(world, body("pole"))
     assert found.headline == "`pole` and the body at (0.25, 0.00, -0.04) m overlap by 5.0 mm"
 
 
 def test_an_overlap_of_the_scene_itself_has_no_place_in_a_file(world: PhysicsWorld) -> None:
-    first, second = (world.add_box((0.1, 0.1, 0.1), (x, 0.0, 0.0)) for x in (0.0, 0.05))
+    first, second = (world.bodies.add_box((0.1, 0.1, 0.1), (x, 0.0, 0.0)) for x in (0.0, 0.05))
     (found,) = overlapping(world, names={first: "one", second: "another"})
     assert (found.primary, found.secondary, found.help) == (None, (), ())
     assert "overlap by 50.0 mm" in found.headline

@@ -44,9 +44,9 @@ def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
         for _ in range(120):
             world.step()
         mirror.place(poses_of(world, shapes))
-        seen = world.render(scene.view).rgb
+        seen = world.renderer.render(scene.view).rgb
         assert len(np.unique(seen)) > 30
-        assert np.array_equal(seen, other.render(scene.view).rgb)
+        assert np.array_equal(seen, other.renderer.render(scene.view).rgb)
     world.close()
     other.close()
 
@@ -54,14 +54,14 @@ def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
 def test_parts_are_where_they_are_on_a_body_that_is_heavier_at_one_end(tmp_path: Path) -> None:
     (tmp_path / "club.urdf").write_text(OFF_CENTRE)
     world, other = PhysicsWorld(), PhysicsWorld()
-    world.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2), (0.0, 0.0, 0.6, 0.8))
+    world.bodies.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2), (0.0, 0.0, 0.6, 0.8))
     mirror = SceneMirror(other.client)
     shapes = shapes_of(world, bodies_of(world))
     mirror.add(shapes)
     mirror.place(poses_of(world, shapes))
-    seen = world.render(VIEW).rgb
+    seen = world.renderer.render(VIEW).rgb
     assert len(np.unique(seen)) > 10
-    assert np.array_equal(seen, other.render(VIEW).rgb)
+    assert np.array_equal(seen, other.renderer.render(VIEW).rgb)
     world.close()
     other.close()
 
@@ -69,10 +69,10 @@ def test_parts_are_where_they_are_on_a_body_that_is_heavier_at_one_end(tmp_path:
 def test_every_kind_of_shape_is_listed_with_its_size_and_place(tmp_path: Path) -> None:
     (tmp_path / "club.urdf").write_text(OFF_CENTRE)
     world = PhysicsWorld()
-    box = world.add_box((0.1, 0.2, 0.3), (1.0, 0.0, 0.0), colour=(0.1, 0.2, 0.3, 1.0))
-    can = world.add_cylinder(0.05, 0.4, (2.0, 0.0, 0.0))
-    club = world.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2))
-    world.add_textured_rectangle((0.0, 0.0), (1.0, 1.0), 0.0)
+    box = world.bodies.add_box((0.1, 0.2, 0.3), (1.0, 0.0, 0.0), colour=(0.1, 0.2, 0.3, 1.0))
+    can = world.bodies.add_cylinder(0.05, 0.4, (2.0, 0.0, 0.0))
+    club = world.bodies.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2))
+    world.bodies.add_textured_rectangle((0.0, 0.0), (1.0, 1.0), 0.0)
     bodies = bodies_of(world)
     assert bodies[:3] == [box, can, club]
     assert len(bodies) == 4
@@ -92,8 +92,8 @@ def test_poses_are_those_of_the_frames_that_shapes_are_placed_in(tmp_path: Path)
     (tmp_path / "club.urdf").write_text(OFF_CENTRE)
     world = PhysicsWorld()
     turned = yaw_orientation(0.5)
-    box = world.add_box((0.1, 0.2, 0.3), (1.0, 2.0, 3.0), turned, mass=1.0)
-    club = world.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2), turned)
+    box = world.bodies.add_box((0.1, 0.2, 0.3), (1.0, 2.0, 3.0), turned, mass=1.0)
+    club = world.bodies.add_urdf(str(tmp_path / "club.urdf"), (0.4, 0.0, 0.2), turned)
     shapes = shapes_of(world, [club, box])
     by_body = {shape.body: pose for shape, pose in zip(shapes, poses_of(world, shapes), strict=True)}
     assert by_body[box].position == pytest.approx((1.0, 2.0, 3.0))
@@ -108,7 +108,7 @@ def test_poses_are_those_of_the_frames_that_shapes_are_placed_in(tmp_path: Path)
 def test_a_mirror_places_each_of_its_shapes_and_they_weigh_nothing() -> None:
     world, other = PhysicsWorld(), PhysicsWorld()
     for x in (0.0, 1.0):
-        world.add_box((0.1, 0.1, 0.1), (x, 0.0, 0.5))
+        world.bodies.add_box((0.1, 0.1, 0.1), (x, 0.0, 0.5))
     mirror = SceneMirror(other.client)
     shapes = shapes_of(world, bodies_of(world))
     mirror.add(shapes[:1])

@@ -115,8 +115,8 @@ def test_a_held_cube_presses_on_both_fingers_and_its_weight_is_the_contact_force
     one = panda(world)
     steps(world, 2)
     x, y, z = one.read_sensors().tool_position
-    cube = world.add_box((0.04, 0.04, 0.04), (x, y, z), mass=0.2, friction=1.0)
-    stand = world.add_box((0.01, 0.01, 0.1), (x, y, z - 0.07))
+    cube = world.bodies.add_box((0.04, 0.04, 0.04), (x, y, z), mass=0.2, friction=1.0)
+    stand = world.bodies.add_box((0.01, 0.01, 0.1), (x, y, z - 0.07))
     one.grip(0.03, 15.0)
     steps(world, 240)
     bullet.removeBody(stand, physicsClientId=world.client)
@@ -155,7 +155,7 @@ def test_what_the_hand_presses_on_pushes_its_wrist_up(world: PhysicsWorld) -> No
     before = one.wrist_vertical_force()
     assert one.contact_force() == 0.0
     x, y, z = one.read_sensors().tool_position
-    world.add_box((0.2, 0.2, 0.1), (x, y, z - 0.053))
+    world.bodies.add_box((0.2, 0.2, 0.1), (x, y, z - 0.053))
     steps(world, 60)
     assert one.contact_force() > 1.0
     assert one.wrist_vertical_force() > before

@@ -92,7 +92,7 @@ def test_an_update_is_sent_every_8_ticks_once_the_window_is_ready(
 ) -> None:
     peer = Peer(1)
     window = make_window(peer)
-    box = world.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2), mass=0.1)
+    box = world.bodies.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2), mass=0.1)
     window.tick(world, VIEW)
     assert peer.updates() == []  # it is open and has not asked for one
     peer.end.send(None)
@@ -113,9 +113,9 @@ def test_an_update_is_sent_every_8_ticks_once_the_window_is_ready(
 def test_only_what_is_new_is_sent_again(make_window: Make, world: PhysicsWorld) -> None:
     peer = Peer(2)
     window = make_window(peer)
-    first = world.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2))
+    first = world.bodies.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2))
     window.tick(world, VIEW)
-    second = world.add_box((0.1, 0.1, 0.1), (0.8, 0.0, 0.2))
+    second = world.bodies.add_box((0.1, 0.1, 0.1), (0.8, 0.0, 0.2))
     peer.end.send(None)
     window.tick(world, VIEW)
     peer.end.send(None)
@@ -174,7 +174,7 @@ def test_a_window_draws_each_update_and_ends_with_its_connection(
     monkeypatch.setattr(signal, "signal", lambda *what: ignored.append(what))
     monkeypatch.setattr(bullet, "resetDebugVisualizerCamera", lambda *view, **of: cameras.append(view))
     monkeypatch.setattr(bullet, "configureDebugVisualizer", lambda *flag, **of: switched.append(flag))
-    world.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2))
+    world.bodies.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2))
     shapes = shapes_of(world, bodies_of(world))
     other = PhysicsWorld()
     ours, its_end = multiprocessing.Pipe()

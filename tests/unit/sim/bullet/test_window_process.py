@@ -50,7 +50,7 @@ def unseen() -> int:
     world = PhysicsWorld()
 
     def leave() -> None:
-        Image.fromarray(world.render(VIEW).rgb).save(os.environ["SHOWN"])
+        Image.fromarray(world.renderer.render(VIEW).rgb).save(os.environ["SHOWN"])
 
     multiprocessing.util.Finalize(None, leave, exitpriority=1)
     return world.client
@@ -67,26 +67,26 @@ def test_a_window_shows_the_scene_and_people_who_come_later(
 ) -> None:
     window = unwatched(monkeypatch, tmp_path / "shown.png")
     world = PhysicsWorld()
-    world.add_box((0.6, 0.6, 0.1), (0.4, 0.0, -0.05))
-    cube = world.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2), mass=0.1, colour=(0.1, 0.3, 0.8, 1.0))
+    world.bodies.add_box((0.6, 0.6, 0.1), (0.4, 0.0, -0.05))
+    cube = world.bodies.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2), mass=0.1, colour=(0.1, 0.3, 0.8, 1.0))
     late = time.monotonic() + 20.0
     while world.ticks < 2400 and time.monotonic() < late:
         world.step()
         if world.ticks == 1200:
-            world.add_box((0.1, 0.1, 0.1), (0.2, 0.1, 0.05), colour=(0.8, 0.1, 0.1, 1.0))
+            world.bodies.add_box((0.1, 0.1, 0.1), (0.2, 0.1, 0.05), colour=(0.8, 0.1, 0.1, 1.0))
         window.tick(world, VIEW)
         time.sleep(0.001)
     assert world.pose(cube).position[2] == pytest.approx(0.05, abs=0.002)
     window.close()
     window.close()
     with Image.open(tmp_path / "shown.png") as shown:
-        assert np.abs(np.asarray(shown).astype(int) - world.render(VIEW).rgb).mean() < 0.5
+        assert np.abs(np.asarray(shown).astype(int) - world.renderer.render(VIEW).rgb).mean() < 0.5
     world.close()
 
 
 def test_a_window_that_is_closed_ends_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     window, world = unwatched(monkeypatch, tmp_path / "shown.png"), PhysicsWorld()
-    world.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2))
+    world.bodies.add_box((0.1, 0.1, 0.1), (0.4, 0.0, 0.2))
     (process,) = multiprocessing.active_children()
     assert process.pid is not None
     os.kill(process.pid, signal.SIGKILL)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera
 from aeros.sim.perception.detection import point_cloud
 

@@ -7,7 +7,7 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from aeros.sim.bullet.world import Image
+from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.dumpling_bench import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF, WrapperDetection
 from aeros.sim.perception.bench_detection import BenchDetection, detect_bench, is_filling_visible

@@ -11,13 +11,14 @@ import pytest
 
 from aeros.runtime.ports import MotionCompletion, NoMotion, Trajectory
 from aeros.sim.clock import TICK
+from aeros.sim.fixed_step_plant import _PLANNERS as PLANNERS
 from aeros.sim.geometry import Vector3
 from aeros.sim.kinematic.objects import ObjectSet, Surface, slab
 from aeros.sim.kinematic.robot import KinematicRobot
 from aeros.sim.robot.body import PANDA_BODY
+from aeros.sim.robot.errors import ActionRejectedError, BlockedError
 from aeros.sim.robot.limits import Q_MAX, QD_MAX, Vector
-from aeros.sim.robot.motions import PLANNERS, BlockedError, PreparedMotion, settle
-from aeros.sim.robot.parameters import ActionParameters, ActionRejectedError
+from aeros.sim.robot.motions import ActionParameters, PreparedMotion
 from aeros.sim.robot.robot import BRAKED_PARTS, RobotOptions, RobotState
 
 BASE: Vector3 = (1.0, 2.0, 0.5)
@@ -438,10 +439,10 @@ def test_an_arm_has_settled_when_every_joint_is_slow() -> None:
     one = robot(kind=Swinging)
     assert isinstance(one, Swinging)
     one.ticks_left = 5
-    assert len(list(settle(one))) == 5
+    assert len(list(one.settle())) == 5
     one.ticks_left = 500
-    assert len(list(settle(one))) == 60
-    assert len(list(settle(robot()))) == 1
+    assert len(list(one.settle())) == 60
+    assert len(list(robot().settle())) == 1
 
 
 def test_planning_moves_nothing() -> None:

@@ -37,7 +37,7 @@ def scalars(kind: str, **changed: Any) -> dict[str, Any]:
 
 
 def broken(kind: str, **changed: Any) -> str | None:
-    found = RULES.rules_for_kind(kind).first_violation(scalars(kind, **changed))
+    found = RULES.by_kind[kind].first_violation(scalars(kind, **changed))
     return found.rule if isinstance(found, RuleViolation) else found
 
 
@@ -45,8 +45,8 @@ def broken(kind: str, **changed: Any) -> str | None:
 
 
 def test_rules_read_the_state_variables_of_their_terms() -> None:
-    assert RULES.rules_for_kind("move").reads == ("fitted", "hand", "human_distance", "stop_pressed")
-    assert RULES.rules_for_kind("stop").reads == ()
+    assert RULES.by_kind["move"].reads == ("fitted", "hand", "human_distance", "stop_pressed")
+    assert RULES.by_kind["stop"].reads == ()
 
 
 def test_a_malformed_value_has_no_scalars() -> None:
@@ -77,14 +77,14 @@ def test_the_first_rule_that_fails_is_found(kind: str, changed: dict[str, Any], 
 
 
 def test_a_violation_has_the_rules_term_and_the_values_it_read() -> None:
-    found = RULES.rules_for_kind("move").first_violation(scalars("move", human_distance=0.25))
+    found = RULES.by_kind["move"].first_violation(scalars("move", human_distance=0.25))
     assert isinstance(found, RuleViolation)
     (rule,) = (one for one in unproved().site.rules if one.id == "separation")
     assert found == RuleViolation("separation", rule.terms["move"], {"human_distance": 0.25})
 
 
 def test_a_missing_scalar_is_named_unless_an_earlier_rule_fails() -> None:
-    rules = RULES.rules_for_kind("move")
+    rules = RULES.by_kind["move"]
     values = scalars("move")
     for name in ("hand.x", "hand.y"):
         del values[name]
@@ -216,7 +216,7 @@ def test_a_fast_check_agrees_with_the_rules_at_every_tick(kind: str) -> None:
             merged = scalars(kind)
             for one in unpacked:
                 merged.update(one or {})
-            expected = RULES.rules_for_kind(kind).first_violation(merged) is None
+            expected = RULES.by_kind[kind].first_violation(merged) is None
         assert check.holds(values) is expected, values
         held += expected
     assert 100 < held < 400

@@ -6,7 +6,7 @@ from math import cos, hypot, pi, sin
 
 import pytest
 
-from aeros.runtime.motion.kinematics import ForwardKinematics, chord_terms, norm
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics, chord_terms, norm
 from aeros.runtime.ports import RobotBody
 
 PLANAR = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.25, 0.0, 0.0), ())

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.robot.parameters import ActionParameters, ActionRejectedError
+from aeros.sim.robot.errors import ActionRejectedError
+from aeros.sim.robot.motions import ActionParameters
 
 
 def reading(**values: Any) -> ActionParameters:
