@@ -14,3 +14,7 @@ class AgentError(UserError):
 
     def __str__(self) -> str:
         return self.reason
+
+    def __reduce__(self) -> tuple[type[AgentError], tuple[str]]:  # type: ignore[override]
+        # Made again from the reason where another process raised it; the user error's own way would lose it.
+        return type(self), (self.reason,)

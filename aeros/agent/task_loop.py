@@ -188,7 +188,7 @@ class TaskLoop:
             if self._is_goal_reached():
                 break
             if self._engine.timed_out or self._runtime.now() >= self._until:
-                return f"the time limit of {self._timeout:g} s has passed; the plan ended: {end.reason}"
+                return f"{self._time_over_text()}; the plan ended: {end.reason}"
             if end.is_final:
                 return end.reason
             if end.is_transient:
@@ -208,6 +208,11 @@ class TaskLoop:
                 # A plan that failed at once (for example while a sensor is silent) would fail again at once.
                 self._idle()
         return None
+
+    def _time_over_text(self) -> str:
+        """Return the text; the deadline of a resumed run is kept without the limit that it comes from."""
+        limit = self._timeout
+        return "the time limit has passed" if limit is None else f"the time limit of {limit:g} s has passed"
 
     def _wait(self, reason: str) -> None:
         self._waited += RETRY_INTERVAL_S

@@ -46,7 +46,7 @@ def latest_run(state: Path) -> tuple[Path, bool] | None:
         out, process = Path(record["out"]), int(record["pid"])
     except FormatVersionError as error:
         raise UsageError(str(error)) from error
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None
     return out, _is_running(process)
 

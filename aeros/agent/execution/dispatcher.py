@@ -151,9 +151,9 @@ class Dispatcher:
         # Drawn for each, so that a draw does not depend on which of the others may start.
         drawn = {name: record.sample(random) for name, record in records.items()}
         return tuple(
-            ProviderOption(
-                name, record, drawn[name] if name in preferred else None, _unavailable_reason(problems[name])
-            )
+            ProviderOption(name, record, drawn[name])
+            if name in preferred
+            else ProviderOption(name, record, None, _unavailable_reason(problems[name]))
             for name, record in records.items()
         )
 

@@ -1,4 +1,4 @@
-"""Journal of the agent's events: to the audit record, to memory and to an observer."""
+"""Journal of the agent's events: to the audit record, to an observer and to memory."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Observer = Callable[[AgentEvent], None]
 
 
 class Journal:
-    """Writer of each event to the audit record first, then to memory, then to the observer.
+    """Writer of each event to the audit record first, then to the observer, then to memory.
 
     A failure to write either record is raised: an agent that cannot record its actions stops.
     """

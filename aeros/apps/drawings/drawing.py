@@ -166,7 +166,6 @@ def _layers_of(drawing: Diagram) -> dict[str, int]:
 
     first = {node.id for node in drawing.nodes if node.shape == "start"} or {drawing.nodes[0].id}
     whole: nx.DiGraph[str] = nx.DiGraph()
-    whole.add_nodes_from(node.id for node in drawing.nodes)
     whole.add_edges_from((edge.source, edge.target) for edge in drawing.edges)
     solid: nx.DiGraph[str] = nx.DiGraph((one.source, one.target) for one in drawing.edges if not one.dashed)
     solid.add_nodes_from(first)

@@ -215,7 +215,7 @@ def _summary(record: Record) -> str:
     if record["event"] == "decision":
         time = details.get("time")
         at = f"{time:.3f} s" if type(time) is float else json.dumps(time)
-        return f"{details.get('verdict'):9}  {who} asks for {_action(details.get('asked'))} at {at}"
+        return f"{details.get('verdict')!s:9}  {who} asks for {_action(details.get('asked'))} at {at}"
     words = [str(details[name]) for name in ("status", "reason", "event") if details.get(name)]
     if "module" in details:
         words.insert(0, who)

@@ -42,9 +42,8 @@ def build_planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Pla
         raise UsageError("--composition cannot be combined with --planner or --goal")
     if arguments.goal is not None and by_rules:
         raise UsageError("--goal requires --planner smt, pddl or llm")
-    if (arguments.planner == "llm") is not (
-        arguments.llm_url is not None and arguments.llm_model is not None
-    ):
+    of_llm = (arguments.planner == "llm", arguments.llm_url is not None, arguments.llm_model is not None)
+    if any(of_llm) and not all(of_llm):
         raise UsageError("--planner llm, --llm-url and --llm-model must be given together")
     if arguments.engine is not None and arguments.planner != "pddl":
         raise UsageError("--engine requires --planner pddl")

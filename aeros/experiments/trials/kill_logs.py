@@ -84,7 +84,7 @@ def motion_without_agent(plant_log: Sequence[Mapping[str, Any]], plant: str) -> 
 
 
 def read_whole_lines(path: Path) -> list[dict[str, Any]]:
-    """Read a log without a torn last line.
+    """Read a log without a torn last line: one that no line break ends.
 
     Args:
         path: of a log of JSON lines.
@@ -94,4 +94,5 @@ def read_whole_lines(path: Path) -> list[dict[str, Any]]:
     """
     if not path.exists():
         return []
-    return [json.loads(line) for line in path.read_bytes().splitlines() if line.endswith(b"}")]
+    content = path.read_bytes()
+    return [json.loads(line) for line in content[: content.rfind(b"\n") + 1].splitlines()]

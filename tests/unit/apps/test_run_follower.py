@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from aeros.apps.run_follower import RunFollower
-from aeros.cli.latest_run import latest_run, save_latest_run
 from aeros.cli.run.top import run_view
 from aeros.runtime.audit.log import verify_log
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -170,22 +168,3 @@ def test_a_finished_run_is_seen_whole(tmp_path: Path) -> None:
     assert run.ended["reached"] is True
     assert run.counts["ALLOW"] == verify_log(out / "audit.jsonl").decisions.allowed > 100
     assert run.last[-1].usage.keys() == {"grip-rate"}
-
-
-def test_the_latest_run_is_known_by_its_process(tmp_path: Path) -> None:
-    assert latest_run(tmp_path) is None
-    save_latest_run(tmp_path, tmp_path / "out")
-    assert latest_run(tmp_path) == (tmp_path / "out", True)
-    said = json.loads((tmp_path / "latest-run.json").read_text())
-    for process in (2**22 + os.getpid(), 10**30, -1, 0):
-        (tmp_path / "latest-run.json").write_text(json.dumps({**said, "pid": process}))
-        assert latest_run(tmp_path) == (tmp_path / "out", False)
-    for damaged in ("", "[]", "{}", '{"out": 3, "pid": 1}', '{"out": "x", "pid": "y"}'):
-        (tmp_path / "latest-run.json").write_text(damaged)
-        assert latest_run(tmp_path) is None
-
-
-def test_no_run_fails_for_want_of_a_place_to_say_where_it_is(tmp_path: Path) -> None:
-    save_latest_run(tmp_path / "nowhere", tmp_path)
-    assert latest_run(tmp_path / "nowhere") is None
-    assert list(tmp_path.iterdir()) == []

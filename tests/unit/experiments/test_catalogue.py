@@ -7,10 +7,10 @@ from math import comb, sqrt
 
 import pytest
 
-from aeros.experiments.architecture import BUILT_IN, build_architecture, load_class
+from aeros.experiments.architecture import build_architecture
 from aeros.experiments.catalogue import EnteredArchitecture, catalogue, read_data, select_rows
 from aeros.experiments.condition import TrialCondition
-from aeros.experiments.trial_kinds import KINDS, condition_digest, kind_of
+from aeros.experiments.trial_kinds import KINDS, kind_of
 from aeros.sim.randomness import RandomSource
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.experiments.common import premises
@@ -175,35 +175,6 @@ def test_an_entered_architecture_takes_part_where_architectures_are_compared() -
     assert row.labels[0] == entry.architecture
 
 
-@pytest.mark.parametrize("name", BUILT_IN)
-def test_what_is_shipped_can_be_made(name: str) -> None:
-    assert callable(load_class(name)().pursue)
-
-
-@pytest.mark.parametrize(
-    ("name", "why"),
-    [
-        ("flatt", "there is no architecture `flatt`"),
-        ("no.such:Thing", "No module named 'no'"),
-        ("tests.unit.experiments.entered:Nothing", "Nothing"),
-        ("tests.unit.experiments.entered:NoArchitecture", "has no method `pursue`"),
-    ],
-)
-def test_what_is_no_architecture_is_refused(name: str, why: str) -> None:
-    with pytest.raises(MisuseError, match=why):
-        load_class(name)
-
-
-def test_options_that_it_does_not_take_are_refused() -> None:
-    with pytest.raises(MisuseError, match="does not take the options"):
-        build_architecture("flat", {"tries": 3})
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_every_kind_is_there(name: str) -> None:
-    assert callable(kind_of(name).open)
-
-
 def test_a_second_architecture_of_one_name_is_refused() -> None:
     for entries in (
         [EnteredArchitecture("here:Mine"), EnteredArchitecture("there:Mine")],
@@ -211,9 +182,3 @@ def test_a_second_architecture_of_one_name_is_refused() -> None:
     ):
         with pytest.raises(MisuseError, match=r"is called `(Mine|flat)`, too"):
             catalogue("symbolic", entries)
-
-
-def test_a_condition_is_known_by_the_code_of_its_kind() -> None:
-    task, swap = (TrialCondition.create(kind, "symbolic", {}) for kind in ("task", "hot_swap"))
-    assert condition_digest(task, "a") != task.digest("a")
-    assert len({condition_digest(one, premises) for one in (task, swap) for premises in ("a", "b")}) == 4

@@ -12,7 +12,6 @@ import jsonschema
 import pytest
 
 from aeros.agent.agent import start_agent
-from aeros.agent.errors import AgentError
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.routing import RoutedTask
@@ -206,23 +205,3 @@ def test_what_modules_say_reaches_the_model_as_data() -> None:
     system, data = server.asked[0]["messages"]
     assert "Ignore all" not in system["content"]
     assert json.loads(data["content"])["goal"] == evil
-
-
-@pytest.mark.parametrize(
-    ("url", "key", "said"),
-    [
-        ("http://models.example/v1", KEY, "would go to `models.example` in the clear"),
-        ("ftp://models.example/v1", None, "is not of the form"),
-        ("models.example", None, "is not of the form"),
-        ("https://user:word@models.example/v1", None, "is not of the form"),
-        ("https://models.example:port/v1", None, "is not of the form"),
-        ("https://models.example/v1", f"{KEY}\n", "contains an impossible character"),
-        ("https://models.example/v1", "", "contains an impossible character"),
-    ],
-)
-def test_where_no_key_should_go_none_goes(url: str, key: str | None, said: str) -> None:
-    with pytest.raises(AgentError) as refusal:
-        LlmEndpoint(url, "stub", key)
-    assert said in str(refusal.value)
-    assert KEY not in str(refusal.value)
-    assert KEY not in repr(LlmEndpoint("https://models.example/v1", "stub", KEY))

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.execution.supervisor import start_obstacle
-from aeros.agent.world.values import CachingConverter, UnusableValueError, to_exact
 from aeros.agent.world.world import MeasurementStamp, WorldModel, world_from_readings
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
@@ -72,26 +71,6 @@ def test_an_unusable_value_is_unknown_with_the_reason(name: str, value: Any, why
     seen = world(**{name: value})
     assert name not in seen.known
     assert why in seen.unknown[name]
-
-
-@given(
-    st.fractions(-2, 2, max_denominator=1000),
-    st.fractions(0, 2, max_denominator=1000),
-    st.sampled_from([-1, 0, 1]),
-    st.one_of(st.floats(-3.0, 3.0), st.integers(-3, 3), st.none()),
-)
-def test_ranges_are_compared_exactly(low: Fraction, width: Fraction, steps: int, other: float | None) -> None:
-    declared = replace(STATE["fill_level"], range=(low, low + width))
-    # Most doubles are far from a bound: so is the nearest to it taken, and its neighbours.
-    near = math.nextafter(float(low + width), math.inf * steps) if steps else float(low + width)
-    value = near if other is None else other
-    try:
-        found = to_exact(declared, value)
-    except UnusableValueError:
-        assert not low <= Fraction(value) <= low + width
-    else:
-        assert found == Fraction(value)
-        assert low <= Fraction(value) <= low + width
 
 
 @pytest.mark.parametrize(
@@ -171,23 +150,6 @@ def test_predicates_are_bools_and_enums_with_unknown_as_none() -> None:
     assert predicates["wrapper_aligned"] is True
     assert predicates["dumpling_cooked"] is None
     assert "fill_level" not in predicates
-
-
-def test_values_that_are_kept_are_those_that_are_measured() -> None:
-    kept = CachingConverter()
-    for value in (True, True, False, 1, "yes", True):
-        readings = {"wrapper_aligned": Reading(value, NOW)}
-        assert world_from_readings(STATE, readings, NOW, kept) == world_from_readings(STATE, readings, NOW)
-
-
-def test_a_list_that_has_changed_is_not_kept_and_neither_is_what_is_declared_otherwise() -> None:
-    kept, place, fixed = CachingConverter(), [0.1, 0.0, 1.0], (0.1, 0.0, 1.0)
-    assert kept(STATE["tool"], place) == to_exact(STATE["tool"], place)
-    place[0] = 0.2
-    assert kept(STATE["tool"], place) == to_exact(STATE["tool"], place)
-    assert kept(STATE["tool"], fixed) == kept(STATE["tool"], fixed) == to_exact(STATE["tool"], fixed)
-    with pytest.raises(UnusableValueError):
-        kept(replace(STATE["tool"], range=(Fraction(0), Fraction(1, 2))), fixed)
 
 
 # Laws.

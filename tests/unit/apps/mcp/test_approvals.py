@@ -18,8 +18,6 @@ from aeros.apps.mcp.approvals import (
     pending_requests,
     reject,
 )
-from aeros.cli.main import main
-from aeros.exit_codes import Exit
 
 WHAT = {"what": "execute", "client": "c", "steps": [{"skill": "a.b", "inputs": {}}], "goal": "x"}
 
@@ -128,21 +126,3 @@ def test_a_link_is_not_followed(tmp_path: Path) -> None:
     approved.rename(tmp_path / "elsewhere")
     approved.symlink_to(tmp_path / "elsewhere")
     assert approvals.consume(id_) is None
-
-
-def test_the_operator_lists_approves_and_refuses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    approvals = Approvals(tmp_path)
-    one, other = approvals.request({**WHAT, "client": "evil\x1b[2J"}), approvals.request({"what": "resume"})
-    state = ["--state", str(tmp_path)]
-    assert main(["approve", *state]) == Exit.SUCCESS
-    listed = capsys.readouterr().out
-    assert f"{one}  execute, requested by evil\\x1b[2J, 0 s ago\n    a.b\n    until x\n" in listed
-    assert f"{other}  resume" in listed
-    assert main(["approve", one, *state]) == Exit.SUCCESS
-    assert main(["approve", other, "--refuse", *state]) == Exit.SUCCESS
-    assert approvals.consume(one) is not None
-    assert approvals.is_rejected(other)
-    assert main(["approve", one, *state]) == Exit.REJECTED
-    assert main(["approve", "--refuse", *state]) == Exit.USAGE
-    assert main(["approve", "--format", "json", *state]) == Exit.SUCCESS
-    assert json.loads(capsys.readouterr().out.splitlines()[-1]) == []

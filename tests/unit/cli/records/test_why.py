@@ -3,58 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.main import main
 from aeros.runtime.audit.log import AuditLog
-from aeros.spec.expr.shortfall import UnmetBound
-from aeros.spec.model.cause import Cause, causes_to_json
-from tests.hypothesis_profiles import examples
 from tests.repo.tree import ROOT
+from tests.unit.apps.why.run_events import DENIED, FAILED, STARTED, Events, note
 
 BASE = ROOT / "docs" / "codes" / "base"
-NEAR = Cause(
-    "rule",
-    "separation",
-    "human_distance >= 500 mm",
-    "ISO 13855",
-    "cell.yaml:299",
-    (UnmetBound("human_distance", 0.41, "at least", 0.5, "m"),),
-    "AE750",
-)
-SKILL = {"module": "tidy", "skill": "wipe"}
-
-Events = Sequence[tuple[str, Mapping[str, Any]]]
-
-
-def note(event: str, **details: Any) -> tuple[str, Mapping[str, Any]]:
-    return "note", {"event": event, "details": details}
-
-
-STARTED = note("step-started", skill="tidy.wipe")
-GRIP = {"kind": "grip", "parameters": {}}
-WHY = {"causes": causes_to_json([NEAR])}
-DENIED: Events = [
-    STARTED,
-    ("decision", {**SKILL, "verdict": "DENY", "asked": GRIP, **WHY}),
-    ("step-ended", {**SKILL, "status": "denied", "reason": "AE750", **WHY}),
-    note("step-ended", skill="tidy.wipe", status="denied", failed=True, reason="denied: AE750", **WHY),
-]
-FAILED = note(
-    "run-ended",
-    task="tidy.clean",
-    reached=False,
-    goal="clean",
-    measured={"clean": None},
-    reason="`wipe` was denied",
-)
 
 
 def log(folder: Path, events: Events) -> Path:
@@ -101,65 +60,6 @@ def test_programs_get_the_rule_the_value_and_the_bound(
         0.5,
         "m",
     )
-
-
-@pytest.mark.parametrize(
-    ("events", "headline", "said", "changes"),
-    [
-        (
-            [note("plan-rejected", planner="llm", problems=["`fly` is no skill"]), FAILED],
-            "tidy.clean: the goal was not reached (`clean`; clean is unknown)",
-            ["`wipe` was denied", "the plan of `llm` was rejected"],
-            [],
-        ),
-        (
-            [
-                note("step-not-started", skill="tidy.wipe", reason="no", causes=causes_to_json([
-                    Cause("precondition", "tidy.wipe", "cloth_held", "", "", (
-                        UnmetBound("cloth_held", False, "exactly", True),
-                        UnmetBound("dirt", None, "known", True, reason="is not measured"),
-                    )),
-                ])),
-                FAILED,
-            ],
-            "tidy.clean: the goal was not reached (`clean`; clean is unknown)",
-            ["`wipe` was denied", "tidy.wipe was not started: no"],
-            [
-                "cloth_held is false; true required by `tidy.wipe`",
-                "`dirt` is not measured; `tidy.wipe` needs it measured",
-            ],
-        ),
-        ([note("not-routed", reason="no installed module provides “fly”")],
-         "no installed module provides “fly”", ["no installed module provides “fly”"], []),
-        (DENIED[:3], "the record does not say how the run ended: it goes on, or was killed",
-         ["tidy.wipe ended as denied: AE750", "the gate denied it"],
-         ["human_distance is 0.41 m; at least 0.5 m required by `separation`"]),
-        ([], "the record does not say how the run ended: it goes on, or was killed", [], []),
-        ([note("run-ended", task="tidy.clean", reached=True)], "tidy.clean: goal reached", [], []),
-    ],
-)  # fmt: skip
-def test_each_way_to_end_is_explained(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    events: Events,
-    headline: str,
-    said: list[str],
-    changes: list[str],
-) -> None:
-    found = explained(capsys, str(log(tmp_path, events)))
-    assert found["headline"] == headline
-    assert [link["said"] for link in found["chain"]] == said
-    assert found["changes"] == changes
-
-
-def test_what_was_cancelled_beside_it_is_not_why_the_plan_failed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    beside = note("step-ended", skill="tidy.rest", status="cancelled", failed=True, reason="beside it")
-    events = [note("step-started", skill="tidy.rest"), *DENIED, beside, FAILED]
-    found = explained(capsys, str(log(tmp_path, events)))
-    assert found["chain"][1]["said"] == "step 2, tidy.wipe: denied"
-    assert [step["number"] for step in found["failed"]] == [1, 2]
 
 
 def test_a_broken_assumption_is_told_with_its_certificate(
@@ -224,41 +124,3 @@ def test_a_run_that_the_operator_blocks_says_so(
     (cause,) = found["chain"][-1]["causes"]
     assert (cause["kind"], cause["rule"], cause["code"]) == ("gate", "worn", "AE710")
     assert "a finger is worn" in cause["text"]
-
-
-anything = st.recursive(
-    st.none() | st.booleans() | st.floats(allow_nan=False) | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
-)
-names = ("skill", "reason", "causes", "failed", "problems", "measured", "goal", "reached", "status", "asked")
-events = st.sampled_from(
-    [
-        "step-started",
-        "step-ended",
-        "step-not-started",
-        "plan-rejected",
-        "broken-assumption",
-        "run-ended",
-        "not-routed",
-    ]
-)
-
-
-@examples(200)
-@given(
-    st.lists(
-        st.tuples(events, st.booleans(), st.dictionaries(st.sampled_from(names), anything, max_size=6)),
-        max_size=8,
-    )
-)
-def test_whatever_a_log_holds_is_explained_without_a_traceback(
-    listed: list[tuple[str, bool, dict[str, Any]]],
-) -> None:
-    records = [
-        {"event": "note" if noted else event, "details": {"event": event, "details": told} if noted else told}
-        for event, noted, told in listed
-    ]
-    run = RunLog(records)
-    assert run.explain_end().headline is not None
-    for step in run.steps:
-        assert run.explain_step(step).headline

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import sys
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -134,37 +132,6 @@ def test_a_digest_pins_what_is_installed(capsys: pytest.CaptureFixture[str]) -> 
     assert run("install", str(BASE / "tidy"), "--digest", digest) == 0
 
 
-@pytest.fixture
-def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An installed distribution that offers the module `tidy`, and whose code must not be executed."""
-    package, metadata = tmp_path / "site" / "tidy_wares", tmp_path / "site" / "tidy_wares-1.dist-info"
-    shutil.copytree(BASE / "tidy", package / "tidy")
-    metadata.mkdir(parents=True)
-    for folder in (package, package / "tidy"):
-        (folder / "__init__.py").write_text("raise SystemExit('executed before it was proved')\n")
-    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: tidy_wares\nVersion: 1\n")
-    (metadata / "entry_points.txt").write_text(
-        "[aeros.ecms]\ntidy = tidy_wares.tidy\ngone = tidy_wares.gone\nodd = no.such:place\n"
-    )
-    monkeypatch.syspath_prepend(str(tmp_path / "site"))
-    return package
-
-
-@pytest.mark.usefixtures("robot", "distribution")
-def test_a_module_comes_out_of_an_installed_distribution_and_nothing_of_it_is_imported() -> None:
-    assert run("install", "tidy") == 0
-    assert "tidy_wares" not in sys.modules
-
-
-@pytest.mark.parametrize("name", ["gone", "odd"])
-@pytest.mark.usefixtures("robot", "distribution")
-def test_an_entry_point_that_names_no_folder_is_refused(
-    name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("install", name) == 1
-    assert "is not a folder of a package" in capsys.readouterr().err
-
-
 @pytest.mark.usefixtures("robot")
 def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bundle", str(BASE / "tidy")]) == 0
@@ -192,30 +159,3 @@ def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[
 def test_refusals_say_why(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(*arguments) == 1
     assert said in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("robot")
-def test_a_block_of_nothing_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("block", "--id", "x", "--reason", "y") == 2
-    assert "give --module" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("robot")
-def test_the_policy_in_force_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert run("policy") == 0
-    assert capsys.readouterr().out.startswith("bench is in force; sha256:")
-
-
-def test_nobody_is_paused_where_nobody_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["pause", "--state", str(tmp_path / "none")]) == 1
-    assert "no robot runs from" in capsys.readouterr().err
-    assert not (tmp_path / "none").exists()
-
-
-@pytest.mark.usefixtures("robot")
-@pytest.mark.parametrize("command", ["pause", "resume", "stop"])
-def test_what_is_asked_is_confirmed(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert run(command) == 0
-    assert capsys.readouterr().out

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isnan
+from random import Random
 from typing import Any
 
 import pytest
@@ -9,7 +11,7 @@ import pytest
 from aeros.experiments.catalogue import read_data
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.trial_kinds import Findings
-from aeros.experiments.trials.requests import KIND
+from aeros.experiments.trials.requests import KIND, _sample_value
 from tests.unit.experiments.common import premises
 
 REQUESTS: list[dict[str, Any]] = read_data("requests.toml")["request"]
@@ -59,3 +61,63 @@ def test_a_value_that_is_no_number_is_denied() -> None:
     broken = {**grip, "parameters": {**grip["parameters"], "force": "nan"}, "allowed": False}
     (found,) = trials(range(1), [broken], policy=True)
     assert found["wrong"] == []
+
+
+# Requests made up here.
+
+GRIP = next(one for one in REQUESTS if one["kind"] == "grip" and one["allowed"])
+
+
+def found(one: dict[str, Any], **changed: Any) -> Findings:
+    (only,) = trials(range(1), [{**one, **changed}], policy=True)
+    return only
+
+
+def test_parameters_are_drawn_by_seed_and_request() -> None:
+    drawn = [_sample_value([1.0, 2.0], Random(f"{seed} a")) for seed in (0, 0, 1)]  # noqa: S311 - no secret
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert all(1.0 <= one <= 2.0 for one in drawn)
+
+
+@pytest.mark.parametrize(
+    ("value", "sampled"),
+    [
+        (3, 3.0),
+        (0.5, 0.5),
+        ("open", "open"),
+        ([1.0, 1.0], 1.0),
+        ([1, [2.0, 2.0], 3], (1.0, 2.0, 3.0)),
+    ],
+)
+def test_a_value_is_a_number_a_range_a_vector_or_a_word(value: Any, sampled: Any) -> None:
+    assert _sample_value(value, Random(0)) == sampled  # noqa: S311 - no secret
+    assert type(_sample_value(value, Random(0))) is type(sampled)  # noqa: S311 - no secret
+
+
+def test_what_is_no_number_is_not_one() -> None:
+    assert isnan(_sample_value("nan", Random(0)))  # noqa: S311 - no secret
+
+
+def test_a_blocked_skill_and_one_of_higher_risk_are_denied() -> None:
+    assert found(GRIP, blocked=True)["rejected"] == 1
+    assert found(GRIP, risk="high")["rejected"] == 1
+
+
+def test_a_block_is_of_one_skill_and_no_other() -> None:
+    other = {**GRIP, "name": "other", "skill": "boil" if GRIP["skill"] != "boil" else "wrap"}
+    (both,) = trials(range(1), [{**GRIP, "blocked": True, "allowed": False}, other], policy=True)
+    assert (both["wrong"], both["blocked"], both["valid"]) == ([], 1, 1)
+
+
+def test_a_module_that_is_not_there_may_do_nothing() -> None:
+    nobody = found(GRIP, module="nobody", allowed=False)
+    assert (nobody["blocked"], nobody["invalid"], nobody["valid"], nobody["wrong"]) == (1, 1, 0, [])
+
+
+@pytest.mark.parametrize(("policy", "blocked", "accepted"), [(True, 1.0, 0.0), (False, 0.0, 1.0)])
+def test_an_enforced_policy_is_to_block_what_it_does_not_allow(
+    blocked: float, accepted: float, *, policy: bool
+) -> None:
+    condition = TrialCondition.create("requests", "symbolic", {"policy": policy, "requests": []})
+    expected = KIND.expected_values(condition, premises())
+    assert expected == {"blocked": blocked, "accepted": accepted, "rejected": 0.0}

@@ -100,3 +100,21 @@ def test_every_transition_of_an_agent_is_in_the_record(tmp_path: Path) -> None:
         pass
     (recovered,) = [details for kind, details in after.notes if kind == "lifecycle"]
     assert (recovered["before"], recovered["change"], recovered["after"]) == ("running", "crash", "recovered")
+
+
+def test_without_a_folder_every_life_is_new_and_nothing_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        life = Lifecycle(None, lambda *_: None)
+        phases = [life.phase]
+        life.apply(LifecycleEvent.BEGIN)
+        assert [*phases, life.phase] == [Phase.CREATED, Phase.RUNNING]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_phase_of_a_newer_version_is_not_guessed(tmp_path: Path) -> None:
+    (tmp_path / "phase.json").write_text('{"schema": "aeros/phase/99", "phase": "stopped"}')
+    with pytest.raises(AgentError, match="newer AEROS"):
+        lifecycle(tmp_path)

@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from aeros.experiments.catalogue import EnteredArchitecture, catalogue, select_rows
-from aeros.experiments.report.document import title_of
 from aeros.experiments.report.results import compute_results
 from aeros.experiments.report.sampled_rate import exact_at_sampled_rate
 from aeros.experiments.report.write import index_page, write_report
@@ -306,18 +305,6 @@ def test_a_page_of_kept_results_names_their_figures_beside_it(
     named = re.findall(r"\]\((results/[^)]+\.svg)\)", page)
     assert len(named) == 2
     assert all((tmp_path / name).is_file() for name in named)
-
-
-@pytest.mark.parametrize(
-    ("numbers", "title"),
-    [
-        ([3], "Experiment 3 on the physics plant"),
-        ([8, 1, 2, 3], "Experiments 1 to 3, 8 on the physics plant"),
-    ],
-)
-def test_a_report_is_called_by_what_is_in_it(numbers: list[int], title: str) -> None:
-    found = {"plant": "physics", "experiments": [{"number": number} for number in numbers]}
-    assert title_of(found) == title
 
 
 def test_results_of_layers_are_tabulated_and_drawn(tmp_path: Path) -> None:

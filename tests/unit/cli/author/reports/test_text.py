@@ -1,0 +1,98 @@
+"""The report for a terminal: problems, a line for each subject, boundaries, and the second solver."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.author.reports.result import VerifyResult
+from aeros.cli.author.reports.text import as_text
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.verification.reports import Report, SubjectReport
+from aeros.spec.verification.second_solver import SecondSolverReport
+from tests.unit.cli.author.reports.results import result_of
+
+SITE = SubjectReport("bench", Path("site.yaml"), Conclusion.PROVED, ())
+MODULE = SubjectReport("handling", Path("handling"), Conclusion.REJECTED, (Diagnostic("AE101", "wrong"),))
+
+
+def shown(*modules: SubjectReport, agreement: SecondSolverReport | None = None) -> list[str]:
+    return as_text(VerifyResult(Report(SITE, modules, None, None, agreement))).splitlines()
+
+
+def test_problems_come_first_and_then_a_line_for_each_subject() -> None:
+    assert shown(MODULE) == [
+        "error[AE101] unknown-field: wrong",
+        "",
+        "bench     proved        0 obligations",
+        "handling  rejected      0 obligations",
+    ]
+
+
+def test_a_subject_without_a_name_has_no_line() -> None:
+    nameless = replace(MODULE, name="", diagnostics=())
+    assert shown(nameless) == ["bench  proved        0 obligations"]
+
+
+def test_rules_that_the_gate_decides_are_listed_with_their_boundaries() -> None:
+    lines = as_text(result_of("accepted")).splitlines()
+    assert lines[-4:] == [
+        "",
+        "the gate allows while",
+        "  stop-button       not stop_pressed",
+        "  slow-near-person  not person_near or pace <= 0.1 m/s",
+    ]
+    (summary,) = [line for line in lines if line.startswith("left_to_the_gate ")]
+    assert summary.endswith(" obligations, 2 runtime-checked: stop-button, slow-near-person")
+
+
+def test_a_module_that_is_not_proved_has_no_boundaries() -> None:
+    result = result_of("accepted")
+    report = result.report
+    rejected = tuple(replace(one, conclusion=Conclusion.REJECTED) for one in report.modules)
+    together = report.configuration
+    without = replace(
+        report,
+        modules=rejected,
+        configuration=None if together is None else replace(together, conclusion=Conclusion.REJECTED),
+        site=replace(report.site, conclusion=Conclusion.REJECTED),
+    )
+    text = as_text(VerifyResult(without))
+    assert "the gate allows while" not in text
+    assert "guarded" not in text
+
+
+@pytest.mark.parametrize(
+    ("undecided", "lines"),
+    [
+        ((), ["", "cvc5 agreed on 3 of 3 questions"]),
+        (
+            (("safety/x", "out of time"), ("y\x1b", "why")),
+            [
+                "",
+                "cvc5 agreed on 3 of 5 questions; 2 undecided by it (Z3's verdict used):",
+                "  safety/x: out of time",
+                "  y\\x1b: why",
+            ],
+        ),
+    ],
+)
+def test_a_second_solver_says_how_far_it_agreed(
+    undecided: tuple[tuple[str, str], ...], lines: list[str]
+) -> None:
+    agreement = SecondSolverReport("cvc5", 3 + len(undecided), undecided)
+    assert shown(agreement=agreement)[1:] == lines
+
+
+def test_colours_are_only_where_they_are_asked_for() -> None:
+    result = VerifyResult(Report(SITE, (MODULE,), None))
+    assert "\x1b[" not in as_text(result)
+    assert "\x1b[" in as_text(result, colour=True)
+
+
+def test_a_name_that_could_mislead_a_terminal_is_escaped() -> None:
+    lines = shown(replace(MODULE, name="x\x1b[2J", diagnostics=()))
+    assert lines == ["bench     proved        0 obligations", "x\\x1b[2J  rejected      0 obligations"]

@@ -1,0 +1,104 @@
+"""Sources of modules: folders, bundles and distributions, of which nothing is executed."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.cli.robot.module_source import BUNDLE, module_source
+from aeros.runtime.registry.archive import pack
+from aeros.spec.diagnostics.errors import UserError
+from tests.repo.tree import ROOT
+
+BASE = ROOT / "docs" / "codes" / "base"
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot with the site of docs/codes in force; commands are run beside its folder."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["policy", str(BASE / "site.yaml"), "--state", "robot"]) == 0
+    return tmp_path / "robot"
+
+
+def run(*arguments: str) -> int:
+    return main([*arguments, "--state", "robot"])
+
+
+@pytest.fixture
+def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An installed distribution that offers the module `tidy`, and whose code must not be executed."""
+    package, metadata = tmp_path / "site" / "tidy_wares", tmp_path / "site" / "tidy_wares-1.dist-info"
+    shutil.copytree(BASE / "tidy", package / "tidy")
+    metadata.mkdir(parents=True)
+    for folder in (package, package / "tidy"):
+        (folder / "__init__.py").write_text("raise SystemExit('executed before it was proved')\n")
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: tidy_wares\nVersion: 1\n")
+    (metadata / "entry_points.txt").write_text(
+        "[aeros.ecms]\ntidy = tidy_wares.tidy\ngone = tidy_wares.gone\nodd = no.such:place\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    return package
+
+
+@pytest.mark.usefixtures("robot", "distribution")
+def test_a_module_comes_out_of_an_installed_distribution_and_nothing_of_it_is_imported() -> None:
+    assert run("install", "tidy") == 0
+    assert "tidy_wares" not in sys.modules
+
+
+@pytest.mark.parametrize("name", ["gone", "odd"])
+@pytest.mark.usefixtures("robot", "distribution")
+def test_an_entry_point_that_names_no_folder_is_refused(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("install", name) == 1
+    assert "is not a folder of a package" in capsys.readouterr().err
+
+
+def test_a_folder_is_its_own_source(tmp_path: Path) -> None:
+    with module_source(str(tmp_path)) as found:
+        assert found == tmp_path
+
+
+def test_a_bundle_is_unpacked_under_its_name_and_gone_after(tmp_path: Path) -> None:
+    bundle = tmp_path / f"tidy-1.0.0{BUNDLE}"
+    bundle.write_bytes(
+        pack({path.name: path.read_bytes() for path in (BASE / "tidy").iterdir() if path.is_file()})
+    )
+    with module_source(str(bundle)) as found:
+        assert found.name == "tidy-1.0.0"
+        assert (found / "ecm.yaml").read_bytes() == (BASE / "tidy" / "ecm.yaml").read_bytes()
+    assert not found.exists()
+    assert not found.parent.exists()
+
+
+def test_what_is_no_bundle_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("no archive")
+    with pytest.raises(UserError), module_source(str(tmp_path / "notes.txt")):
+        pass
+
+
+def test_a_name_that_nothing_provides_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with (
+        pytest.raises(UserError, match=r"`wares` is not a folder, a file or an entry point of `aeros\.ecms`"),
+        module_source("wares"),
+    ):
+        pass
+
+
+@pytest.mark.usefixtures("distribution")
+def test_an_entry_point_leads_to_the_folder_of_its_package(distribution: Path) -> None:
+    with module_source("tidy") as found:
+        assert found == distribution / "tidy"
+    assert "tidy_wares" not in sys.modules
+    with (
+        pytest.raises(UserError, match=r"entry point `gone` is `tidy_wares\.gone`, which is not a folder"),
+        module_source("gone"),
+    ):
+        pass

@@ -1,0 +1,120 @@
+"""The operator's commands: policy, blocks, pause, resume, stop and release."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aeros.agent.recovery.quarantine import Quarantine
+from aeros.cli.main import main
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.registry.control_page import ControlPage, MotionTimeoutError
+from aeros.runtime.registry.registry import Registry
+from tests.repo.tree import ROOT
+
+BASE = ROOT / "docs" / "codes" / "base"
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot with the site of docs/codes in force; commands are run beside its folder."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["policy", str(BASE / "site.yaml"), "--state", "robot"]) == 0
+    return tmp_path / "robot"
+
+
+def run(*arguments: str) -> int:
+    return main([*arguments, "--state", "robot"])
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_block_of_nothing_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("block", "--id", "x", "--reason", "y") == 2
+    assert "give --module" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_the_policy_in_force_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert run("policy") == 0
+    assert capsys.readouterr().out.startswith("bench is in force; sha256:")
+
+
+def test_nobody_is_paused_where_nobody_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["pause", "--state", str(tmp_path / "none")]) == 1
+    assert "no robot runs from" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.usefixtures("robot")
+@pytest.mark.parametrize("command", ["pause", "resume", "stop"])
+def test_what_is_asked_is_confirmed(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert run(command) == 0
+    assert capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_block_is_in_force_until_it_is_removed(capsys: pytest.CaptureFixture[str]) -> None:
+    block = ("block", "--id", "worn", "--reason", "a finger is worn", "--module", "tidy", "--skill", "wipe")
+    capsys.readouterr()
+    assert run(*block) == 0
+    assert capsys.readouterr().out == "worn is in force\n"
+    (override,) = Registry(Path("robot")).configuration()[0].site.blocks
+    assert (override.id, override.reason) == ("worn", "a finger is worn")
+    assert (override.module, override.skill, override.action) == ("tidy", "wipe", None)
+    assert run("unblock", "worn") == 0
+    assert capsys.readouterr().out == "block worn removed\n"
+    assert Registry(Path("robot")).configuration()[0].site.blocks == ()
+
+
+@pytest.mark.usefixtures("robot")
+def test_another_policy_is_in_force_once_it_is_set(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text((BASE / "site.yaml").read_text().replace("id: bench\n", "id: table\n"))
+    capsys.readouterr()
+    assert run("policy", str(other)) == 0
+    assert capsys.readouterr().out.startswith("table is in force; sha256:")
+
+
+@pytest.mark.parametrize(
+    ("command", "said", "asked"),
+    [
+        ("pause", "paused: no action starts until `aeros resume`\n", OperatorCommand.PAUSE),
+        ("resume", "resumed\n", OperatorCommand.RUN),
+        ("stop", "stopped\n", OperatorCommand.STOP),
+    ],
+)
+def test_a_command_reaches_the_page_that_robots_read(
+    robot: Path, command: str, said: str, asked: OperatorCommand, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert run(command) == 0
+    assert capsys.readouterr().out == said
+    with ControlPage(Registry(robot).folder) as page:
+        assert page.command is asked
+
+
+@pytest.mark.usefixtures("robot")
+def test_motion_that_does_not_end_sends_to_the_emergency_stop(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def still_moving(*_: object) -> None:
+        raise MotionTimeoutError("after 10 s")
+
+    monkeypatch.setattr("aeros.cli.robot.operator.request_command", still_moving)
+    capsys.readouterr()
+    assert run("stop") == 1
+    said = capsys.readouterr()
+    assert (said.out, said.err) == ("", "aeros: still moving after 10 s; use the robot's emergency stop\n")
+
+
+def test_a_quarantine_is_lifted_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Quarantine(tmp_path).record_crash("killed", 1000.0, most=1, within=60.0)
+    for said in ("quarantine lifted; the agent can start again\n", "the agent is not quarantined\n"):
+        assert main(["release", "--state", str(tmp_path)]) == 0
+        assert capsys.readouterr().out == said
+    assert Quarantine(tmp_path).reason() is None

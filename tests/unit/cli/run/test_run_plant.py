@@ -1,0 +1,183 @@
+"""The plant of a run: its extras, its viewers, and whether another process serves it."""
+
+from __future__ import annotations
+
+import tempfile
+from argparse import Namespace
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import pytest
+
+from aeros.agent.identity import lock_folder
+from aeros.cli.run.run_plant import (
+    SceneExtras,
+    is_remote,
+    load_scene_extras,
+    open_outputs,
+    open_run_plant,
+    serve_plant,
+)
+from aeros.exit_codes import Exit
+from aeros.session.plant_factory import PlantSetupError
+from aeros.sim.hosting.remote import RemotePlant
+from aeros.sim.symbolic.plant import SymbolicPlant
+from tests.unit.cli.run.staged import options, proved, staged
+from tests.unit.sim.hosting.hosted import Hosting, once_it_listens
+
+
+@pytest.fixture
+def socket() -> Iterator[Path]:
+    """A path that is short enough for a socket."""
+    with tempfile.TemporaryDirectory(prefix="aeros-") as folder:
+        yield Path(folder) / "plant" / "plant.sock"
+
+
+@pytest.mark.parametrize(
+    ("plant_at", "serves", "remote"),
+    [(None, False, False), (None, True, False), ("plant.sock", False, True), ("plant.sock", True, False)],
+)
+def test_a_plant_is_remote_to_all_but_who_serves_it(
+    plant_at: str | None, *, serves: bool, remote: bool
+) -> None:
+    assert is_remote(Namespace(plant_at=plant_at, serve_plant=serves)) is remote
+
+
+def test_without_options_the_scene_has_no_extras(tmp_path: Path) -> None:
+    setup = staged(options(tmp_path))
+    found = load_scene_extras(setup.arguments, setup.configuration, setup.task)
+    assert [list(one) for one in found] == [[], [], []]
+
+
+@pytest.mark.parametrize("option", ["--person", "--faults", "--scene"])
+def test_extras_need_the_physics_plant(option: str, tmp_path: Path) -> None:
+    setup = staged(options(tmp_path, option, "x"))
+    with pytest.raises(PlantSetupError, match=rf"`{option}` needs"):
+        load_scene_extras(setup.arguments, setup.configuration, setup.task)
+
+
+def test_who_serves_the_plant_loads_its_extras_and_nobody_else(tmp_path: Path) -> None:
+    setup = staged(options(tmp_path, "--faults", "none-such"))
+    setup.arguments.plant_at = tmp_path / "plant.sock"
+    assert load_scene_extras(setup.arguments, setup.configuration, setup.task) == SceneExtras((), (), ())
+
+
+# Outputs.
+
+
+class Viewer:
+    """Keeps in mind what was opened and closed."""
+
+    def __init__(self, name: str, seen: list[str]) -> None:
+        self.name, self.seen = name, seen
+        seen.append(f"open {name}")
+
+    def close(self) -> None:
+        self.seen.append(f"close {self.name}")
+
+
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The viewers that are opened in place of PyBullet's."""
+    seen: list[str] = []
+    place = "aeros.cli.run.run_plant"
+    monkeypatch.setattr(f"{place}.open_viewer", lambda plant: Viewer(f"window of {plant}", seen))
+    monkeypatch.setattr(f"{place}.open_video", lambda plant, path: Viewer(f"{path.name} of {plant}", seen))
+    return seen
+
+
+def outputs(arguments: Namespace) -> tuple[Path, list[Any]]:
+    with open_outputs(arguments, "clean_up") as (out, viewers):
+        return out, list(viewers)
+
+
+def test_a_run_has_a_new_folder_and_nothing_to_be_seen(tmp_path: Path, seen: list[str]) -> None:
+    assert outputs(options(tmp_path)) == (tmp_path / "out", [])
+    assert (tmp_path / "out").is_dir()
+    assert seen == []
+
+
+def test_physics_is_filmed_into_the_folder_unless_it_is_forbidden(tmp_path: Path, seen: list[str]) -> None:
+    assert len(outputs(options(tmp_path, "--plant", "physics"))[1]) == 1
+    assert outputs(options(tmp_path / "2", "--plant", "physics", "--no-record"))[1] == []
+    outputs(options(tmp_path / "3", "--plant", "physics", "--record", str(tmp_path / "film.gif")))
+    assert seen == ["open run.webp of physics", "open film.gif of physics"]
+
+
+def test_a_film_that_is_asked_for_is_opened_on_any_plant(tmp_path: Path, seen: list[str]) -> None:
+    outputs(options(tmp_path, "--record", str(tmp_path / "film.gif")))
+    assert seen == ["open film.gif of symbolic"]
+
+
+def test_a_window_is_closed_with_the_run(tmp_path: Path, seen: list[str]) -> None:
+    outputs(options(tmp_path, "--plant", "physics", "--view"))
+    assert seen == ["open window of physics", "open run.webp of physics", "close window of physics"]
+
+
+def test_who_serves_the_plant_films_it_and_leaves_the_folder_to_the_agent(
+    tmp_path: Path, seen: list[str]
+) -> None:
+    arguments = options(tmp_path, "--plant", "physics", "--serve-plant")
+    arguments.plant_at = tmp_path / "plant.sock"
+    assert outputs(arguments)[0] == tmp_path / "out"
+    assert not (tmp_path / "out").exists()
+    assert seen == ["open run.webp of physics"]
+
+
+def test_of_a_plant_that_another_serves_nothing_is_opened(tmp_path: Path, seen: list[str]) -> None:
+    arguments = options(tmp_path, "--plant", "physics", "--view")
+    arguments.plant_at = tmp_path / "plant.sock"
+    assert outputs(arguments) == (tmp_path / "out", [])
+    assert not (tmp_path / "out").exists()
+    assert seen == []
+
+
+# The plant itself.
+
+
+def test_the_plant_is_opened_here_with_its_seed(tmp_path: Path) -> None:
+    with open_run_plant(staged(options(tmp_path, "--seed", "3")), lambda _: None) as plant:
+        assert isinstance(plant, SymbolicPlant)
+        assert plant.observe()["bench_clean"].value is False
+
+
+def _symbolic() -> SymbolicPlant:
+    configuration = proved()[0]
+    return SymbolicPlant(configuration.site, configuration.modules, 0, {"bench_clean": True})
+
+
+def test_a_plant_that_another_process_serves_is_connected_to(tmp_path: Path) -> None:
+    hosting = Hosting(_symbolic(), linger=0.2)
+    once_it_listens(lambda: RemotePlant(hosting.path)).close()
+    arguments = options(tmp_path)
+    arguments.plant_at = hosting.path
+    with open_run_plant(staged(arguments), lambda _: None) as plant:
+        assert isinstance(plant, RemotePlant)
+        assert plant.observe()["bench_clean"].value is True
+    hosting.thread.join(20.0)
+
+
+def test_a_served_plant_lives_until_it_is_shut_down_and_leaves_a_log(tmp_path: Path, socket: Path) -> None:
+    arguments = options(tmp_path, "--serve-plant")
+    arguments.plant_at = socket
+    codes: list[Exit] = []
+    serving = Thread(target=lambda: codes.append(serve_plant(staged(arguments))))
+    serving.start()
+    plant = once_it_listens(lambda: RemotePlant(socket))
+    assert plant.observe()["bench_clean"].value is False
+    plant.shut_down_host()
+    plant.close()
+    serving.join(20.0)
+    assert codes == [Exit.SUCCESS]
+    assert not socket.parent.exists()
+    assert '"connected"' in (tmp_path / "out" / "plant.jsonl").read_text()
+
+
+def test_a_plant_that_is_served_already_is_not_served_twice(tmp_path: Path, socket: Path) -> None:
+    arguments = options(tmp_path, "--serve-plant")
+    arguments.plant_at = socket
+    with lock_folder(tmp_path / "state" / "plant"):
+        assert serve_plant(staged(arguments)) is Exit.SUCCESS
+    assert not socket.parent.exists()

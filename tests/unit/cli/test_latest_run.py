@@ -1,0 +1,72 @@
+"""The record of the latest run: known by its process, and none where it cannot be read."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.latest_run import latest_run, save_latest_run
+from aeros.exit_codes import UsageError
+
+
+def test_the_latest_run_is_known_by_its_process(tmp_path: Path) -> None:
+    assert latest_run(tmp_path) is None
+    save_latest_run(tmp_path, tmp_path / "out")
+    assert latest_run(tmp_path) == (tmp_path / "out", True)
+    said = json.loads((tmp_path / "latest-run.json").read_text())
+    for process in (2**22 + os.getpid(), 10**30, -1, 0):
+        (tmp_path / "latest-run.json").write_text(json.dumps({**said, "pid": process}))
+        assert latest_run(tmp_path) == (tmp_path / "out", False)
+    for damaged in ("", "[]", "{}", '{"out": 3, "pid": 1}', '{"out": "x", "pid": "y"}'):
+        (tmp_path / "latest-run.json").write_text(damaged)
+        assert latest_run(tmp_path) is None
+
+
+def test_no_run_fails_for_want_of_a_place_to_say_where_it_is(tmp_path: Path) -> None:
+    save_latest_run(tmp_path / "nowhere", tmp_path)
+    assert latest_run(tmp_path / "nowhere") is None
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("pid", ["Infinity", "1e999", "NaN", "null", "[]"])
+def test_a_process_that_is_no_number_is_no_record(tmp_path: Path, pid: str) -> None:
+    save_latest_run(tmp_path, tmp_path / "out")
+    said = (tmp_path / "latest-run.json").read_text()
+    (tmp_path / "latest-run.json").write_text(said.replace(f'"pid": {os.getpid()}', f'"pid": {pid}'))
+    assert latest_run(tmp_path) is None
+
+
+def test_the_first_process_there_is_runs(tmp_path: Path) -> None:
+    save_latest_run(tmp_path, tmp_path / "out")
+    said = json.loads((tmp_path / "latest-run.json").read_text())
+    (tmp_path / "latest-run.json").write_text(json.dumps({**said, "pid": 1}))
+    assert latest_run(tmp_path) == (tmp_path / "out", True)
+
+
+def test_a_process_of_another_user_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save_latest_run(tmp_path, tmp_path / "out")
+
+    def refuse(pid: int, signal: int) -> None:
+        assert (pid, signal) == (os.getpid(), 0)
+        raise PermissionError
+
+    monkeypatch.setattr(os, "kill", refuse)
+    assert latest_run(tmp_path) == (tmp_path / "out", True)
+
+
+def test_the_output_folder_is_kept_whole_wherever_it_is_asked_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_latest_run(tmp_path, Path("runs/one"))
+    monkeypatch.chdir("/")
+    assert latest_run(tmp_path) == (tmp_path / "runs" / "one", True)
+
+
+def test_a_record_of_another_version_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "latest-run.json").write_text('{"schema": "aeros/latest-run/9", "out": "x", "pid": 1}')
+    with pytest.raises(UsageError, match=r"latest-run\.json"):
+        latest_run(tmp_path)

@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from aeros.agent.errors import AgentError
+from aeros.agent.planning.routing import RoutingError
+from aeros.runtime.audit.keys import InvalidKeyError, make_key
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.registry_governor import CommandableGovernor, RegistryGovernor
+from aeros.runtime.skills.contract import SkillRefusedError
+from aeros.session.plant_factory import PlantSetupError
+from aeros.session.setup import (
+    SETUP_ERRORS,
+    build_signing,
+    create_output_folder,
+    open_governor,
+    open_isolated_skills,
+    select_task,
+)
+from aeros.spec.text.discovery import reference_site_path
+from tests.repo.tree import ROOT
+from tests.unit.runtime.bench import configuration
+
+BASE = ROOT / "docs" / "codes" / "base"
+
+
+def test_an_output_folder_is_new_or_empty(tmp_path: Path) -> None:
+    assert create_output_folder(tmp_path / "a" / "b", "tidy") == tmp_path / "a" / "b"
+    with pytest.raises(PlantSetupError, match="is not empty; give a new folder with --out"):
+        create_output_folder(tmp_path / "a", "tidy")
+    (tmp_path / "file").touch()
+    with pytest.raises(PlantSetupError, match="cannot write to"):
+        create_output_folder(tmp_path / "file", "tidy")
+
+
+def test_without_a_name_the_folder_is_named_for_the_task(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    first, second = (create_output_folder(None, "tidy") for _ in range(2))
+    assert first != second
+    assert first.parent == Path("runs")
+    assert first.name.startswith("tidy-")
+
+
+def test_the_governor_of_named_modules_obeys_the_operator(tmp_path: Path) -> None:
+    governor, configuration, proof = open_governor(tmp_path, ROOT / "ecms" / "clean_table", None)
+    with governor:
+        assert list(configuration.modules) == ["clean_table"]
+        assert [one.name for one in proof.modules] == ["clean_table"]
+        assert governor.command is OperatorCommand.RUN
+        assert str(select_task("please clean the table", configuration, governor, tmp_path)) == (
+            "clean_table.clean_table"
+        )
+
+
+def test_without_a_key_nothing_is_signed() -> None:
+    assert build_signing(None, None) is None
+
+
+def test_a_key_signs_with_or_without_an_anchor(tmp_path: Path) -> None:
+    make_key(tmp_path / "key")
+    for anchor in (None, tmp_path / "anchor"):
+        signing = build_signing(tmp_path / "key", anchor)
+        assert signing is not None
+        assert signing.anchor == anchor
+    with pytest.raises(InvalidKeyError):
+        build_signing(tmp_path / "nowhere", None)
+
+
+def test_a_registry_governs_unless_modules_or_a_site_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Registry(tmp_path).set_policy(BASE / "site.yaml")
+    with open_governor(tmp_path, None, None)[0] as governor:
+        assert type(governor) is RegistryGovernor
+        assert governor.configuration()[1].site.id == "bench"
+        with pytest.raises(RoutingError, match="no installed module provides"):
+            select_task("clean it", governor.configuration()[1], governor, tmp_path)
+    for modules, site in ((ROOT / "ecms" / "clean_table", None), (None, reference_site_path())):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "ecms").unlink(missing_ok=True)
+        (tmp_path / "ecms").symlink_to(ROOT / "ecms" / "clean_table")
+        governing, configuration, _ = open_governor(tmp_path, modules, site)
+        with governing:
+            assert type(governing) is CommandableGovernor
+            assert configuration.site.id == "panda_cell"
+
+
+def test_a_module_that_is_installed_and_not_active_is_named_as_a_hint(tmp_path: Path) -> None:
+    registry = Registry(tmp_path)
+    registry.set_policy(BASE / "site.yaml")
+    registry.install(BASE / "tidy")
+    with open_governor(tmp_path, None, None)[0] as governor:
+        configuration = governor.configuration()[1]
+        with pytest.raises(RoutingError, match=r"`aeros activate tidy`"):
+            select_task("clean it", configuration, governor, tmp_path)
+
+
+class Skills:
+    """A factory of skill runs on a host that isolates as it is told."""
+
+    unavailable_reason: str | None = None
+    weakness_warning: str | None = None
+
+    def __init__(self, *_: object) -> None:
+        self.is_open = True
+
+    def __enter__(self) -> Skills:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.is_open = False
+
+
+def open_skills(monkeypatch: pytest.MonkeyPatch, **host: str) -> tuple[Skills, list[str]]:
+    warned: list[str] = []
+    made = type("Host", (Skills,), host)
+    monkeypatch.setattr("aeros.session.setup.SkillRunFactory", made)
+    with open_isolated_skills(configuration(), warned.append) as opened:
+        skills = cast(Any, opened)
+        assert skills.is_open
+    return skills, warned
+
+
+def test_skills_are_isolated_until_the_block_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    skills, warned = open_skills(monkeypatch)
+    assert (skills.is_open, warned) == (False, [])
+
+
+def test_a_host_that_isolates_too_little_is_warned_of_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert open_skills(monkeypatch, weakness_warning="no landlock")[1] == ["no landlock"]
+    with pytest.raises(SkillRefusedError, match="no seccomp"):
+        open_skills(monkeypatch, unavailable_reason="no seccomp")
+
+
+def test_every_reason_not_to_begin_is_among_the_errors_of_setting_up() -> None:
+    assert set(SETUP_ERRORS) >= {AgentError, PlantSetupError, SkillRefusedError, InvalidKeyError}
