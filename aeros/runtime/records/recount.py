@@ -1,8 +1,8 @@
 """Recount of a session from its decision records: quota usage, and histories where records determine them.
 
 Until an action has begun, decisions are the only updates of the histories, so the records determine them
-exactly. After that control ticks update them too, and ticks are not recorded. A gap, at which nothing is
-known, stands for them; a history that is known in spite of the gap is right whatever the ticks saw.
+exactly. After that control ticks update them too, and ticks are not recorded. A gap, two updates at which
+nothing is known, stands for them; a history that is known in spite of the gap is right whatever the ticks saw.
 """
 
 from __future__ import annotations
@@ -90,9 +90,11 @@ class SessionState:
             The first history that differs, in words; None if all agree.
         """
         names = self._histories.names
-        self._latest = now
         if self._has_gap:
+            # The first tick may have been right after the decision before, the last one right before this.
+            self._histories.advance({}, self._latest)
             self._histories.advance({}, now)
+        self._latest = now
         known = self._histories.update(readings, now)
         for name in sorted(self._recorded & known.keys() if self._has_gap else names):
             recorded = readings.get(name)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import aeros.experiments
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.experiments.trial_store import TRIALS_FILE
@@ -173,6 +174,8 @@ def test_what_is_not_installed_is_said_before_anything_is_tried(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # The package is imported anew: without this it would stay an attribute of `aeros`.
+    monkeypatch.setattr(aeros, "experiments", aeros.experiments)
     for name in [name for name in sys.modules if name.startswith("aeros.experiments")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)

@@ -122,7 +122,7 @@ def test_words_are_those_of_a_literal_or_a_choice() -> None:
     ("hint", "text"),
     [
         (Literal["b", "a"], "b"),
-        (ChoiceField[Literal["warn", "refuse"]] | None, "warn"),
+        (ChoiceField[Literal["loud", "quiet"]] | None, "loud"),
         (NAME, "move-tool"),
         (Annotated[NumberField, Pattern("slug")], "0.25"),
         (TextField, "…"),
