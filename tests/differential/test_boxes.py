@@ -34,7 +34,7 @@ from tests.hypothesis_profiles import examples
 
 REPOSITORY = Path(__file__).parents[2]
 TEN = Fraction(10)
-_SETTINGS = examples(150)
+_SETTINGS = examples(75)
 
 
 def _agrees(
@@ -61,7 +61,7 @@ def test_bounds_never_contradict_the_solver(terms: list[t.Term], ranges: Ranges)
     _agrees(list(VARIABLES.values()), ranges, terms)
 
 
-@examples(120)
+@examples(60)
 @given(questions())
 def test_bounds_never_contradict_the_solver_nor_a_grid_where_they_are_busy(asked: Asked) -> None:
     found = _agrees(asked.variables, asked.ranges, asked.terms)

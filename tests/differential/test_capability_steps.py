@@ -124,7 +124,7 @@ def every_run(case: Case) -> list[tuple[Fraction, RunReport]]:
     return found
 
 
-@examples(150)
+@examples(80)
 @given(_capable(cases(most_rules=2, most_retries=1, most_replans=1), 1))
 def test_the_prediction_is_the_mean_over_all_runs_and_choices(case: Case) -> None:
     runs = every_run(case)
@@ -165,7 +165,7 @@ def test_a_way_to_the_goal_is_claimed_exactly_where_every_way_to_choose_has_one(
     SEEN.assert_both("AE802")
 
 
-@examples(160)
+@examples(80)
 @given(_capable(st.one_of(loops(), cases(most_rules=3, most_retries=1, most_replans=0)), 3))
 def _ways_are_judged(case: Case) -> None:
     start: dict[str, Any] = {name: case.start[name] for name in case.start}

@@ -159,7 +159,7 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
     SEEN.assert_both("AE801", "AE802", "AE804", "AE805")
 
 
-@examples(500)
+@examples(250)
 @given(_judged() | _turning() | _turning())
 def _loops_are_judged(case: Case) -> None:
     found = {

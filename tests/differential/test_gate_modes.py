@@ -61,7 +61,7 @@ BOUNDS = [
 ]
 """The constants of the bench's rules, in SI, and products of them."""
 
-MORE = examples(160)
+MORE = examples(80)
 
 
 def doubles(declared: Declared) -> st.SearchStrategy[Any]:

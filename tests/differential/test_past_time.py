@@ -116,7 +116,7 @@ def timed(trace: Sequence[tuple[float, Mapping[str, Any]]]) -> list[tuple[float,
     return found
 
 
-@examples(120)
+@examples(60)
 @given(conditions(), traces)
 def test_a_history_of_measured_moments_is_what_the_definition_says(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]]
@@ -133,7 +133,7 @@ def test_a_history_of_measured_moments_is_what_the_definition_says(
         assert evaluate(flat, env) == evaluate(term, states[-1].values, states)
 
 
-@examples(120)
+@examples(60)
 @given(conditions(2, MEASURED), traces, st.randoms(use_true_random=False), st.booleans())
 def test_a_history_that_is_known_is_so_whatever_was_missed(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]], chance: random.Random, slow: bool

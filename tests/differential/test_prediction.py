@@ -95,13 +95,13 @@ def test_the_agent_and_the_analysis_accept_plans_of_the_same_length() -> None:
     assert transition_system.MAX_PLAN_STEPS == task_graph.MAX_STEPS
 
 
-@examples(120)
+@examples(60)
 @given(cases(most_rules=3, most_retries=2, most_replans=4))
 def test_the_prediction_is_what_the_tree_adds_up_to(case: Case) -> None:
     assert as_tuple(predicted(case)) == expected(case.ecm, case.task, case.site, case.start)
 
 
-@examples(60)
+@examples(40)
 @given(cases(most_rules=2, most_retries=1, most_replans=1))
 def test_the_prediction_is_the_mean_over_every_run_of_the_real_loop(case: Case) -> None:
     found = enumerated(case, most=200)
@@ -109,7 +109,7 @@ def test_the_prediction_is_the_mean_over_every_run_of_the_real_loop(case: Case) 
     assert as_tuple(predicted(case)) == found
 
 
-@examples(60)
+@examples(40)
 @given(cases(most_rules=3, most_retries=2, most_replans=4))
 def test_everything_the_real_loop_does_is_in_the_explored_graph(case: Case) -> None:
     explored = explore_task(case.ecm, replace(case.task, initial=case.start), case.site)

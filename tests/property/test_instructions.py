@@ -49,7 +49,7 @@ def test_an_instruction_is_routed_exactly_if_it_names_one_task_and_else_refused_
     assert min(_COUNTED[n] for n in (0, 1, 2)) > 10, "nearly all instructions were of one kind"
 
 
-@examples(400)
+@examples(100)
 @given(_INSTRUCTIONS, _TASKS)
 def _routed_where_one_is_named(instruction: str, tasks: list[list[str]]) -> None:
     expected, modules = named_tasks(instruction, tasks), modules_of(tasks)
@@ -70,7 +70,7 @@ def _routed_where_one_is_named(instruction: str, tasks: list[list[str]]) -> None
         assert all(word in set(tasks[int(name[1:-2])]) for word, name in nearest)
 
 
-@examples(200)
+@examples(60)
 @given(
     st.lists(st.sampled_from(_VOCABULARY), min_size=1, max_size=6),
     _TASKS,
@@ -90,7 +90,7 @@ def test_neither_case_nor_punctuation_nor_composition_matters(
         assert one == other
 
 
-@examples(300)
+@examples(80)
 @given(st.text(max_size=60), _TASKS)
 def test_any_instruction_is_routed_or_refused_with_a_reason(instruction: str, tasks: list[list[str]]) -> None:
     found = answer(instruction, modules_of(tasks))

@@ -217,7 +217,7 @@ events = st.sampled_from(
 )
 
 
-@examples(200)
+@examples(80)
 @given(
     st.lists(
         st.tuples(events, st.booleans(), st.dictionaries(st.sampled_from(names), anything, max_size=6)),

@@ -16,7 +16,7 @@ NEEDS = st.frozensets(st.sampled_from(NAMES))
 MOVES = st.lists(st.one_of(NEEDS, st.integers(0, 30)), max_size=40)
 """Asking for something, or releasing what the n-th one asked for."""
 
-small = examples(300)
+small = examples(100)
 
 
 def _follow(capacities: dict[str, int], moves: list[frozenset[str] | int]) -> None:

@@ -50,7 +50,7 @@ def _bounded(
     return term, generator._real(lower(term)), generator, values
 
 
-@examples(150)
+@examples(60)
 @given(_bounded())
 def test_the_error_bound_is_a_bound(
     drawn: tuple[t.Term, compiled._RealCode, compiled._CodeGenerator, Mapping[str, Raw]],

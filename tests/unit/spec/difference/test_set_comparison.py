@@ -69,7 +69,7 @@ def _members(side: ComparedSet) -> Iterator[tuple[bool, bool, Fraction]]:
             yield p, q, x
 
 
-@examples(150)
+@examples(60)
 @given(st.lists(_TERMS, max_size=2), _RANGES, st.lists(_TERMS, max_size=2), _RANGES)
 def test_the_relation_of_two_sets_is_that_of_enumeration(
     one: list[t.Term],

@@ -31,7 +31,7 @@ SCOPE = Scope(
 )
 
 
-@examples(150)
+@examples(60)
 @given(cases(), st.data())
 def test_unparsed_text_means_the_same_as_its_term(case: ConditionCase, data: Any) -> None:
     text = unparse(case.term)
