@@ -49,7 +49,7 @@ resources: {{arm: 1}}
 """
 
 Sample = float | None
-"""What is measured; None where nothing is."""
+"""Measured value; None if there is no measurement."""
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ class TaskTimings:
 
     Attributes:
         task: name of the task.
-        reached: whether it reached its goal.
+        reached: True if it reached its goal.
         simulated: seconds on the plant's clock.
         ticks: steps of the world.
         build_s: building the world, which is then at rest.
@@ -132,7 +132,7 @@ class TaskTimings:
         plant_s: the plant with the same actions.
         run_s: the whole run.
         with_person: the plant, measuring the distance of a person at every tick.
-        is_reproduced: whether all three ended with everything in the same places.
+        is_reproduced: True if all three ended with everything in the same places.
         overhead: share of `raw_physics_s` that deciding takes.
         distances: share of `raw_physics_s` that measuring a person's distance takes.
         parts: seconds by part of the run.
@@ -260,7 +260,7 @@ def _folder(parent: Path) -> Iterator[Path]:
 # In parallel.
 
 WorkFactory = Callable[[SharedSetup, str, Path], Callable[[int], object]]
-"""What makes a process ready to do something to a task, once for each seed."""
+"""Factory that prepares a process for a task and returns the work to do for each seed."""
 
 _common: tuple[SharedSetup, Barrier] | None = None
 

@@ -13,7 +13,7 @@ from aeros.sim.physics import PhysicsPlant
 from aeros.skill import Action
 
 Call = tuple[str, tuple[Any, ...]]
-"""What was asked of a plant: the name of the method, and its arguments."""
+"""Call of a plant: the name of the method, and its arguments."""
 
 MotorTape = list[list[tuple[str, tuple[Any, ...], dict[str, Any]]]]
 """For each step of a world, the calls of PyBullet before it that change the world."""

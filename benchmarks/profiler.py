@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 Part = tuple[str, Any, tuple[str, ...]]
-"""What is told apart: its name, a class or module, and the functions of that by which the rest calls it."""
+"""Part whose time is counted: its name, a class or module, and the functions by which others call it."""
 
 
 class TimeShares:

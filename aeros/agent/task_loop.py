@@ -44,10 +44,10 @@ from aeros.descriptions import describe_exception
 from aeros.runtime.ports import AuditEvent, Runtime
 
 RETRY_INTERVAL_S: Final = 1.0
-"""How long the agent waits before it asks again for what may be allowed later, plant seconds."""
+"""Time between two requests for an action that may be allowed later, in plant seconds."""
 
 MAX_WAIT_S: Final = 60.0
-"""How long it goes on so before it gives up, plant seconds."""
+"""Longest total wait before the agent gives up, in plant seconds."""
 
 
 class TaskLoop:

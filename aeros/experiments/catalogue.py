@@ -96,7 +96,7 @@ class Experiment:
         rows: conditions.
         variants: titles of variants by name.
         compared_pairs: pairs of variants whose success is compared task by task.
-        overhead: whether the time of a trial is shown for each variant, where the plant takes almost none.
+        overhead: True if the time of a trial is shown for each variant, where the plant takes almost none.
         figure: kind of the experiment's figure; empty for none.
         plotted_metrics: metrics that are plotted along what is varied.
         note: what a reader of the table has to know.

@@ -28,13 +28,13 @@ class CountingRuntime:
         judge_by_measurement: also count the tries of that skill that failed, by what is measured.
 
     Attributes:
-        judged: whether failed tries are counted.
+        judged: True if failed tries are counted.
         steps: skills that began.
         actions: actions that the gate let begin.
         denied: actions that the gate denied.
         tries: ended tries of the counted skill.
         failed_tries: those of them that failed.
-        first_failed: whether the first of them failed.
+        first_failed: True if the first of them failed.
     """
 
     def __init__(

@@ -76,7 +76,7 @@ class RunProgress:
         done: trials finished.
         total: trials to run.
         start_time: `time.monotonic()` at the start, s.
-        is_interrupted: whether the user interrupted the run.
+        is_interrupted: True if the user interrupted the run.
     """
 
     done: int
@@ -323,7 +323,7 @@ class _WorkerState:
     """State of this process as a worker."""
 
     is_here = False
-    """Whether it works for another one of this machine, which sees the same files."""
+    """True if the process serves another process of this machine, which sees the same files."""
 
 
 def _init_worker(parent: int) -> None:

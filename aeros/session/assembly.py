@@ -68,7 +68,7 @@ class SessionSetup:
         planning_timeout: Seconds for each plan, while the plant's clock runs on; None to plan synchronously.
         seed: Seed of the agent's choices between skills.
         purpose: Text that names the session to other processes that ask for the state folder.
-        is_resumed: Whether to continue the session in the audit log in `out`.
+        is_resumed: True to continue the session in the audit log in `out`.
     """
 
     configuration: Configuration
@@ -136,7 +136,7 @@ def build_executor(
         gate: Decides actions; None for a compiled gate under `configuration`.
         governor: Returns the configuration in force; None to keep `configuration`.
         listeners: Called with measurements.
-        is_resumed: Whether to continue the session in the audit log.
+        is_resumed: True to continue the session in the audit log.
 
     Returns:
         The executor, a context manager.  On exit it ends all running steps.

@@ -35,7 +35,7 @@ class RunGovernor:
 
     Attributes:
         on_command: Called with each change of the command.
-        is_interrupted: Whether `interrupt` was called.
+        is_interrupted: True if `interrupt` was called.
     """
 
     def __init__(self, governor: Governor, notifier: Notifier | None = None) -> None:

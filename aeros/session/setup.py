@@ -62,7 +62,7 @@ def open_governor(
         state: The agent's state folder, with the registry of installed modules if there is one.
         modules: The modules to load; None for those active in the registry, or else the folder `ecms`.
         site: The site file; None for the policy in force in the registry, or else the reference site.
-        resumed: Whether a stop that was commanded before this session still holds.
+        resumed: True if a stop that was commanded before this session still holds.
 
     Returns:
         The governor, a context manager that the caller enters; the configuration in force; its report.

@@ -40,10 +40,10 @@ GRIP_FORCE = 10.0
 """N."""
 
 PATIENCE = 40
-"""How often a skill waits a quarter of a second for a reading that is missing or too old."""
+"""Number of waits of 0.25 s for a reading that is missing or too old."""
 
 SPONGE_GRASP = 0.032
-"""How far above the foam's middle the sponge is gripped, m: on its block, fingertips 8 mm off the foam."""
+"""Height of the sponge's grasp above the foam's middle, m: on its block, fingertips 8 mm off the foam."""
 
 FOAM_HALF_HEIGHT = 0.015
 
@@ -60,13 +60,13 @@ HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
 
 CLUTTER_GRASP = 0.004
-"""How far above the middle of clutter it is gripped, m: fingertips stay clear of the table."""
+"""Height of the grasp above the middle of clutter, m: fingertips stay clear of the table."""
 
 BIN_SIDES = (0.095, 0.085)
 """From the bin's middle to the outside of its walls along x and y, m."""
 
 HAND_REACH = 0.12
-"""How far the hand reaches along the fingers' way from what they grip, and a margin, m."""
+"""Extent of the hand from the grasped object along the fingers' motion, with a margin, m."""
 
 HAND_HALF = (0.040, 0.105)
 """Half the hand's thickness and half its length along the fingers' way, with a margin, m."""
@@ -75,13 +75,13 @@ PAD = 0.009
 """Fingertips reach this far below the tool, m."""
 
 DRAG_OFFSET = 0.010
-"""What is dragged is pressed on this far off its middle, away from the bin, m: the hand clears the wall."""
+"""Distance from a dragged object's middle, away from the bin, at which it is pressed, m: clears the wall."""
 
 DRAG_FORCE = 7.5
 """N on what is dragged: it follows by the friction of the fingertips."""
 
 DRAGS = 3
-"""How often a piece is dragged at most, as it may slip from under the fingers."""
+"""Largest number of drags of one piece, which may slip from under the fingers."""
 
 DRAG_SPEED = 0.05
 """Peak speed of dragging, m/s."""
@@ -90,13 +90,13 @@ DROP_HEIGHT = 0.045
 """Height of the tool over the bin's rim when it lets go, m."""
 
 DRAWN_IN = (0.30, 0.0, 0.45)
-"""Where the tool is out of the cameras' sight of the table, m."""
+"""Tool position that does not hide the table from the cameras, m."""
 
 LOOKS = 5
-"""How often a skill looks at most for a sponge or for clutter that it does not see."""
+"""Largest number of looks for a sponge or clutter that is not seen."""
 
 DROPS = (-0.045, 0.045)
-"""Where along the bin successive pieces are let go, m from its middle."""
+"""Places along the bin where successive pieces are released, m from its middle."""
 
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -152,7 +152,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def _sense(observed: Observation, *names: str) -> Task:
-    """What is observed once all of `names` are; what stays unknown ends the skill where it is read."""
+    """Wait until all of `names` are observed; a name that stays unknown ends the skill where it is read."""
     for _ in range(PATIENCE):
         if all(name in observed for name in names):
             break
@@ -186,7 +186,7 @@ def _overlook(observed: Observation) -> Task:
 
 
 def _shows_all(observed: Observation) -> bool:
-    """Whether it is known where the sponge is, and the clutter if there is any."""
+    """Check that the poses of the sponge and of any clutter are known."""
     sponge = observed["holding"] or ("sponge_position" in observed and "sponge_yaw" in observed)
     seen = "clutter_position" in observed and "clutter_yaw" in observed
     clutter = seen or not observed.get("clutter_on_table")
@@ -249,13 +249,13 @@ def _drop_in_bin(observed: Observation, offset: float) -> Task:
 
 
 def _outside(observed: Observation) -> tuple[float, float]:
-    """How far the next piece is outside the bin's walls along x and along y; negative where it is not."""
+    """Distance of the next piece outside the bin's walls along x and y, m; negative if it is inside."""
     (x, y, _), middle = observed["clutter_position"], observed["bin_position"]
     return (abs(x - middle[0]) - BIN_SIDES[0], abs(y - middle[1]) - BIN_SIDES[1])
 
 
 def _room_missing(observed: Observation) -> float:
-    """How much nearer to a wall of the bin the next piece is than a hand along that wall has room, m."""
+    """Room that a hand lacks between the next piece and the nearest wall of the bin, m."""
     turn = abs(observed["clutter_yaw"])
     return HAND_HALF[0] * cos(turn) + HAND_HALF[1] * sin(turn) - max(_outside(observed))
 

@@ -25,34 +25,34 @@ BASE_SPEED = 0.48
 """Peak speed of the base, m/s."""
 
 CARRY = (0.42, 0.0, 0.36)
-"""Where the tool is while the base drives, from the arm's base, m: over the stands, close to the body."""
+"""Tool position while the base drives, relative to the arm's base, m: over the stands, near the body."""
 
 ASIDE = (0.30, -0.40, 0.40)
-"""Where the tool is out of the mast camera's sight of the stand, from the arm's base, m."""
+"""Tool position that does not hide the stand from the mast camera, relative to the arm's base, m."""
 
 REACH = 0.50
-"""How far ahead of the arm's base things are put down, m."""
+"""Distance in front of the arm's base at which objects are put down, m."""
 
 LOOK_HEIGHT = 0.17
 """Height of the tool over the object's middle from which the hand camera looks, m."""
 
 FARTHEST = 0.80
-"""How far from the arm's base the tool goes, along x and along y, m: the site's `workspace`."""
+"""Greatest distance of the tool from the arm's base along x and y, m: the site's `workspace`."""
 
 OVER_STANDS = 0.55
 """Height of the tool in the world from which a hand may turn beside a stand, with what it holds, m."""
 
 LIFT = 0.13
-"""How far the object is lifted before it is carried, m."""
+"""Height by which the object is lifted before it is carried, m."""
 
 CLEARANCE = 0.05
 """Height above a grasp or a place to put down from which the approach is slow, m."""
 
 GRASP = 0.012
-"""How far above its middle the object is gripped, m."""
+"""Height of the grasp above the object's middle, m."""
 
 LOWER = 0.018
-"""How much lower the middle of the object is where it lies, m."""
+"""Distance by which a lying object's middle is lower, m."""
 
 OPEN = 0.08
 """Fingers wide open, m."""
@@ -67,19 +67,19 @@ SHUT = 0.005
 """Fingers closed to push with, m."""
 
 AMPLE = 0.06
-"""How much farther things are pushed than to where a hand would have room, m."""
+"""Distance that an object is pushed beyond the first place with room for a hand, m."""
 
 APPROACH = 0.06
-"""What of the fingers' way to the end of a push is before they push, and lost as what they push turns, m."""
+"""Part of a push that moves nothing, m: the way before contact, and the loss as the object turns."""
 
 LONGEST = 0.18
 """The longest push, m; a longer way begins with half of it, which turns it along what it lies against."""
 
 PUSHES = 3
-"""How often the object is pushed before a hand tries to grasp it again."""
+"""Number of pushes before the next grasp."""
 
 LOOKS = 5
-"""How often the hand camera looks for what its picture does not show."""
+"""Number of looks of the hand camera for an object that its picture does not show."""
 
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -158,7 +158,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def _can_be_pushed(observed: Observation) -> bool:
-    """Whether the last pictures show it where a hand has no room, and how to push it to where one has."""
+    """Check that the last pictures show an object without room for a hand, and a push that makes room."""
     known = _is_located(observed) and "object_push_start" in observed and "object_push_way" in observed
     return known and observed.get("object_detected") is True and not observed["object_free"]
 
@@ -186,7 +186,7 @@ def _push(observed: Observation) -> Task:
 
 
 def _is_located(observed: Observation) -> bool:
-    """Whether all that pictures show of the object is known."""
+    """Check that every value that pictures give of the object is known."""
     return all(name in observed for name in ("object_position", "object_yaw", "object_free", "object_lying"))
 
 
@@ -200,7 +200,7 @@ def _go_there(observed: Observation) -> Task:
 
 
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
-    """Where the base looks for what was lost on the way: between station and delivery, and at both."""
+    """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station."""
     (x, y, _), (u, v, _) = observed["station_position"], observed["delivery_position"]
     return ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
 
@@ -211,13 +211,13 @@ def _free(observed: Observation) -> float:
 
 
 def _from_base(observed: Observation, offset: Place) -> Place:
-    """Where a point given from the arm's base is in the world."""
+    """Convert a point relative to the arm's base to the world frame, m."""
     x, y, z = observed["base_position"]
     return (x + offset[0], y + offset[1], z + offset[2])
 
 
 def _in_reach(observed: Observation, place: Place) -> bool:
-    """Whether the arm reaches over the place from where the base is."""
+    """Check that the arm can reach above the place from the base's present position."""
     x, y, _ = observed["base_position"]
     return bool(abs(place[0] - x) <= FARTHEST and abs(place[1] - y) <= FARTHEST)
 

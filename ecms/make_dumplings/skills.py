@@ -28,7 +28,7 @@ TRAVEL_HEIGHT = 0.25
 """Height of sideways motion, m: what is carried clears the press's open lid and handle (0.11 m)."""
 
 HEIGHT_WITHIN = 0.005
-"""How far below travelling height the tool may be to move sideways as it is, m."""
+"""Greatest distance of the tool below travelling height for a sideways move, m."""
 
 CLEARANCE = 0.04
 """Height above a grasp from which the approach is slow, m."""
@@ -55,10 +55,10 @@ PLATE_MIDDLE = 0.022
 """From the wrapper's hinge to the middle of its plates, m."""
 
 DUMPLING_GRASP = 0.004
-"""How far above the lower plate's middle the dumpling is gripped, m: the pads reach past both plates."""
+"""Height of the dumpling's grasp above the lower plate's middle, m: the pads reach past both plates."""
 
 FILLING_GRASP = 0.003
-"""How far above the filling's middle it is gripped, m: fingertips stay clear of what it stands on."""
+"""Height of the grasp above the filling's middle, m: fingertips stay clear of the support."""
 
 FILLING_HEIGHT = 0.0145
 """From the middle of the wrapper's plate up to the grasp on a filling (17 mm) that lies on it, m."""
@@ -82,22 +82,22 @@ WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
 """Gap of fingers that hold the wrapper, open or closed, the press's handle or the filling, m."""
 
 GAP_WITHIN = 0.005
-"""How far the gap may be off one of these, m."""
+"""Tolerance of the finger gap around these widths, m."""
 
 DRAWN_IN = (0.30, 0.0, 0.45)
-"""Where the tool is out of the cameras' sight of the bench, m."""
+"""Tool position that does not hide the bench from the cameras, m."""
 
 LOOKS = 5
-"""How often a skill looks at most for a wrapper that it does not see."""
+"""Largest number of looks for a wrapper that is not seen."""
 
 SPOT = (0.33, 0.10, 0.0145)
-"""Where a filling is put aside when there is no wrapper to put it on, m."""
+"""Position for a filling that has no wrapper to be put on, m."""
 
 HAND_HALF = (0.037, 0.107)
 """Half the thickness and half the width of the hand, with 5 mm to spare, m."""
 
 HAND_HEIGHT = 0.035
-"""How far below its place on the press a thing is gripped with the hand beside the press, at least, m."""
+"""Least depth of a grasp below the press's position that brings the hand beside the press, m."""
 
 PRESS_BACK, PRESS_FRONT, PRESS_HALF = -0.084, 0.045, 0.022
 """From the press's hinge to the ends of handle and bed along x, and to their sides, m."""
@@ -109,7 +109,7 @@ TOPPLE_HEIGHT = 0.047
 """Height of the tool, m, at which fingers reach a standing wrapper (56 mm) and the hand is over the press."""
 
 TOPPLE_WAY = 0.05
-"""How far from a standing wrapper fingers come down to push it over, m."""
+"""Distance from a standing wrapper at which fingers come down to push it over, m."""
 
 TOPPLE_FROM = -0.025
 """From the press to where, along x, the hand over it clears the handle, m."""
@@ -212,7 +212,7 @@ def _look(observed: Observation) -> Task:
 
 
 def _holds(observed: Observation, gap: float) -> bool:
-    """Whether the fingers hold what is that wide, as when what was begun had to be broken off."""
+    """Check that the fingers hold an object of that width, as after an interrupted run."""
     return observed["holding"] is True and bool(abs(observed["finger_gap"] - gap) < GAP_WITHIN)
 
 
@@ -283,7 +283,7 @@ def _lay_filling(observed: Observation) -> Task:
 
 
 def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
-    """Whether the hand, gripping what lies at `place`, would hit the press."""
+    """Check whether the hand would hit the press in a grasp at `place`."""
     x, y, z = observed["press_position"]
     if place[2] > z - HAND_HEIGHT:
         return False
@@ -340,7 +340,7 @@ def _reach_closed(observed: Observation, place: Place, yaw: float) -> Leg:
 
 
 def _is_in_pot(observed: Observation) -> bool:
-    """Whether the dumpling's hinge is seen lower than the pot's rim, and over its floor."""
+    """Check that the dumpling's hinge is seen below the pot's rim and above its floor."""
     x, y, z = observed["wrapper_position"]
     rim = observed["pot_position"]
     within: bool = z < rim[2] and abs(x - rim[0]) < POT_REACH and abs(y - rim[1]) < POT_REACH
@@ -385,7 +385,7 @@ def _lid_angle(observed: Observation) -> float:
 
 
 def _handle_at(observed: Observation, angle: float) -> Place:
-    """Where the handle is at a lid angle."""
+    """Compute the handle's position at a lid angle, m."""
     x, y, z = _hinge(observed)
     handle = observed["press_handle_position"]
     radius = hypot(handle[0] - x, handle[2] - z)

@@ -1,4 +1,4 @@
-"""What is done to an audit record shows: theorem 12."""
+"""A change of an audit record is detected: theorem 12."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ _CHECKED: Final = (
     *_constants("Int", (f"{log}.place" for log in "ab")),
     *_constants("Bool", (f"{log}.{what}" for log in "ab" for what in ("watched", "watch-objects"))),
 )
-"""What a line comes to in two logs, `a` and `b`; what is read from a record depends on its text alone."""
+"""Result of checking a line in two logs, `a` and `b`; a record's fields depend on its text alone."""
 
 
 def _execute_check(code: ModuleSource, log: str) -> DecisionDiagram:
-    """What `_check` makes of `line` in this log, after `place` records up to the hash `head`."""
+    """Execute `_check` on `line` in this log, after `place` records up to the hash `head`."""
 
     def run(ask: DecideBranch) -> str:
         check = code.module(
@@ -105,7 +105,7 @@ def _execute_check(code: ModuleSource, log: str) -> DecisionDiagram:
 
 
 class _UnusedCounts:
-    """How many decisions there were, which nothing here is about."""
+    """Counts of decisions, which no claim of this theorem reads."""
 
     def with_decision(self, _: Any) -> _UnusedCounts:
         """These and one more."""

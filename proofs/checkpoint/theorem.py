@@ -43,7 +43,7 @@ _STATE: Final[Mapping[str, str]] = {
     "acknowledged": "Bool",
     "repeated": "Bool",
 }
-"""What outlives a crash: the newest checkpoint, what the record tells since, and what is so.
+"""State that outlives a crash: the newest checkpoint, the record since then, and the facts.
 
 kept: what the checkpoint has of the one place: untried, begun, done or failed.
 told: what the record has since the checkpoint reaches back: nothing, a beginning, an end.
@@ -133,7 +133,7 @@ def _newest_checkpoint(do: PerformStep, modules: Any) -> Any:
 
 
 def _checkpoint_facts(made: Any) -> str:
-    """What a checkpoint says of the place, of its plan, and of what is barred."""
+    """State what a checkpoint stores: the place, the plan, and the barred steps."""
     tried = made.progress().attempts.get(())
     state = "fresh"  # also of a try that was withdrawn
     if tried is not None and tried.unfinished is not None:

@@ -1,4 +1,4 @@
-"""What runs at the same time obeys Φ and the joint rules, given that each part obeys Φ: theorem 11."""
+"""Concurrent actions obey Φ and the joint rules, given that each part obeys Φ: theorem 11."""
 
 from __future__ import annotations
 
@@ -285,7 +285,7 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
         return Step(name, name, {}, {}, 0, handler, cast("Any", None))
 
     def settled(*_: Any) -> Iterator[Any]:
-        """What takes no solver, and is put aside."""
+        """Yield nothing: claims that need no solver are left out."""
         return iter(())
 
     parallel._BranchPairClaims.resources = parallel._BranchPairClaims.shared_use_claims = settled

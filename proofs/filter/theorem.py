@@ -1,4 +1,4 @@
-"""Where the floating-point filter answers, its error bound makes the sign certain: theorem 7."""
+"""An answer of the floating-point filter has the certain sign, by its error bound: theorem 7."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def _comparison(op: str, code: ModuleSource) -> TheoremObligation:
         needed: list[Any] = []
 
         class Bound:
-            """How the bound is written in the code."""
+            """Symbolic error bound, as the code writes it."""
 
             def __repr__(self) -> str:
                 return "bound"

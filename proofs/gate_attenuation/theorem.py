@@ -1,4 +1,4 @@
-"""What an action is attenuated to is allowed, no larger, and stays as it is: theorem 5."""
+"""An attenuated action is allowed, no larger than requested, and a fixed point: theorem 5."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DOUBLES = "aeros.spec.expr.doubles"
 
 _PARAMETERS = ("p", "r", "q")
 _RULES = {"rule.a": ("p",), "rule.b": ("p", "r")}
-"""Which parameters each rule reduces; `q` is reduced by none."""
+"""Parameters that each rule reduces; no rule reduces `q`."""
 
 
 def _attenuated_is_allowed(code: ModuleSource) -> TheoremObligation:

@@ -1,4 +1,4 @@
-"""What every layer permits is allowed: theorem 2."""
+"""An action that every layer permits is allowed: theorem 2."""
 
 from __future__ import annotations
 

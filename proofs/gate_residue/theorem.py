@@ -100,7 +100,7 @@ def _fast_path_agrees(code: ModuleSource) -> TheoremObligation:
 
 
 def _proved(code: ModuleSource) -> TheoremObligation:
-    """What `Configuration.proved_obligations` relies on a certificate for."""
+    """Make the obligation that a claim counts as proved only by a certificate of this module and site."""
     configuration = code.module(CONFIGURATION)
     subject = ("module", "manifest", "site")
 
@@ -147,7 +147,7 @@ class _SymbolicVerdict:
 
 
 def _claim_lookup(code: ModuleSource) -> TheoremObligation:
-    """What is proved under the name that the gate asks for."""
+    """Make the obligation that the claim id which the gate looks up names the proved formula."""
     safety = code.module(SAFETY)
 
     def run(ask: DecideBranch) -> str:

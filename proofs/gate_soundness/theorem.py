@@ -1,4 +1,4 @@
-"""What is forwarded satisfies every layer: theorem 1."""
+"""Every action that the gate forwards satisfies every layer: theorem 1."""
 
 from __future__ import annotations
 

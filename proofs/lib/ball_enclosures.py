@@ -1,4 +1,4 @@
-"""Where a ball of a moving body stays on a stretch of path: the enclosures of theorem 14."""
+"""Enclosures of a moving body's ball on a stretch of path, for theorem 14."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BEZIER: Final = "aeros.runtime.motion.bezier"
 
 
 class _JointDisplacement(SymbolicReal):
-    """How far a joint goes; how long that is, is a symbol of its own."""
+    """Symbolic displacement of a joint; its absolute value is a symbol of its own."""
 
     __slots__ = ()
 
@@ -151,7 +151,7 @@ def _piece(ask: DecideBranch, name: str = "") -> Any:
 
 
 def _evaluate_piece(x: str, piece: tuple[str, ...]) -> str:
-    """Where a piece is, by its parameter."""
+    """Evaluate a piece at its parameter."""
     y = f"(- 1.0 {x})"
     factors = (f"{y} {y} {y}", f"3.0 {y} {y} {x}", f"3.0 {y} {x} {x}", f"{x} {x} {x}")
     return sum_terms(f"(* {factor} {corner})" for factor, corner in zip(factors, piece, strict=True))

@@ -1,4 +1,4 @@
-"""What the executor has under way is what moves on the plant, whatever it does: for theorem 11."""
+"""The motions that the executor counts as under way are those that move on the plant: for theorem 11."""
 
 from __future__ import annotations
 

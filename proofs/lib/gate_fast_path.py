@@ -40,7 +40,7 @@ CODEGEN: Final = "aeros.runtime.gate.compiled.codegen"
 SNAPSHOT_IS_UNPACKED: Final = "(=> moment.is-taken (and (not readings.strange-name){}))".format(
     "".join(f" (=> has.{name} formed.{name})" for name in STATE)
 )
-"""What `SnapshotCache.scalars` takes apart, is of its form: see `gate_snapshots.py`."""
+"""A value that `SnapshotCache.scalars` unpacks is well-formed: see `gate_snapshots.py`."""
 
 _QUOTA: Final = Quota("rate", frozenset(("a",)), 3, Fraction(60), cast("Any", None))
 
@@ -52,7 +52,7 @@ _FAST_PATH_SORT: Final = (
 
 @dataclass(frozen=True, eq=False)
 class _RequestShape:
-    """What a skill and a kind declare: a part of all types, as every value doubles the ways through.
+    """Declared values of a skill and a kind: not all types at once, as each value doubles the paths.
 
     formed: what must be so of a request that is answered.
     """
@@ -93,7 +93,7 @@ _SHAPES: Final = (
 def fast_path_obligations(
     claim: Callable[[_RequestShape], TheoremObligation],
 ) -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
-    """What `claim` says of the short way of each shape; `found` is what that says."""
+    """Make the obligation `claim` for the fast path of each shape; `found` is the fast path's result."""
 
     def made(shape: _RequestShape, code: ModuleSource) -> TheoremObligation:
         return replace(
@@ -104,11 +104,11 @@ def fast_path_obligations(
 
 
 _HOLDS: Final = f"(and allows (< (number used) {_QUOTA.max_count}) envelope left)"
-"""What the short way has to decide by."""
+"""Conditions that the fast path has to decide by."""
 
 
 def allow_implies_conditions(shape: _RequestShape) -> TheoremObligation:
-    """Where it speaks, all is well-formed; where it allows, all that it evaluates holds."""
+    """Claim that an answer implies well-formed values, and an allowance implies the evaluated conditions."""
     return TheoremObligation(
         "The function that `compile_fast_path` writes answers only where everything is well-formed,\n"
         "readings one by one or of one moment, and allows only what is asked for, where quotas are\n"
@@ -122,7 +122,7 @@ def allow_implies_conditions(shape: _RequestShape) -> TheoremObligation:
 
 
 def conditions_imply_allow(_: _RequestShape) -> TheoremObligation:
-    """Where it speaks, it allows what it finds to hold."""
+    """Claim that the fast path, if it answers, allows an action whose conditions hold."""
     return TheoremObligation(
         "The function that `compile_fast_path` writes is silent, or allows, where quotas are left and\n"
         "envelope and residue hold.",
@@ -133,7 +133,7 @@ def conditions_imply_allow(_: _RequestShape) -> TheoremObligation:
 
 @cache
 def _execute_fast_path(code: ModuleSource, shape: _RequestShape) -> DecisionDiagram:
-    """What the function that `compile_fast_path` writes says of any request: a term of sort ShortWay."""
+    """Execute the function that `compile_fast_path` generates on any request: a term of sort ShortWay."""
     answers: list[DecideBranch] = []
     written = {
         allows: _fast_path(code, shape, allows, lambda question: answers[-1](question))
@@ -218,7 +218,7 @@ def scalar_root(scalar: str) -> str:
 
 
 def _parameters_unchanged(executed: Mapping[str, Any], parameters: Iterable[str]) -> bool:
-    """Whether the plant would be given each parameter as it was asked for; of numbers, which these are."""
+    """State that the plant gets each parameter, a number, as it was requested."""
 
     def named(value: Any) -> Any:
         return tuple(map(named, value)) if isinstance(value, tuple) else getattr(value, "name", None)

@@ -62,7 +62,7 @@ LAYER_DECLARATIONS: Final = (
     "(define-fun every-layer () Bool"
     " (and unblocked dispatchable accessible risk-borne counts-formed quotas-left))",
 )
-"""What each layer comes to, and all of them."""
+"""Result of each layer, and of all together."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ _WHOLE_SITE: Final = SymbolicSite()
 def execute_layers(
     code: ModuleSource, result: Callable[[list[Reason]], str], with_: SymbolicSite = _WHOLE_SITE
 ) -> DecisionDiagram:
-    """What `finite_objections` yields under such a site, of which `result` makes a term."""
+    """Execute `finite_objections` under such a site; `result` makes a term of the objections."""
     layers = code.module(LAYERS)
 
     def run(ask: DecideBranch) -> str:
@@ -138,12 +138,12 @@ class _SymbolicSet:
 
 
 def no_objection(reasons: Iterable[Reason]) -> str:
-    """Whether there is no objection, as a term."""
+    """Term that is true without objections."""
     return smt_literal(not list(reasons))
 
 
 def objects_with_code(code: str) -> Callable[[list[Reason]], str]:
-    """Whether there is an objection of this code, as a term."""
+    """Term that is true if an objection has this code."""
     return lambda found: smt_literal(any(one.code == code for one in found))
 
 
@@ -287,7 +287,7 @@ _USAGE_DECLARATIONS: Final = (
 
 
 class _SymbolicUsage:
-    """How much of each quota is used up, as whoever asks says."""
+    """Symbolic usage of each quota, as the caller states it."""
 
     def __init__(self, ask: DecideBranch) -> None:
         self._ask = ask
@@ -304,7 +304,7 @@ class _SymbolicUsage:
 
 
 def _type_of(value: Any) -> type:
-    """What kind of number the use of a quota is said to be, if it is one."""
+    """Type of a quota's stated usage: `int`, or `str` for a value that is no number."""
     if not isinstance(value, SymbolicValue):
         return type(value)
     return int if value.ask(f"{value.term.removesuffix('.used')}.whole") else str

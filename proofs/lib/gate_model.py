@@ -46,8 +46,8 @@ class GateVariant:
     """The configuration that a gate is made for, where that is not arbitrary.
 
     rules: what Φ says of the kind.
-    compiled: whether the gate is compiled; None for either.
-    certified: whether there is a certificate that may call something proved; what it calls so has
+    compiled: True if the gate is compiled; None for either.
+    certified: True if there is a certificate that may call something proved; what it calls so has
         names that begin with `under`.
     modules: those that are active, in their order; `m` is the one that asks.
     """
@@ -62,7 +62,7 @@ class GateVariant:
 ANY_CONFIGURATION: Final = GateVariant()
 
 _ATTENUATED_TERMS: Final = {("rule.a",): "less.a", ("rule.b",): "less.b", RULES: "less.ab"}
-"""What reduces an action, by the rules that stand in its way."""
+"""Terms of the attenuated action, by the violated rules."""
 
 ATTENUATED_ACTIONS: Final = tuple(f"({less} state asked)" for less in _ATTENUATED_TERMS.values())
 """Every action other than the one asked for that could be forwarded."""
@@ -108,7 +108,7 @@ DECLARATIONS: Final = (
     "(declare-const readings-serve Bool)",
     "(declare-const finite-layers-pass Bool)",
 )
-"""What every formula about the gate may speak of."""
+"""Declarations that every formula about the gate may use."""
 
 
 LAYER_DEFINITIONS: Final = (
@@ -121,7 +121,7 @@ LAYER_DEFINITIONS: Final = (
     " (obeys-a x) (obeys-b x)))",
     "(define-fun sound ((x Value)) Bool (and request-formed time-formed (passes x)))",
 )
-"""What the layers are there for.
+"""Definition of a sound action, which the layers have to ensure.
 
 A module that declares no permission for a kind has none.  `passes`: no layer objects to an action;
 `sound`: what must be true of every action that is forwarded.
@@ -129,7 +129,7 @@ A module that declares no permission for a kind has none.  `passes`: no layer ob
 
 
 def residue(action: str, under: str = "") -> dict[str, str]:
-    """What install-time proofs say of `action`: what the certificate claims, holds inside the envelope.
+    """State the install-time proofs of `action`: the certificate's claims hold inside the envelope.
 
     As assumptions, by name.  A proof is about values of their declared forms.
     """
@@ -198,7 +198,7 @@ class _ProvedClaims:
 
 
 class _SymbolicPermission:
-    """What a module may ask for, by action kind; it may say nothing of the kind."""
+    """Symbolic permission of a module by action kind; the module may not mention a kind."""
 
     def __init__(self, ask: DecideBranch, whose: str) -> None:
         self._ask, self._whose = ask, whose
@@ -211,7 +211,7 @@ class _SymbolicPermission:
 
 
 class _SymbolicAttenuations:
-    """Whether a rule says how an action that breaks it is reduced; how it does, `attenuated` knows."""
+    """Symbolic table of the rules that declare an attenuation; `attenuated` gives the reduced action."""
 
     def __init__(self, ask: DecideBranch, rule: str) -> None:
         self._ask, self._rule = ask, rule
@@ -225,7 +225,7 @@ class _SymbolicAttenuations:
 
 
 def condition_holds(ask: DecideBranch, term: t.Term) -> bool:
-    """Whether a condition that code has made of uninterpreted ones holds of the action asked for."""
+    """Evaluate on the requested action a condition that code has composed of uninterpreted ones."""
     return _SymbolicCondition(ask, term, certain=True).decide(_values(ask)) is ConditionValue.HOLDS
 
 
@@ -290,7 +290,7 @@ def _decider(
 
 
 def _gate_stubs(ask: DecideBranch) -> dict[str, Any]:
-    """What stands for all that compiles conditions and forms."""
+    """Make the stubs of all functions that compile conditions and forms."""
     return {
         "CompiledCondition": lambda term, _: _SymbolicCondition(ask, term, certain=True),
         "SolverCondition": lambda term, *_: _SymbolicCondition(ask, term, certain=False),
@@ -307,7 +307,7 @@ def _gate_stubs(ask: DecideBranch) -> dict[str, Any]:
 def _symbolic_request(
     ask: DecideBranch, action_term: str = REQUESTED_ACTION
 ) -> tuple[Caller, dict[str, Any], Action]:
-    """What is decided: who asks, what is measured, and for what."""
+    """Make a symbolic request: the caller, the readings and the action."""
     caller = Caller("m", "k", {"i": SymbolicValue("input", ask)})
     return caller, {"s": SymbolicValue("state", ask)}, Action("a", {"p": SymbolicValue(action_term, ask)})
 
@@ -326,7 +326,7 @@ class _GivenReadings:
             self.readings = {"s": Reading(self._state, _NOW)}
 
     def individual_readings(self, readings: Any) -> None:
-        """What the long way is given: raises where it is not these readings, one by one."""
+        """Check the readings given to the slow path: raises unless they are these, one by one."""
         ((name, (value, time)),) = readings.items()
         if type(readings) is not dict or name != "s" or value is not self._state or time is not _NOW:
             raise ValueError(readings)
@@ -338,7 +338,7 @@ _NOW: Final = 0.0
 # `_Decider._objections`: every layer, and what the proof stands in for.
 
 OBJECTIONS: Final = "(declare-datatypes ((Objections 0)) (((none) (only-a) (only-b) (only-ab) (others))))"
-"""What objects to an action: nothing, rules of Φ alone, or anything else."""
+"""Sort of the objections to an action: none, rules of Φ alone, or any other."""
 
 _CLASSES: Final[Mapping[tuple[str, ...], str]] = {
     (): "none",
@@ -349,7 +349,7 @@ _CLASSES: Final[Mapping[tuple[str, ...], str]] = {
 
 
 def objection_class(reasons: Sequence[Reason]) -> str:
-    """Which class of objections these are."""
+    """Classify objections as a term of sort Objections."""
     if any(reason.code != "AE750" for reason in reasons):
         return "others"
     return _CLASSES[tuple(dict.fromkeys(reason.rule for reason in reasons))]
@@ -361,7 +361,7 @@ def execute_objections(
     variant: GateVariant = ANY_CONFIGURATION,
     reasons_term: Callable[[Sequence[Reason]], str] = objection_class,
 ) -> DecisionDiagram:
-    """What `_objections` finds against the action `asked`: as `reasons_term`, a term of sort Objections."""
+    """Execute `_objections` on the action `asked`; `reasons_term` makes a term of sort Objections."""
     gate = code.module(GATE)
 
     def run(ask: DecideBranch) -> str:
@@ -398,12 +398,12 @@ CRITERIA: Final = (
     "(declare-datatypes ((Criteria 0)) (((criteria (allows Bool) (left Bool)) (no-short-way))))",
     "(declare-const static-layers-pass Bool)",
 )
-"""Whether it may allow at all, and whether what it evaluates beside the envelope holds of `asked`."""
+"""Declarations of the fast path's criteria: may it allow, and do its residual conditions hold."""
 
 
 @cache
 def execute_criteria(code: ModuleSource, variant: GateVariant = ANY_CONFIGURATION) -> DecisionDiagram:
-    """What `_compile` gives the short way: a term of sort Criteria."""
+    """Execute `_compile` for the criteria of the fast path: a term of sort Criteria."""
     gate = code.module(GATE)
 
     def run(ask: DecideBranch) -> str:
@@ -446,11 +446,11 @@ DECISION: Final = (
     "(declare-fun short-way (Value) ShortWay)",
     "(declare-const given-as-moment Bool)",
 )
-"""What is decided, by what objects and what the short way says; `wrong` is anything that is no decision."""
+"""Sort of decisions, and their inputs: objections and fast path; `wrong` is a result that is no decision."""
 
 
 def assume_no_objection(holds: Callable[[str], str]) -> dict[str, str]:
-    """What is assumed of an action to which nothing objects: that this `holds` of it, whichever it is.
+    """Assume that this `holds` of every action without objections.
 
     The short way speaks for the action asked for, and of a request that is one.
     """
@@ -475,7 +475,7 @@ def _attenuated_stub(rules: Any, _: str, asked: Mapping[str, Any], __: Any) -> d
 
 @cache
 def execute_decision(code: ModuleSource, action_term: str = REQUESTED_ACTION) -> DecisionDiagram:
-    """What `decide` does about the action `action_term`: a term of sort Decision."""
+    """Execute `decide` on the action `action_term`: a term of sort Decision."""
     gate = code.module(GATE)
 
     def run(ask: DecideBranch) -> str:
@@ -529,11 +529,11 @@ def execute_decision(code: ModuleSource, action_term: str = REQUESTED_ACTION) ->
 UNKNOWN_NAME_DECLARATIONS: Final = tuple(
     f"(declare-const {name} Bool)" for name in ("module-active", "skill-exists", "kind-known", "in-envelope")
 )
-"""What a caller names that there may not be."""
+"""Facts about the names in a request, any of which may not exist."""
 
 
 def execute_unknown_request(code: ModuleSource) -> DecisionDiagram:
-    """What `decide` does, whoever asks for whatever kind of action: a term of sort Decision."""
+    """Execute `decide` for any caller and any kind of action: a term of sort Decision."""
     gate = code.module(GATE)
 
     def run(ask: DecideBranch) -> str:

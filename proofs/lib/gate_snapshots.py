@@ -63,7 +63,7 @@ class _SymbolicValue:
 
 
 def snapshot_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
-    """What a moment is taken apart into, and that a value is, where it has its form."""
+    """Make the obligations on unpacking a snapshot and each well-formed value."""
     return {"moment": _snapshot_obligation, **forms.unpacking_obligations()}
 
 

@@ -204,12 +204,12 @@ CHAIN: Final = ("(declare-fun norm (Real Real Real) Real)", *POINTS)
 
 
 def lever_arm(joint: int) -> tuple[str, ...]:
-    """How the point moves as that joint turns: the axis times the way from it to the point."""
+    """Velocity of the point per joint rate: the axis crossed with the vector from it to the point."""
     return cross(vector_terms(f"z{joint}"), minus(vector_terms("p"), vector_terms(f"o{joint}")))
 
 
 def axis_distance(joint: int) -> str:
-    """How far the point is from the axis of that joint, in the posture."""
+    """Distance of the point from the axis of that joint, in the posture."""
     return f"(norm {' '.join(lever_arm(joint))})"
 
 
@@ -243,7 +243,7 @@ do, and how far it is moved by each joint and those beyond it."""
 
 
 def reach_assumptions() -> dict[str, str]:
-    """What the geometry of a joint says of the point."""
+    """Assume the geometric facts about a joint and the point."""
     given = {"nothing-beyond": f"(= moved.{len(JOINTS)} 0.0)"}
     for joint in JOINTS:
         given[f"width.{joint}"] = f"(<= 0.0 width.{joint})"
@@ -255,7 +255,7 @@ def reach_assumptions() -> dict[str, str]:
 
 
 def spread_result(joint: int) -> str:
-    """What `displacement_bound` says of that joint, by the reaches of those beyond it."""
+    """Result of `displacement_bound` for that joint, from the reaches of the joints beyond it."""
     beyond = (f"(* width.{other} reach.{other})" for other in JOINTS if other > joint)
     return sum_terms((axis_distance(joint), *beyond))
 

@@ -1,4 +1,4 @@
-"""How the table of the lifecycle, as the registry applies it, decides what a step is prepared of."""
+"""The lifecycle table, as the registry applies it, decides which modules a step may be prepared from."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _MODULE: Final = (
 
 
 def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
-    """What `verb` makes of a module, by `install` or `_change_state`, and that it leaves another as it is."""
+    """State the effect of `verb` on a module, by `install` or `_change_state`, and none on another module."""
     lifecycle = code.module(LIFECYCLE)
     records = code.module(REGISTRY_STORE, using=(lifecycle,))
 
@@ -204,7 +204,7 @@ class SymbolicMapping:
         self._ask, self._question, self._value = ask, question, value
 
     def get(self, _: Any) -> Any:
-        """What is there, or None."""
+        """Return the value, or None if there is none."""
         return self._value if self._ask(self._question) else None
 
 

@@ -47,7 +47,7 @@ _AGE: Final = Fraction(2)
 _LENGTHS: Final = {WINDOW: "window", _AGE: "max-age"}
 
 _ANY_TIME: Final = cast("Any", None)
-"""Where it is written is nothing that a monitor looks at."""
+"""Stand-in for a source location, which no monitor reads."""
 
 _STATE: Final = {
     name: Declared(t.Variable(name, BOOL, t.VariableRole.STATE), _ANY_TIME, max_age=_AGE, sensor="eye")
@@ -58,7 +58,7 @@ TRUTH_SORT: Final = (
     "(declare-datatypes ((Told 0)) (((unknown) (yes) (no))))",
     "(define-fun told-of ((is Bool)) Told (ite is yes no))",
 )
-"""What is said of a condition."""
+"""Sort of a condition's answer."""
 
 TIMES: Final = (
     *TRUTH_SORT,
@@ -94,7 +94,7 @@ class _SymbolicTime(SymbolicValue):
 
 
 class _TimeDifference(SymbolicValue):
-    """How far two times are apart; one question decides what is compared with it."""
+    """Symbolic difference of two times; one question decides each comparison with it."""
 
     __slots__ = ()
 
@@ -187,7 +187,7 @@ def _recent_stub(time: Any, present: Any, length: float | None) -> bool:
 # One step, from any state.
 
 Written = Callable[[_GeneratedMonitor], Iterator[str]]
-"""What is kept, as terms."""
+"""Function that writes the stored state as terms."""
 
 
 def _time_of(value: Any) -> str:
@@ -256,14 +256,14 @@ _STATE_ENCODERS: Final[
 
 
 def monitor_state_sort(operator: type) -> tuple[str, ...]:
-    """What a monitor of that operator keeps, as a datatype: `told` is what it said of the moment."""
+    """Datatype of the state of a monitor of that operator; `told` is its answer for the moment."""
     sort = "Int" if operator is t.Occurrences else "Told"
     fields = f"(told {sort}) (latest Real) (a.spoke Time) (b.spoke Time) {_STATE_ENCODERS[operator][0]}"
     return (f"(declare-datatypes ((Kept 0)) (((kept {fields}))))", "(declare-const before Kept)")
 
 
 def execute_step(code: ModuleSource, term: t.PastTerm) -> DecisionDiagram:
-    """What the step for `term` makes of any state and any look: a term of sort Kept."""
+    """Execute the step for `term` on any state and any observation: a term of sort Kept."""
     monitor = _GeneratedMonitor(code, term, max_count=2)
     (history,) = monitor.histories
     _, before, __ = _STATE_ENCODERS[type(term)]
@@ -292,13 +292,13 @@ def execute_step(code: ModuleSource, term: t.PastTerm) -> DecisionDiagram:
 
 
 def execute_initial_state(code: ModuleSource, term: t.PastTerm) -> DecisionDiagram:
-    """What is kept before the first moment: a term of sort Kept."""
+    """Execute the initialisation for `term`: a term of sort Kept."""
     monitor = _GeneratedMonitor(code, term, max_count=2)
     return execute_symbolically(lambda _: _state_term(monitor, {}))
 
 
 def _state_term(monitor: _GeneratedMonitor, known: Mapping[str, Any]) -> str:
-    """What the monitor keeps, and what it has said."""
+    """Term of the monitor's stored state and of its answer."""
     (history,) = monitor.histories
     _, __, after = _STATE_ENCODERS[type(history.term)]
     value = known.get(history.declared.name)
@@ -319,7 +319,7 @@ def _read_by(term: t.Term) -> list[str]:
 
 
 def execute_is_recent(code: ModuleSource, length: Fraction) -> DecisionDiagram:
-    """Whether the code that `_is_recent` writes has `earlier` in the window that ends `later`."""
+    """Execute the code that `_is_recent` writes: `earlier` lies in the window that ends `later`."""
     history = code.module(HISTORY, using=(time_windows.window_module(code),))
 
     def run(ask: DecideBranch) -> str:
@@ -338,7 +338,7 @@ def execute_is_recent(code: ModuleSource, length: Fraction) -> DecisionDiagram:
 
 
 def execute_traces(code: ModuleSource, text: str, length: int) -> DecisionDiagram:
-    """What the condition comes to at the last of `length` moments: a term of sort Told.
+    """Execute the condition at the last of `length` moments: a term of sort Told.
 
     `unknown` where monitors and reference disagree at any of them, or some history is not known.
     """
@@ -392,11 +392,11 @@ def _recent_without_gaps(time: Any, present: Any, length: float | None) -> bool:
 
 
 class _EarlierStateError(Exception):
-    """What comes next is what an earlier moment, which is none of this step's, has to say."""
+    """Signal that the reference needs the answer of an earlier moment, outside this step."""
 
 
 class _TraceLength:
-    """How many moments a trace has, which is any number; and the place of any of them."""
+    """Symbolic length of a trace, any number, or index of any of its moments."""
 
     def __init__(self, ask: DecideBranch) -> None:
         self._ask = ask
@@ -447,7 +447,7 @@ class _SymbolicTrace:
 
 
 def execute_reference(code: ModuleSource, term: t.PastTerm) -> DecisionDiagram:
-    """What `evaluate` says of one moment; `earlier` where that is left to those before it."""
+    """Execute `evaluate` at one moment; `earlier` if the answer is left to the moments before."""
     semantics = code.module(SEMANTICS, range=None, len=None)
 
     def run(ask: DecideBranch) -> str:

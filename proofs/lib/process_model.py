@@ -24,7 +24,7 @@ _MAX_RUNS = 10_000
 
 @dataclass(frozen=True)
 class ProcessGraph:
-    """What a process does, from place 0 on.
+    """Graph of a process's steps, from place 0 on.
 
     ways: how each place is reached.
     steps: from where, what, the answer, to where.
@@ -73,7 +73,7 @@ class ProcessGraph:
 
 
 def execute_process(run: Callable[[PerformStep], str]) -> ProcessGraph:
-    """What `run` does for each answer to each of its steps; it gives its result."""
+    """Explore `run` for each answer to each of its steps; `run` returns its result."""
     places: dict[StepPath, int] = {(): 0}
     steps: dict[tuple[int, str, str, int], None] = {}
     ends: dict[int, str] = {}

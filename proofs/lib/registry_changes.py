@@ -1,4 +1,4 @@
-"""What a change of the registry leaves wherever it ends, and what it revokes, as shipped."""
+"""Effects of a registry change that ends at any point, and of a revocation, by the shipped code."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GOVERNING: Final = "aeros.runtime.registry.registry_governor"
 
 
 def change_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
-    """What is revoked may not go on, and a change is whole wherever it ends."""
+    """Make the obligations: a revoked skill may not continue, and a change is atomic wherever it ends."""
     return {"goes-on": _revoked_motion_stops, "commit": _commit}
 
 
@@ -74,7 +74,7 @@ def _revoked_motion_stops(code: ModuleSource) -> TheoremObligation:
 
 @dataclass
 class _ObservedState:
-    """What is there of a change at any moment."""
+    """State of a change that others can observe at a moment."""
 
     recorded: bool = False
     announced: bool = False
@@ -83,7 +83,7 @@ class _ObservedState:
 
 
 class _RegistryFolderStub:
-    """Where the registry is; nothing of it is looked at."""
+    """Stub of the registry's folder; no claim looks into it."""
 
     def mkdir(self, **_: Any) -> None:
         """It is there."""
@@ -97,7 +97,7 @@ class _KilledError(BaseException):
 
 
 def _commit(code: ModuleSource) -> TheoremObligation:
-    """Wherever a call fails, and wherever the process is killed."""
+    """Make the obligation on a commit in which any call fails or the process is killed at any point."""
     transaction = code.module(TRANSACTION)
 
     def run(ask: DecideBranch) -> str:

@@ -1,4 +1,4 @@
-"""How a change of the registry and whoever executes agree, as shipped: programs, and an invariant of them.
+"""Protocol between a registry change and the executors, as shipped: programs and their invariant.
 
 Generations are whole numbers of any size.  `kept` is what the database says, `live` what the shared page
 says, and `returned` the newest change that has returned to the operator.
@@ -34,7 +34,7 @@ TRANSACTION: Final = "aeros.runtime.registry.transaction"
 
 _OBSERVERS: Final = ("look", "other")
 _HOLDS: Final = {"change": 1, "look": 2, "other": 3}
-"""Who holds `change.lock`; 0 is nobody."""
+"""Holder of `change.lock`; 0 is nobody."""
 
 _STATE: Final[Mapping[str, str]] = {
     **dict.fromkeys(("kept", "live", "returned", "lock"), "Int"),
@@ -246,7 +246,7 @@ def _executor_process(code: ModuleSource) -> ProcessGraph:
 
 
 def _done_since(path: StepPath, what: str, *ends: str) -> bool:
-    """Whether the step was done, and none of `ends` since."""
+    """Check that the step was done and none of `ends` came after it."""
     done = [one for one, _ in path]
     return what in done and not any(end in done[done.index(what) :] for end in ends)
 
@@ -372,7 +372,7 @@ def _end_transition(who: str, place: str, after: Mapping[str, str], *conditions:
 
 
 def _transitions(programs: Mapping[str, ProcessGraph]) -> dict[str, str]:
-    """What each process may do; `ends` is every end, by a crash or not, at any place."""
+    """Build the transitions of each process; `ends` is every end at any place, by a crash or not."""
     moves = {who: one.step_formula(f"{who}.pc", _effect(who, programs)) for who, one in programs.items()}
     ends = [
         _end_transition(who, "true", {"lock": f"(ite (= lock {held}) 0 lock)"})

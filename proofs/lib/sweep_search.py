@@ -1,4 +1,4 @@
-"""What the search of a motion, stretch by stretch, calls clear of a box: the rest of theorem 14's sweep."""
+"""A motion that the search calls clear of a box is clear of it: the rest of theorem 14's sweep."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ class _PathParameter(SymbolicReal):
 
 
 class _SubdivisionDepth:
-    """How often a piece has been halved."""
+    """Symbolic number of times that a piece has been halved."""
 
     def __init__(self, ask: DecideBranch) -> None:
         self._ask = ask

@@ -120,7 +120,7 @@ SPECIFICATION: Final = (
     "(define-fun lit-serves () Bool (=> has.lit (and lit-is-reading"
     " (is-time time-of-lit) (leq time-of-lit now) formed.lit)))",
 )
-"""What is well-formed, said without the code: the exact type, finite, in range, measured and fresh.
+"""Definition of well-formed, independent of the code: exact type, finite, in range, measured, fresh.
 
 Readings are given one by one or as a moment, that is with one time for all.
 """
@@ -133,7 +133,7 @@ class GivenValue:
         self.name, self._ask, self._double = name, ask, double
 
     def type(self) -> Any:
-        """What `type(value)` is of it."""
+        """Type that `type(value)` returns for the symbolic value."""
         if self._double or self._ask(f"(is-double {self.name})"):
             return _float
         return int if self._ask(f"((_ is a-whole) {self.name})") else UndeclaredValue
@@ -220,7 +220,7 @@ STUBS: Final[Mapping[str, Any]] = {"type": type_stub, "float": _float}
 
 
 class NamedValues:
-    """What should be a mapping from names to values; which it has is asked when somebody looks."""
+    """Symbolic argument that should be a mapping from names to values; a look-up asks which names it has."""
 
     def __init__(self, name: str, ask: DecideBranch, values: Mapping[str, Callable[[], Any]]) -> None:
         self._name, self._ask, self._values = name, ask, values
@@ -230,7 +230,7 @@ class NamedValues:
         return NamedValues(self._name, self._ask, {key: self._values[key] for key in keys})
 
     def is_mapping(self) -> bool:
-        """Whether it is one at all."""
+        """Ask whether the argument is a mapping."""
         return self._ask(f"{self._name}.is-mapping")
 
     def _has(self, key: str) -> bool:
@@ -278,7 +278,7 @@ class MeasuredReadings(NamedValues):
         return MeasuredReadings(self._name, self._ask, {key: self._values[key] for key in keys})
 
     def is_snapshot(self) -> bool:
-        """Whether it is given as one."""
+        """Ask whether the readings are given as a snapshot."""
         return self._ask("as-moment")
 
     def scalars(self) -> Mapping[str, Any] | None:

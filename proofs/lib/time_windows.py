@@ -50,7 +50,7 @@ def neighbouring_doubles(length: Fraction) -> dict[str, Fraction]:
 
 
 def rounding_assumptions(length: Fraction) -> dict[str, str]:
-    """What is assumed of `rounded`: it keeps order, and TwoSum finds what it took off."""
+    """Assume that `rounded` keeps order and that TwoSum computes the rounding error."""
     share = f"(rounded (- (rounded {TIME_DIFFERENCE}) later))"
     corrected = f"(rounded (- later (rounded (- (rounded {TIME_DIFFERENCE}) {share}))))"
     error = f"(rounded (- {corrected} (rounded (+ earlier {share}))))"

@@ -93,7 +93,7 @@ class _MonitorUpdate:
 
     @property
     def last_times(self) -> str:
-        """What is kept of the readings: when they were, of those that speak now."""
+        """State the stored times of the readings that are measured now."""
         return smt_and(
             f"(= ({one}.spoke after) (ite {self.is_measured(one)} (at {one}.time) lapsed))"
             for one in self.variables
@@ -113,7 +113,7 @@ class _MonitorUpdate:
 
     @property
     def time_assumptions(self) -> dict[str, str]:
-        """What was measured before was so at a time; what is measured now is so, and the rest is unknown."""
+        """State that an earlier measurement has a time, a present one is true, and all others are unknown."""
         return {
             **{f"{one}-spoke": f"(not (= ({one}.spoke before) never))" for one in self.variables},
             **{
@@ -148,11 +148,11 @@ class _SinceInvariant:
         return "true" if self.is_once else "a.held"
 
     def is_in_window(self, time: str, present: str) -> str:
-        """Whether that time is in the window."""
+        """State that a time lies in the window."""
         return "true" if self.term.window_s is None else f"(<= (- {present} {time}) window)"
 
     def definitions(self) -> tuple[str, ...]:
-        """What is kept tells of the reference; `held` is that of the trace before, `missed` with the gap."""
+        """Define the stored state by the reference; `held` is of the trace before, `missed` with the gap."""
         recent = "((_ is at) time)" if self.term.window_s is None else "(is-recent time present)"
         return (
             f"(define-fun within ((time Time) (present Real)) Bool {recent})",
@@ -168,7 +168,7 @@ class _SinceInvariant:
         )
 
     def next_value(self, at: str, before: str) -> str:
-        """What `since-looks-back` says, of a moment at that time."""
+        """State the equation `since-looks-back` for a moment at that time."""
         return f"(and {self.is_in_window(at, 'present')} (or b.held (and {self.sustained_term} {before})))"
 
 

@@ -66,7 +66,7 @@ _USAGE_SORT: Final = (
     " (=> (<= 1 (kept u)) (<= (first-of u) (latest-of u)))"
     " (=> (<= 2 (kept u)) (<= (first-of u) (second-of u) (latest-of u)))))",
 )
-"""What is kept, and how many actions were executed within the window, of all that ever were: any number.
+"""Stored usage, and the number of executed actions within the window, of any number of actions.
 
 `executed.later` is that number at some later time, of what was executed before this step.
 """
@@ -77,7 +77,7 @@ _INVARIANT: Final = {
     " executed.later)))",
     "counts-now": "(=> (<= (latest-of before) now) (= (counted before now) (at-most-two executed.now)))",
 }
-"""What holds of what is kept, now and at any later time."""
+"""Invariants of the stored usage, now and at any later time."""
 
 
 def _symbolic_usage(ask: DecideBranch, usage: ModuleType) -> Any:

@@ -133,7 +133,7 @@ def _place_invariant(graph: ProcessGraph, who: str, is_there: Callable[[StepPath
 
 
 def _process_transitions(graph: ProcessGraph) -> str:
-    """What happens to a process, at any place: it forks, its child ends, it is killed, it begins anew."""
+    """Build the transitions of a process at any place: fork, end of its child, kill, restart."""
     steps = []
     for who, mine in _AGENTS.items():
         holds = _place_invariant(graph, who, lambda way: _done_since(way, ("exclude", "taken")))
@@ -196,7 +196,7 @@ def _claim(code: ModuleSource) -> TheoremObligation:
 
 
 def _is_awake(path: StepPath) -> bool:
-    """Whether it is between reading its identity and the end of its life, at this place."""
+    """Check that a process at this place has read its identity and has not ended."""
     done = [what for what, _ in path]
     if "live" in done:
         return False  # all that it has left to do is let go

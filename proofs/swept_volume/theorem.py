@@ -1,4 +1,4 @@
-"""What the sweep calls clear is clear wherever the motion gets: the swept volume of theorem 14."""
+"""A motion that the sweep calls clear is clear at every instant: the swept volume of theorem 14."""
 
 from __future__ import annotations
 

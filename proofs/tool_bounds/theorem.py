@@ -1,4 +1,4 @@
-"""How fast the tool moves and turns at most, from how its joints do: the rest of theorem 14's peaks."""
+"""Bounds on the tool's speed and turning from its joints' motion: the rest of theorem 14's peaks."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ _BOUND_NAMES: Final = ("speed", "acceleration", "jerk", "turning", "turning.1", 
 
 
 def _execute_bounds(code: ModuleSource, what: str) -> SymbolicFunction:
-    """What `_bounds` finds of a piece, or asks for on the way, with the geometry put aside."""
+    """Execute `_bounds` on a piece for its result, or for a value that it asks for, without the geometry."""
     peaks = code.module(KINEMATIC_BOUNDS)
 
     def run(ask: DecideBranch) -> str:
@@ -317,7 +317,7 @@ def _halving_induction(code: ModuleSource) -> TheoremObligation:
             return [SymbolicReal(f"{of}.{number}", ask) for number in range(6)]
 
         class Depth:
-            """How often it has been halved."""
+            """Symbolic number of times that a piece has been halved."""
 
             def __eq__(self, _: object) -> bool:
                 return ask("is-deepest")

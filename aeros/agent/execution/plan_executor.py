@@ -56,7 +56,7 @@ class PlanFailure:
 
 
 _Branch = Generator[None, EndedStep, PlanFailure | None]
-"""What is left of a part: returns None once it is done, else how it failed for good."""
+"""Rest of a part's execution; returns None once the part is done, else the failure that ended it."""
 
 
 @dataclass
@@ -86,7 +86,7 @@ class PlanExecutor:
 
     Attributes:
         until: plant time (s) after which everything is cancelled.
-        timed_out: whether that time has passed.
+        timed_out: True if that time has passed.
         denied: requests that the gate denied for good, as JSON text.
     """
 

@@ -34,7 +34,7 @@ RAN_STATUSES: Final = frozenset(
         StepStatus.HOLD_LOST,
     }
 )
-"""How a skill ends that ran: what further tries are for."""
+"""Endings of a skill that did run; only after these is a step tried again."""
 
 
 def _counts_toward_record(result: StepResult) -> bool:

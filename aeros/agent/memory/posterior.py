@@ -16,7 +16,7 @@ MIN_USEFUL_SUCCESS: Final = 0.1
 """A chance of success below which another try is not worth its time."""
 
 HOPELESS_BELOW: Final = 0.05
-"""How likely a chance worth a try may still be where trying is called hopeless."""
+"""Probability that the success rate is worth a try, below which a skill is called hopeless."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ INTERRUPTED: Final = "interrupted"
 """The status of a step whose ending nobody saw."""
 
 _DURATION_SAMPLES: Final = 101
-"""How many of the latest successes say how long a skill usually takes."""
+"""Number of the latest successes that a skill's usual duration is computed from."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
 
 MAX_TRIES: Final = 3
-"""How often the model is asked for one plan at most."""
+"""Largest number of requests to the model for one plan."""
 
 _RETRY_DELAY_S: Final = 0.5  # s, before a server that is busy is asked again
 _MAX_FEEDBACK_CHARS: Final = 4000  # characters of its own answer, and of what is wrong with it

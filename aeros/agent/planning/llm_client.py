@@ -27,7 +27,7 @@ _TRANSIENT_STATUS_CODES: Final = frozenset({408, 409, 425, 429, 500, 502, 503, 5
 _LOOPBACK_HOSTS: Final = frozenset({"localhost", "127.0.0.1", "::1"})
 
 Messages = Sequence[Mapping[str, str]]
-"""Who says what, in order: `role` and `content`."""
+"""Messages of a conversation, in order: `role` and `content`."""
 
 
 class LlmError(Exception):

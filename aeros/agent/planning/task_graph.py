@@ -29,7 +29,7 @@ MAX_STEPS: Final = 100
 """The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
 
 MAX_DEPTH: Final = 20
-"""How deep the parts of a plan, and the handlers of a step, may be nested."""
+"""Largest nesting depth of a plan's parts and of a step's handlers."""
 
 MAX_REMARK_CHARS: Final = 4000
 

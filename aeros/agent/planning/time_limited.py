@@ -26,7 +26,7 @@ from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
 
 MAX_MEMORY_BYTES: Final = 2 << 30
-"""What thinking may take beyond what the agent has when it begins, bytes."""
+"""Memory that a planner may use in addition to the agent's memory at its start, bytes."""
 
 MAX_ANSWER_BYTES: Final = 4 << 20
 """The longest answer, bytes."""

@@ -37,7 +37,7 @@ def to_exact(declared: Declared, value: Any) -> Value:
 
 
 ExactConverter = Callable[[Declared, Any], Value]
-"""What makes a value exact."""
+"""Function that converts a measured value to its exact form."""
 
 
 class CachingConverter:

@@ -45,7 +45,7 @@ _SHAPES: Final[dict[str, Shape]] = {
 
 
 _FINAL_STATE_TEXT: Final = {"to come": "not run", "under way": "not ended"}
-"""What it was to be, now that it is over."""
+"""Texts of unfinished states, for a run that is over."""
 
 
 def _wrapped(text: str) -> list[str]:

@@ -39,9 +39,9 @@ class PlottedQuantity:
     """One number over time, SI.
 
     Attributes:
-        is_requested: Whether it is a parameter of decided actions, not measured.  None in its points marks
+        is_requested: True if it is a parameter of decided actions, not measured.  None in its points marks
             the end of the action.
-        is_single: Whether it is a scalar variable, not a component of a vector or family.
+        is_single: True if it is a scalar variable, not a component of a vector or family.
     """
 
     name: str

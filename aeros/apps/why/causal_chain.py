@@ -37,7 +37,7 @@ class StepTrace:
     Attributes:
         start_index: Index in the log of the note about its start.
         end_index: Index in the log of the note about its end; None if the log ends before.
-        failed: Whether it failed or has no recorded end.
+        failed: True if it failed or has no recorded end.
     """
 
     number: int

@@ -136,7 +136,7 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
     Args:
         run: The run, read up to now.
         site: The site in force; None if its file is not available.
-        is_there: Whether the run's process exists.
+        is_there: True if the run's process exists.
 
     Returns:
         JSON values; times in plant seconds.

@@ -24,7 +24,7 @@ class AerosAgent:
 
     Args:
         retries: most retries of each step; None for those of the planning rules.
-        recovery: whether `on_failure` runs between two tries.
+        recovery: True if `on_failure` runs between two tries.
         replans: most plans after the first; None for the site's limit, 0 for a plan made once.
         planning_timeout: seconds for each plan, which is then made while plant time goes on; None to plan in
             place, without a limit.

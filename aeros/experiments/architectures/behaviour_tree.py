@@ -33,7 +33,7 @@ class BehaviourTree:
 
     Args:
         max_tries: most tries of each skill; BehaviorTree.CPP and py_trees count them as failures.
-        recovery: whether the `on_failure` skill runs before a further try.
+        recovery: True if the `on_failure` skill runs before a further try.
     """
 
     def __init__(self, max_tries: int = 3, *, recovery: bool = False) -> None:

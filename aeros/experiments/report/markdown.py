@@ -79,7 +79,7 @@ def mark(text: str, is_outside_interval: bool) -> str:
 
     Args:
         text: of the cell.
-        is_outside_interval: whether to mark it.
+        is_outside_interval: True to mark it.
 
     Returns:
         The text, with `OFF` after it where it is marked.

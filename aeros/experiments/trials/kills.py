@@ -66,7 +66,7 @@ class KillTrial:
     Attributes:
         seed: of the trial.
         kills: what was killed, in order.
-        reached: whether the goal was reached.
+        reached: True if the goal was reached.
         failure_reason: why it was not.
         recovered: times that an agent found that its last session had ended without a record.
         resumed: times that an agent went on with a plan, or made another, where its predecessor had stopped.

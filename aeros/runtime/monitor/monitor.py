@@ -54,7 +54,7 @@ class _MonitoredActions:
         self.rules = rules
         self.requested_values = requested_values
         self.values: Scalars | None = None
-        """What is asked, and the state that the first was decided on, as far as it is not measured since."""
+        """Scalars of the requests, and of the state at the first decision, where not measured since."""
 
 
 class RuntimeMonitor:

@@ -29,7 +29,7 @@ class RealType:
 
 @dataclass(frozen=True, slots=True)
 class IntegerType(RealType):
-    """Whole number. Variables are declared with it; expressions read it as a dimensionless real."""
+    """Type of whole numbers. Variables are declared with it; expressions read it as a dimensionless real."""
 
     dimension: Dimension = NUMBER
 

@@ -13,7 +13,7 @@ def as_text(result: VerifyResult, *, colour: bool = False) -> str:
 
     Args:
         result: Report and problems of certificates.
-        colour: Whether to use ANSI colours.
+        colour: True to use ANSI colours.
 
     Returns:
         Lines of text.

@@ -6,10 +6,10 @@ SPEED = 0.48
 """Peak speed of the base, m/s."""
 
 DETOUR_OFFSET = 0.3
-"""How far beside the station the other way passes, m."""
+"""Distance between the station and the detour, m."""
 
 SURVEY_WAIT_S = 0.4
-"""How long the survey has to answer, s: what is older than 0.2 s is not seen any more."""
+"""Time that the survey has to answer, s; measurements older than 0.2 s have expired by then."""
 
 
 def direct(observed: Observation, inputs: Inputs) -> SkillBody:
