@@ -65,7 +65,7 @@ class Row:
     Attributes:
         id: path of the row, as `4/flat/clean_table`.
         labels: the same for people.
-        condition: what is tried.
+        condition: settings of the trials of this row.
         variant: name of the variant.
         task: name of the task; empty where there is none.
         rate: rate of failure, as text; empty where there is none.
@@ -99,7 +99,7 @@ class Experiment:
         overhead: True if the time of a trial is shown for each variant, where the plant takes almost none.
         figure: kind of the experiment's figure; empty for none.
         plotted_metrics: metrics that are plotted along what is varied.
-        note: what a reader of the table has to know.
+        note: remark below the table.
     """
 
     number: int

@@ -31,10 +31,10 @@ def environment() -> dict[str, Any]:
 
 
 def package_versions() -> str:
-    """List the releases of Python and of the packages that decide findings besides code of AEROS.
+    """List the versions of Python and of the packages that can change the results of trials.
 
     Returns:
-        One line of text.
+        One line, as `python 3.11.9 numpy 2.0.1 ...`.
     """
     return f"python {platform.python_version()} " + " ".join(
         f"{one} {_release(one)}" for one in _RESULT_RELEVANT_PACKAGES

@@ -57,7 +57,7 @@ class TrialInputs:
     """Proved and compiled inputs of trials.
 
     Attributes:
-        paths: where they were read from.
+        paths: files and folders that they were read from.
         configuration: the proved modules under their site.
         gate: compiled from the configuration.
         skill_runs: opens skills in this process.
@@ -135,7 +135,7 @@ def digest_of_files(files: Mapping[str, Path]) -> str:
     """Digest names and contents of files.
 
     Args:
-        files: paths by the names that are digested with them.
+        files: path of each file, by the name that is digested with its content.
 
     Returns:
         SHA-256, hexadecimal.

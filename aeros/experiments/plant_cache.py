@@ -40,7 +40,7 @@ class PlantState(NamedTuple):
 
     Attributes:
         now: plant time, s.
-        readings: what is measured.
+        readings: value (SI) and plant time (s) of each state variable, by name.
         counts: see `trial_plants.OpenPlant`.
         draws: random draws so far, see `random_stream.RandomStream.observed_draws`.
     """
@@ -56,7 +56,7 @@ class RuntimeCall(NamedTuple):
 
     Attributes:
         request: name of the method, and its arguments.
-        answer: what it returned.
+        answer: its return value.
         state_after: state of the plant after it.
         took_s: processor time, s.
     """

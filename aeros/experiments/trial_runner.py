@@ -51,7 +51,7 @@ class Chunk(NamedTuple):
     """Trials of one scheduling group, for one worker.
 
     Attributes:
-        paths: where the worker loads its inputs from.
+        paths: files and folders that the worker loads its inputs from.
         inputs_digest: the digest that the worker's inputs must have.
         trials_by_seed: seeds, each with the conditions to try with it.
         spill_path: file for finished trials, see `trial_store.SpillFile`.
@@ -177,8 +177,8 @@ def run_trials(
     Only for the main thread, which receives Ctrl-C.
 
     Args:
-        conditions: what to try; equal ones are tried once.
-        seeds: what to try each condition with.
+        conditions: conditions to run trials of; equal ones are run once.
+        seeds: seeds of the trials of each condition.
         where: modules and site.
         executor: runs chunks in its workers.
         workers: their number.

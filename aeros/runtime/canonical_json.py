@@ -101,7 +101,7 @@ def decode_value(plain: Any) -> Any:
     """Rebuild a value from its parsed canonical JSON.
 
     Args:
-        plain: what `json.loads` returned for the canonical text.
+        plain: result of `json.loads` for the canonical text.
 
     Returns:
         The value, with tuples as lists and values that were not encoded as `UnencodableValue`.

@@ -188,7 +188,7 @@ class Trajectory:
 class NoMotion:
     """The plant's statement that an action moves neither joints nor base.
 
-    reason: why it moves nothing.
+    reason: text of the reason why nothing moves.
     """
 
     reason: str
@@ -368,7 +368,7 @@ class EndedStep(NamedTuple):
 class LogHead(NamedTuple):
     """End of the audit record.
 
-    records: how many records it has.
+    records: number of its records.
     hash: hash of the last record.
     """
 

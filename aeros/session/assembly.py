@@ -57,9 +57,9 @@ class SessionSetup:
         out: An existing folder for audit log, trace and samples.
         state: The agent's state folder; None for a temporary agent that keeps nothing after the session.
         warn: Called with a text if this host isolates skills less than the site wants.
-        stream: Where events are printed; None to print nothing.
+        stream: Stream that events are printed to; None to print nothing.
         on_event: Called with each event after it is written; None for no observer.
-        gate_mode: How conditions are decided.
+        gate_mode: Method of deciding conditions.
         signing: Signs the audit log; None for no signatures.
         bag: A new folder for a ROS 2 bag; None for none.
         mcap: A new MCAP file; None for none.

@@ -79,7 +79,7 @@ class Session:
         Ctrl-C stops the robot; KeyboardInterrupt is raised once the robot is at rest.
 
         Args:
-            instruction: What to do, in the words that a task of the modules declares.
+            instruction: The task, in the words that a task of the modules declares.
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Returns:
@@ -111,7 +111,7 @@ class Session:
         early stops the robot permanently; `report` has the outcome after the last event.
 
         Args:
-            instruction: What to do, in the words that a task of the modules declares.
+            instruction: The task, in the words that a task of the modules declares.
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Yields:
@@ -208,7 +208,7 @@ def open_session(
         site: The site file; None for the reference site, a Panda cell.
         seed: Seed of all random numbers, 0 or more.
         planner: Proposes plans; None for the planning rules of the manifests.
-        gate: How conditions are decided: `compiled`; `z3`, slow; or `shadow`, both.
+        gate: Method of deciding conditions: `compiled`; `z3`, slow; or `shadow`, both.
         out: A new folder for audit log, trace and samples; None for one that is deleted at the end.
         state: The agent's folder, where it keeps identity and memory and receives `aeros pause`, `resume` and
             `stop`; None for a temporary agent that keeps nothing after the session.

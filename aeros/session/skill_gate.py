@@ -128,7 +128,7 @@ def load_gate(
         modules: A module's folder or a folder of modules.
         skill: The requesting skill, as `MODULE.SKILL` or `SKILL`; None to name it in each `decide`.
         site: The site file; None for the reference site, a Panda cell.
-        mode: How conditions are decided: `compiled`; `z3`, slow; or `shadow`, both: a disagreement
+        mode: Method of deciding conditions: `compiled`; `z3`, slow; or `shadow`, both: a disagreement
             raises an exception.
 
     Returns:

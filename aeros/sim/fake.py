@@ -26,7 +26,7 @@ class FakePlant:
         time: the plant's clock, s; tests may change it at any time.
         planned: the plan that it returns for every action.
         decided: the plan that each action was begun with, in order.
-        completions: how the next actions end, in order; after the last, every action completes.
+        completions: ends of the next actions, in order; after the last, every action completes.
         during: values that the monitor sees, over `values`, at each tick of every `advance`.
         duration: plant seconds that an action takes.
         durations: the same for the next actions to begin, in order; after the last, `duration` holds.

@@ -70,7 +70,7 @@ class NoDisturbance:
         """Take the parts of the plant; called once, while its clock stands at 0.
 
         Args:
-            parts: what the disturbance may act on.
+            parts: parts of the plant that the disturbance may act on.
         """
 
     def before_tick(self) -> None:

@@ -29,7 +29,7 @@ def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str) -> str 
     Args:
         name_or_path: as a user gives it; a name goes before a path.
         shipped: the files that come with AEROS, by name.
-        kind: what the file is called, as in `people file`.
+        kind: kind of file for messages, as in `people file`.
 
     Returns:
         The path.

@@ -70,8 +70,8 @@ def record_not_started(
         journal: takes the entry.
         role: reason for the invocation.
         skill: as `MODULE.SKILL`.
-        reason: why not, in words.
-        causes: why not, as data.
+        reason: text of the reason why the step did not start.
+        causes: the same reason as data.
     """
     journal.record(
         "step-not-started",

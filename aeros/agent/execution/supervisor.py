@@ -29,7 +29,7 @@ class StepAssessment:
         failed: True if the step counts as failed.
         is_undeclared: the measured values exclude every declared outcome, so an assumption of the
             install-time proof is broken.
-        reason: why it failed; empty if it did not.
+        reason: reason of the failure; empty if it did not fail.
         causes: the same as data.
         is_unknown: no declared outcome was measured, and not all are excluded, because a sensor is silent.
     """

@@ -175,7 +175,7 @@ class Memory:
         Args:
             key: key of the fact.
             value: JSON value.
-            source: where it was learned.
+            source: source of the fact.
         """
         sql = "INSERT OR REPLACE INTO facts (key, value, source, learned) VALUES (?, ?, ?, ?)"
         self._run(sql, (key, _json(value), source, _utc_now()))

@@ -36,7 +36,7 @@ class Planner(Protocol):
 
 
 class RulePlanner:
-    """Planner by the rules of the task's manifest (the paper's Appendix A).
+    """Planner that follows the planning rules of the task in its module's manifest.
 
     The same world gives the same plan.
     """

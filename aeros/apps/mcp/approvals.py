@@ -129,7 +129,7 @@ class Approvals:
 
     @property
     def pending(self) -> list[str]:
-        """Ids of the pending requests."""
+        """List the ids of the pending requests."""
         self._remove_expired()
         return list(self._waiting)
 

@@ -65,9 +65,9 @@ class KillTrial:
 
     Attributes:
         seed: of the trial.
-        kills: what was killed, in order.
+        kills: killed processes, in order.
         reached: True if the goal was reached.
-        failure_reason: why it was not.
+        failure_reason: reason why the goal was not reached.
         recovered: times that an agent found that its last session had ended without a record.
         resumed: times that an agent went on with a plan, or made another, where its predecessor had stopped.
         kills_in_motion: times that the plant was moving when its agent let go.
@@ -292,7 +292,7 @@ def trial_of(
         modules: the installed modules, by id.
         duration_s: seconds from the agent's awakening within which kills fall.
         where: site and modules of the run.
-        victims: what may be killed.
+        victims: processes that may be killed.
         instruction: the task.
         longest: real seconds after the last kill by which the task must have ended.
 

@@ -47,7 +47,7 @@ class BusFeed:
         trouble: the first reason for a loss; None if nothing was lost.
 
     Args:
-        bus: where to publish.
+        bus: bus to publish on.
         site: declares the state variables.
         is_whole: make the run wait for room in the queue, so that nothing is dropped.
     """

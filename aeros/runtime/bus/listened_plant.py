@@ -28,7 +28,7 @@ class MeasurementListener(Protocol):
         Args:
             now: plant seconds.
             values: values (SI) or readings, by vocabulary name.
-            chain: what is known of the robot's body and base.
+            chain: kinematic chain of the robot, and the pose of its base.
         """
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
@@ -36,7 +36,7 @@ class MeasurementListener(Protocol):
 
         Args:
             readings: value (SI) and plant time (s) of each state variable, by name.
-            chain: what is known of the robot's body and base.
+            chain: kinematic chain of the robot, and the pose of its base.
         """
 
 

@@ -50,7 +50,7 @@ class MessagePublisher:
     """Publisher of records and measurements.
 
     Args:
-        bus: where to publish.
+        bus: bus to publish on.
         site: declares the state variables. Variables whose names are invalid in ROS 2 topics are left out.
         missed: called with the reason for each message that cannot be made or published.
     """
@@ -94,7 +94,7 @@ class MessagePublisher:
 
         Args:
             readings: value (SI) and plant time (s) of each state variable, by name.
-            chain: what is known of the robot's body and base.
+            chain: kinematic chain of the robot, and the pose of its base.
         """
         if not readings:
             return

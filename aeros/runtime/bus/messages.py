@@ -216,7 +216,7 @@ class ExecuteSkillGoal(Message, frozen=True):
 
 
 class ExecuteSkillFeedback(Message, frozen=True):
-    """Numbers of actions that the gate has decided so far, by verdict."""
+    """Numbers of actions that the gate has decided so far, by the kind of decision."""
 
     ros = "aeros_msgs/action/ExecuteSkill_Feedback"
     allowed: Uint32 = 0
@@ -225,7 +225,14 @@ class ExecuteSkillFeedback(Message, frozen=True):
 
 
 class ExecuteSkillResult(Message, frozen=True):
-    """Ending of the step, with the values of `StepStatus`; `outputs` is a JSON object, SI."""
+    """End of a skill's step.
+
+    Attributes:
+        status: a value of `StepStatus`.
+        reason: text of the reason; empty if the skill finished.
+        outputs: the skill's outputs, a JSON object in SI.
+        allowed, attenuated, denied: numbers of the skill's decided actions.
+    """
 
     ros = "aeros_msgs/action/ExecuteSkill_Result"
     status: str = ""

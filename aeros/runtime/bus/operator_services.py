@@ -30,7 +30,7 @@ def serve_operator_commands(bus: Bus, folder: Path) -> Iterator[None]:
     not be the executor's.
 
     Args:
-        bus: where to offer them.
+        bus: bus to offer them on.
         folder: registry's folder of the executor.
     """
     with ExitStack() as offered:

@@ -54,7 +54,7 @@ def check_result_outputs(skill: Skill, ending: SkillRunResult) -> SkillRunResult
 
     Args:
         skill: declares the outputs.
-        ending: how the run ended, with or without outputs.
+        ending: end of the run, with or without outputs.
 
     Returns:
         `ending` with converted outputs, or unchanged if the skill returned None; an ending with status RAISED

@@ -116,11 +116,11 @@ class ActiveStep:
         deadline: plant seconds at which its timeout passes; set when it begins.
         is_running: it holds its resources, so its skill may act.
         request_count: number of actions that the skill was asked for.
-        observation_filter: what its skill may sense, under the site in force at its last observation.
+        observation_filter: selects the values that its skill may sense, by the site at its last observation.
         requested_action: action that it asked for and that is not decided yet.
         active_motion: its motion on the plant.
         is_transient: its latest denial may turn into an allowance later.
-        result: how it ends, once that is known; its motion may still have to come to rest.
+        result: its ending; None until that is known.  Its motion may still have to come to rest.
         decision_counts: number of decisions on it so far, by kind.
     """
 
@@ -260,7 +260,7 @@ def ending_stopped(completion: MotionCompletion) -> SkillRunResult:
     """Return the ending of a step whose motion broke off.
 
     Args:
-        completion: how the plant says that the motion ended.
+        completion: end of the motion, as the plant reports it.
 
     Returns:
         The ending, with status STOPPED and the plant's reason.

@@ -53,7 +53,7 @@ class JointRules:
         """List the reasons why an action may not begin while others are under way.
 
         Args:
-            action: the new action, with the readings and the time of now.
+            action: the new action, with the present readings (SI) and plant time (s).
             active_actions: the actions under way.
 
         Yields:

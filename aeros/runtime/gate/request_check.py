@@ -24,10 +24,10 @@ def request_fault(caller: Any, readings: Any, action: Any, usage: Any) -> Reason
     """Check the structure of a request, before any of its values are read.
 
     Args:
-        caller: what should be a `Caller`.
-        readings: what should be a dict of readings by name.
-        action: what should be an `Action`.
-        usage: what should be a dict of counts by quota id.
+        caller: any object; well-formed if it is a `Caller`.
+        readings: any object; well-formed if it is a dict of readings by name.
+        action: any object; well-formed if it is an `Action`.
+        usage: any object; well-formed if it is a dict of counts by quota id.
 
     Returns:
         The first fault, or None if the request is well-formed.
@@ -119,7 +119,7 @@ def unpack_reading(
 
     Args:
         checker: the declared state variable.
-        reading: what should be a `Reading`.
+        reading: any object; well-formed if it is a `Reading`.
         now: time of the decision, s.
         required: True if the reading must be fresh.
         values: receives its scalars; of a faulty reading perhaps some, never all.

@@ -1,4 +1,4 @@
-"""seccomp: from here on this process can compute, use open descriptors, sleep, and end.
+"""seccomp filter, after which this process can only compute, use open descriptors, sleep, and end.
 
 An allowlist: every other system call, known today or added to the kernel later, fails with EPERM. Memory can
 never be made executable. A call of a foreign architecture kills the process.

@@ -1,4 +1,4 @@
-"""Runtime monitor: the rules of Φ that allowed an action are evaluated again at every control tick.
+"""Runtime monitor: checks the rules of Φ that allowed an action at every control tick, 240 times a second.
 
 The parameters are those of the decision; the state is what is measured now. A state variable that the plant
 does not measure at a tick keeps the value that the action was decided on. A variable that was measured at one

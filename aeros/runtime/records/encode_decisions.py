@@ -65,7 +65,7 @@ class IncrementalDecisionEncoder:
         """Encode a planned motion and the decision on it, as `motion_details` does.
 
         Args:
-            plan: what the plant planned for the action.
+            plan: motion that the plant planned for the action.
             body: digest of the body of a trajectory; see `motion_to_json`.
             gated: the gate's decision, before the check of the motion.
             decision: the final decision; the same object if the motion changed nothing.

@@ -95,7 +95,7 @@ class LogReplay:
 
     Attributes:
         find_configuration: finds configurations by digest; asked once for each.
-        mode: how the gate evaluates terms.
+        mode: method by which the gate evaluates terms.
         matching_count: number of decisions that came out the same.
         verdict_only_count: number of those of which only the verdict could be compared.
         mismatches: decisions and sessions that came out differently.

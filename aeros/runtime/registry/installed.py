@@ -162,7 +162,7 @@ def refusal(code: str, headline: str, *cures: str) -> UserError:
 
     Args:
         code: the diagnostic's code.
-        headline: what is wrong.
+        headline: the error in one sentence.
         *cures: what helps, one line each.
 
     Returns:

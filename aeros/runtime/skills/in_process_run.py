@@ -23,8 +23,8 @@ class SkillRunResult(NamedTuple):
     """Ending of a skill's run.
 
     Attributes:
-        status: how it ended.
-        reason: why, in words; empty if it finished.
+        status: kind of its end.
+        reason: text of the reason; empty if it finished.
         outputs: values that it returned, if it finished and returned any.
         causes: the reason as data, if there is more to it than words.
     """
@@ -42,8 +42,8 @@ class SkillRunProtocol(Protocol):
         """Run the skill up to its next action or its end.
 
         Args:
-            observation: what the skill senses now, SI, by name.
-            seconds: what is left of its timeout, plant seconds.
+            observation: values that the skill senses now, SI, by name.
+            seconds: remaining time until its timeout, plant seconds.
 
         Returns:
             A copy of the requested action, or the ending.

@@ -32,7 +32,7 @@ class Panda(Robot):
 
     Args:
         world: the world to add it to.
-        options: how it is built.
+        options: carriage, base position, initial posture and friction.
 
     Attributes:
         body: its number in PyBullet.

@@ -197,7 +197,7 @@ def require_unchanged(
         subject: the plant under test.
         before: values by vocabulary name.
         after: values by vocabulary name, later.
-        meanwhile: what happened in between, for the message.
+        meanwhile: event in between, for the message.
 
     Raises:
         ConformanceError: a value changed, appeared or disappeared.

@@ -89,8 +89,8 @@ class Fault:
 
     Attributes:
         name: unique in its file.
-        opportunity: when it may happen.
-        process: how often an opportunity is taken.
+        opportunity: moments at which it may happen.
+        process: random process that takes or leaves each opportunity.
         kind: the effect.
         max_count: greatest number of occurrences in one run; None for no limit.
     """

@@ -32,7 +32,7 @@ class ConnectionLostError(ConnectionError):
 
 
 class MessageChannel:
-    """One end of the connection.
+    """One end of the connection between an agent and a hosted plant: sends and receives messages.
 
     Args:
         connection: a connected socket; the channel owns it.

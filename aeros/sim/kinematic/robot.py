@@ -22,12 +22,13 @@ _MAX_GAP_STEP: Final = 2.0 * FINGER_SPEED * TICK
 
 
 class KinematicRobot(Robot):
-    """A robot that reaches its set points in the next tick; its fingers stop at what is between them.
+    """Robot that reaches its set points in the next tick; its fingers stop at an object between them.
 
-    Torques are those that hold the load at the tool, Jᵀ·f; weight and inertia are not modelled.
+    Joint torques (N·m) are Jᵀ·f, with the Jacobian J (m) and the force f (N) of the load at the tool. The
+    robot's own weight and inertia are not modelled.
 
     Args:
-        options: how it is built.
+        options: carriage, base position, initial posture and friction.
         objects: the objects that it can grip.
     """
 

@@ -121,7 +121,7 @@ def sample_bench_layout(random: RandomSource) -> BenchLayout:
         random: random source; channels `tray`, `wrapper` and `stand`.
 
     Returns:
-        The layout, in W.
+        The layout, positions in the world frame W, m.
     """
     draw = [float(part) for part in random.generator("tray").uniform(-1.0, 1.0, 3)]
     x, y = TRAY[0] + POSITION_SPREAD * draw[0], TRAY[1] + POSITION_SPREAD * draw[1]

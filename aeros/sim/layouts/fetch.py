@@ -89,7 +89,7 @@ class RoomLayout(NamedTuple):
         station: of the arm's base for picking.
         can: its middle.
         decoy: its middle.
-        delivery: where the can's middle is to stand.
+        delivery: goal position of the can's middle, in W, m.
         stands: middles of the stand to pick from and of the stand to deliver to.
     """
 
@@ -218,7 +218,7 @@ def camera_measurements(camera: str, found: DetectedObject | None, delivery: Vec
     Args:
         camera: `mast` or `hand`.
         found: the can; None if it is not in the picture.
-        delivery: where the can's middle belongs, in W, m.
+        delivery: goal position of the can's middle, in W, m.
 
     Returns:
         Values by vocabulary name, SI, positions in W; None for what is no longer known.

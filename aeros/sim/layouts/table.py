@@ -143,7 +143,7 @@ def table_measurements(rest: Vector3, wiped: float) -> dict[str, Any]:
     """Return surveyed positions, and the progress of wiping that contact measures.
 
     Args:
-        rest: where the sponge belongs, in W, m.
+        rest: goal position of the sponge, in W, m.
         wiped: share of wiped cells, in [0, 1].
 
     Returns:
@@ -166,7 +166,7 @@ def table_detections(
     does not show counts as not on the table.
 
     Args:
-        rest: where the sponge belongs, in W, m.
+        rest: goal position of the sponge, in W, m.
         sponge: the detected sponge, if any.
         pieces: the detected pieces of clutter.
 

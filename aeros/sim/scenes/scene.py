@@ -35,7 +35,7 @@ class Scene(Protocol):
     """Surroundings of one task.
 
     Attributes:
-        robot: how to build the robot.
+        robot: options to build the robot with.
         view: camera for videos.
         pushable_objects: names of the objects that can be pushed.
         cameras: names of the cameras that `detect` knows.

@@ -481,7 +481,7 @@ class Diagnostics:
             label: text shown next to that place.
             secondary: further places.
             notes: explanations.
-            help: what to do.
+            help: remedies.
 
         Raises:
             MisuseError: the code is not registered.

@@ -48,10 +48,10 @@ class ExpressionTypeError(Exception):
     Attributes:
         code: id of the diagnostic.
         message: the problem, in one sentence.
-        extent: where it is.
+        extent: characters of the expression that the error is about.
         label: text shown at `extent`.
         related: a second place with its label, as the other side of a comparison; None if there is none.
-        cure: what to do; None if that is not known.
+        cure: remedy; None if none is known.
     """
 
     def __init__(

@@ -43,7 +43,7 @@ class Version:
     """One version of a format.
 
     Attributes:
-        change: what the version changed, for docs/formats.md.
+        change: changes of this version, for docs/formats.md.
         step: function that rewrites a file of the previous version; None for the first version, and for
             databases.
     """
@@ -57,7 +57,7 @@ class Format:
     """One file format.
 
     Attributes:
-        title: what a file of it is, for people.
+        title: kind of file, for people.
         files: patterns of file names, `ecm.yaml`; empty if any name will do.
         kind: place of the version.
         versions: all of them, the first one first.

@@ -26,7 +26,7 @@ class Rewritten:
     """A text in the current version of its format.
 
     version: the version that it had.
-    changes: what the versions since then changed, the oldest first.
+    changes: changes of the versions since then, the oldest first.
     """
 
     format: Format

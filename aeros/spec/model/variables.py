@@ -27,12 +27,15 @@ class Declared:
     """Declared variable: its term, its unit for people, and its bounds.
 
     Attributes:
+        variable: the variable as a term.
+        span: place of the declaration.
+        unit: unit in which people read and write its values; terms are in SI.
         range: closed range (SI) of the value, of each component of a vector or of each member of a family;
             present for reals and vectors.
         max_age: seconds after which a measured value is unknown; None for parameters and inputs.
         sensor: sensor that measures it; None for parameters and inputs.
         default_value: default of an input, in SI; None if a step must give it.
-        range_span: where the bounds are written.
+        range_span: place of the declared bounds.
         known_facts: conditions that hold of it in every state, in addition to its range.
     """
 

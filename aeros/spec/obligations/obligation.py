@@ -91,7 +91,7 @@ class Obligation:
     Attributes:
         id: identity, stable and unique in its module; its text is like `safety/wrap/move_tool/workspace`.
         code: code of the diagnostic.
-        mode: how the formula settles the claim.
+        mode: ALWAYS if the formula has to hold in the whole space, SOMETIMES if somewhere in it.
         space: variables and assumptions.
         conclusion: the formula.
         headline: headline of the diagnostic.

@@ -104,7 +104,7 @@ class GroundSkill:
 
     @property
     def label(self) -> str:
-        """Text as a step of a plan, with the inputs."""
+        """Text of a plan step: `MODULE.SKILL input=value ...`."""
         return " ".join([self.name, *(f"{key}={_format_value(value)}" for key, value in self.inputs.items())])
 
 

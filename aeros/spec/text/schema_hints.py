@@ -36,7 +36,15 @@ _LOCATION_FIELDS: Final = ("span", "key_span")
 
 @dataclass(frozen=True, slots=True)
 class SchemaField:
-    """Declared field, under the name it has in YAML."""
+    """Field of a declared dataclass; `fields_of` gives it by its name in YAML.
+
+    Attributes:
+        attribute: name in the dataclass.
+        hint: type annotation, with its `Annotated` marks.
+        is_required: True if a file must have it.
+        doc: explanation for editors; may be empty.
+        example: example for editors; may be empty.
+    """
 
     attribute: str
     hint: Any

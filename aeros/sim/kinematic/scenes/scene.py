@@ -14,7 +14,7 @@ class KinematicScene(Protocol):
     """Surroundings of one task.
 
     Attributes:
-        robot: how to build the robot.
+        robot: options to build the robot with.
         cameras: names of the cameras that `detect` knows.
         initial_cameras: those that have taken a picture when the clock starts.
     """
