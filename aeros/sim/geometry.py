@@ -17,7 +17,7 @@ UPRIGHT: Final[Quaternion] = (0.0, 0.0, 0.0, 1.0)
 
 
 class Pose(NamedTuple):
-    """Position of a body in W, m, and its orientation."""
+    """Position of a body in W, m, and its orientation, a quaternion (x, y, z, w)."""
 
     position: Vector3
     orientation: Quaternion

@@ -20,7 +20,20 @@ class StepRole(Enum):
 
 @dataclass(frozen=True, slots=True)
 class StepRecord:
-    """One skill invocation; times in plant seconds; `outcome` is None if no declared outcome was measured."""
+    """One skill invocation of a run.
+
+    Attributes:
+        role: first try of a step, further try, or recovery between two tries.
+        module: id of the module.
+        skill: id of the skill in its module.
+        inputs: values of its inputs by name, SI.
+        status: kind of its end.
+        outcome: id of the measured outcome; None if no declared outcome was measured.
+        failed: True if the agent counts it as a failure.
+        reason: text of the reason; empty if it did not fail.
+        started, ended: plant time, s.
+        allowed, attenuated, denied: numbers of the gate's decisions on its actions.
+    """
 
     role: StepRole
     module: str

@@ -85,9 +85,12 @@ class EpisodeEnd:
 
 @dataclass(frozen=True, slots=True)
 class DurationStats:
-    """Median and quartiles of the durations of a skill's latest successes, in plant seconds.
+    """Statistics of the durations of a skill's latest successes.
 
-    `successes` is their number.
+    Attributes:
+        median: plant seconds.
+        low, high: lower and upper quartile, plant seconds.
+        successes: number of the successes.
     """
 
     median: float

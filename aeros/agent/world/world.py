@@ -29,7 +29,13 @@ NO_INPUTS: Environment = {}
 
 @dataclass(frozen=True, slots=True)
 class MeasurementStamp:
-    """Time of a measurement (plant time, s), its sensor, and its maximum age (s)."""
+    """Origin of a measured value.
+
+    Attributes:
+        time: plant time of the measurement, s.
+        source: the sensor; None if the site names none.
+        max_age: seconds after which the value is unknown; None for never.
+    """
 
     time: float
     source: str | None

@@ -45,9 +45,17 @@ class RecordedDecision:
     """One decision of the gate.
 
     Attributes:
+        sequence: Number of its record in the audit log.
+        time: Plant time, s.
+        decision: Kind of decision, as recorded.
+        skill: The requesting skill, as `MODULE.SKILL`.
+        kind: Action kind.
+        requested: Parameters of the requested action, SI.
+        decided: Parameters of the action that may be executed, SI; empty if it is denied.
         reasons: Code, rule and text of each reason.
         site: Digest of the site in force; None if the log does not name it.
         state: Measured values, as recorded.
+        usage: Number of executed actions in the window of each quota.
     """
 
     sequence: int
@@ -65,9 +73,16 @@ class RecordedDecision:
 
 @dataclass(slots=True)
 class SkillExecution:
-    """One run of a skill: plant times (s), its end, and the agent's judgement.
+    """One run of a skill, and the agent's judgement of it.
 
     Attributes:
+        skill: The skill, as `MODULE.SKILL`.
+        start_time, end_time: Plant time, s; `end_time` is None if no end is recorded.
+        status: Kind of its end; `under way` if no end is recorded.
+        reason: Text of the reason of its end; may be empty.
+        role: `step`, `retry` or `recovery`.
+        outcome: Id of the measured outcome; None if there is none.
+        failed: The agent's judgement; None if none is recorded.
         previous: The run that ended last before this one began; None for none.
     """
 
@@ -92,6 +107,9 @@ class RunData:
     """Data of a run.
 
     Attributes:
+        chain: Result of checking the audit log.
+        decisions: The gate's decisions, in order.
+        runs: Runs of skills, in order of their start.
         sessions: Details of each configuration in the log: digest, site and modules.
         notes: The agent's events in the audit log.
         events: The agent's events in the trace.

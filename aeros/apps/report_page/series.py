@@ -39,6 +39,10 @@ class PlottedQuantity:
     """One number over time, SI.
 
     Attributes:
+        name: Name of the variable or parameter, with its component.
+        unit: Its unit.
+        upper, lower: Bounds on it by the rules of the actions under way.
+        points: Plant time (s) and value.
         is_requested: True if it is a parameter of decided actions, not measured.  None in its points marks
             the end of the action.
         is_single: True if it is a scalar variable, not a component of a vector or family.

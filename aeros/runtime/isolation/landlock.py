@@ -1,4 +1,4 @@
-"""Landlock: from here on this process opens no file, uses no TCP, and signals no process outside.
+"""Landlock rules, after which this process opens no file, uses no TCP, and signals no process outside.
 
 A ruleset that handles every right its kernel knows and grants none. Open files stay open. Landlock does not
 cover UDP and other sockets, forks, `stat` and similar calls, for which there is `seccomp`.

@@ -403,9 +403,13 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One complete problem: what is wrong, where, and what to do.
+    """One complete problem: the error, its place and its remedy.
 
     Attributes:
+        code: code, as `AE014`.
+        primary: label of the main place; None if the problem has no place in a file.
+        secondary: labels of related places.
+        severity: only an ERROR refuses.
         headline: lower case, one sentence, the user's names in backticks.
         notes: one paragraph each; a line break inside is kept.
         help: likewise, each with something to do.

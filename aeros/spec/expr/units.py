@@ -50,7 +50,7 @@ def _power(base: str, exponent: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """Unit as written: `1 unit = factor` in SI units of `dimension`."""
+    """Unit, `text` as written: 1 unit is `factor` in SI units of `dimension`."""
 
     text: str
     factor: Fraction

@@ -33,6 +33,9 @@ class Step:
     """One invocation of a skill, in a body or as a handler.
 
     Attributes:
+        id: name of the step in its composition.
+        skill: the skill.
+        span: place in the manifest.
         inputs: constants in SI, with defaults.
         output_references: the output that each other input takes, by name of the input.
         retry: number of further tries after a failure.
@@ -61,6 +64,9 @@ class Composition:
     """Named graph of steps with its precondition.
 
     Attributes:
+        id: name of the composition in its module.
+        body: the graph.
+        span: place in the manifest.
         precondition: condition on the state that must be measured before it starts.
         precondition_span: None if there is no precondition.
         handlers: handlers by name; a skill named under `on_failure` is a handler of that name.

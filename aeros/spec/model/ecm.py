@@ -20,7 +20,15 @@ from aeros.spec.model.variables import Declared
 
 @dataclass(frozen=True)
 class Outcome:
-    """One way a skill may end: the measured effects, and if it counts as a failure."""
+    """One way a skill may end.
+
+    Attributes:
+        id: name of the outcome in its skill.
+        effects: value (SI) that each affected state variable has afterwards.
+        failure: True if the outcome counts as a failure.
+        probability: declared probability, in [0, 1]; None if none is declared.
+        duration: declared duration, s; None if none is declared.
+    """
 
     id: str
     effects: Mapping[str, Any]
@@ -45,15 +53,24 @@ class ActionCondition:
 
 @dataclass(frozen=True)
 class Skill:
-    """Skill with its envelope by action kind.
+    """Skill with its envelope by action kind.  The fields `*_span` are places in the manifest.
 
     Attributes:
+        id: name of the skill in its module.
+        module_name: Python module of its function, relative to the module's folder.
+        function: name of the generator function.
+        inputs: declared inputs by name.
         precondition: condition that must be measured before it starts, including the predicates of
             `hold_condition`.
+        outcomes: declared outcomes by id.
         envelope: condition on the actions that it may ask for, by action kind.
+        actuators: actuators that it moves.
+        resources: resources of the site that it occupies while it runs.
+        risk: greatest risk of its actions.
         timeout: seconds after which it is halted.
         runtime_checked: invariants that the envelope does not imply and the gate decides, and where each is
             listed.
+        outputs: declared outputs by name.
         idempotent: by its author's word, running it twice does no more than running it once.
         hold_condition: condition that must be measured as long as it runs.
     """
@@ -85,7 +102,17 @@ class Skill:
 
 @dataclass(frozen=True)
 class PlanningRule:
-    """`unless CONDITION do SKILL`, with its retry budget and the skill run between two tries."""
+    """Planning rule `unless CONDITION do SKILL`.
+
+    Attributes:
+        satisfied_condition: condition on the state that makes the skill unnecessary.
+        text: the condition as written.
+        skill: id of the skill.
+        inputs: values of its inputs, SI.
+        retry: number of further tries after a failure.
+        on_failure: skill that runs between two tries; None for none.
+        span: place in the manifest.
+    """
 
     satisfied_condition: t.Term
     text: str
@@ -111,6 +138,16 @@ class Task:
     """Task: the words that route to it, its goal, and its planning rules in order.
 
     Attributes:
+        id: name of the task in its module.
+        trigger_phrases: phrases of an instruction that select it.
+        goal: condition on the state.
+        goal_text: the goal as written.
+        goal_conjuncts: the conditions that the goal is the conjunction of.
+        rules: planning rules, in order.
+        scene: scene that a simulator builds for it; None if it needs none.
+        invariants: conditions that must hold from its start to its end.
+        span: place in the manifest.
+        word_spans: places of the trigger phrases.
         initial: typical value (SI) of each state variable at the start; a simulator without physics starts
             from it.
     """
@@ -130,9 +167,18 @@ class Task:
 
 @dataclass(frozen=True)
 class Ecm:
-    """Embodied Capability Module.
+    """Embodied Capability Module.  The fields `*span*` are places in the manifest.
 
     Attributes:
+        id: name of the module.
+        version: its version.
+        folder: its folder.
+        capabilities: skills that provide each capability, by its name.
+        skills: skills by id.
+        tasks: tasks by id.
+        compositions: compositions by id.
+        requested_access: actuators, sensors, channels and computing devices that it asks for.
+        permitted_actions: condition on all its actions, by action kind.
         manifest_digest: SHA-256 of the manifest, in hexadecimal.
         code_digest: SHA-256 of its code files.
         model_digests: SHA-256 of each file that a model or tool names, by its path in the module.

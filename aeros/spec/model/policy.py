@@ -37,7 +37,14 @@ class Access:
 
 @dataclass(frozen=True)
 class OperatorOverride:
-    """Operator override, which blocks actions. A field that is None matches everything."""
+    """Operator override, which blocks actions.
+
+    Attributes:
+        id: name of the override.
+        reason: the operator's reason, as denials quote it.
+        module, skill, action: module, skill and action kind that it blocks; None blocks all of them.
+        span: place in the site file; None if an operator added it at run time.
+    """
 
     id: str
     reason: str
@@ -68,7 +75,10 @@ class OperatorOverride:
 
 @dataclass(frozen=True)
 class Quota:
-    """At most `max_count` actions of `kinds` within any `window_s` seconds."""
+    """Quota: at most `max_count` actions of `kinds` within any `window_s` seconds.
+
+    Its `id` is its name; `span` is its place in the site file.
+    """
 
     id: str
     kinds: frozenset[str]
@@ -79,7 +89,14 @@ class Quota:
 
 @dataclass(frozen=True)
 class ModuleLimits:
-    """Limits on timeouts (s), retries of a step, re-plans of a task, and planning time (s)."""
+    """Limits of the site on modules and on the agent.
+
+    Attributes:
+        skill_timeout: greatest timeout of a skill, s.
+        retries: greatest number of retries of a step.
+        replans: greatest number of re-plans of a task.
+        planning: greatest time to make one plan, s.
+    """
 
     skill_timeout: Fraction
     retries: int

@@ -21,7 +21,16 @@ class Risk(IntEnum):
 
 @dataclass(frozen=True)
 class ActionKind:
-    """Kind of action: the actuators it moves, the least risk it carries, and its parameters."""
+    """Kind of action that the site declares.
+
+    Attributes:
+        name: its name.
+        actuators: actuators that it moves.
+        risk: least risk that it carries.
+        protective: True if it is for protection.
+        parameters: declared parameters by name.
+        span: place in the site file.
+    """
 
     name: str
     actuators: frozenset[str]
@@ -44,6 +53,12 @@ class Rule:
     """Invariant of Φ, as a term for each action kind it governs.
 
     Attributes:
+        id: name of the rule in the site.
+        text: the condition as written.
+        rationale: reason for the rule.
+        source: standard or measurement that it comes from; may be empty.
+        terms: by action kind, the condition on state and action.
+        span, require_span: places of the rule and of its condition in the site file.
         attenuations: by action kind, the term that each reducible parameter is set to when only this rule
             denies.
         conjuncts: by action kind, the conditions that its term is the conjunction of.
@@ -82,6 +97,8 @@ class JointRule:
     """Invariant about two simultaneous actions. A parameter `p` of the role `a` is the variable `a.p`.
 
     Attributes:
+        id, text, rationale, source, span, require_span: as of a `Rule`.
+        term: the condition on the state and both actions.
         roles: the two roles, in order, and the action kind of each.
         conjuncts: the conditions that the term is the conjunction of.
     """

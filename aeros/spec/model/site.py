@@ -31,9 +31,26 @@ from aeros.spec.model.variables import Declared, History
 
 @dataclass(frozen=True)
 class Site:
-    """Site: vocabulary, Φ, Π. `digest` is the SHA-256 of its file, in hexadecimal.
+    """Site: its vocabulary, its invariants Φ and its policy Π.
 
     Attributes:
+        id: name of the site.
+        digest: SHA-256 of its file, in hexadecimal.
+        enums, constants, volumes, state, kinds: the vocabulary, by name.
+        rules, joint_rules: the invariants of Φ about one action and about two simultaneous actions.
+        histories: conditions on past states that the rules use.
+        access: actuators, sensors, channels and computing devices that exist.
+        grants: access that each module gets, by module.
+        risk_ceiling: greatest risk that is allowed.
+        limits: limits on modules and on the agent.
+        blocks: operator overrides.
+        quotas: limits on numbers of actions.
+        resources: capacity of each resource.
+        motion: checks of planned motions; None if the site declares none.
+        durability: point in time by which audit records must be on the storage medium.
+        isolation: isolation of skill code.
+        mcp: permissions of clients of `aeros mcp`.
+        span, grant_spans: places of the site and of its grants in the file.
         policy_spans: where access, the risk ceiling, limits and capacities are written, by their place in the
             file, as in `policy/limits/retries` and `resources/arm`.
         stops_on_undeclared_outcome: a task ends if a skill runs to its end with an outcome that it does not
