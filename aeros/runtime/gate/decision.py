@@ -55,6 +55,11 @@ class Decision(NamedTuple):
     For ATTENUATE the action is the reduced one, which the gate decided again and allowed; the reasons are the
     objections to the requested action.
 
+    Attributes:
+        kind: ALLOW, ATTENUATE or DENY, also as text in `kind.value`.
+        action: the action that may be executed; None on DENY.
+        reasons: objections, none on ALLOW; each has a `code`, the violated `rule` and a `text`.
+
     Example:
         >>> gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")
         >>> decision = gate.decide(aeros.act("look", camera="overhead"), {"estop_pressed": True})

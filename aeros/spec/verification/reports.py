@@ -112,13 +112,17 @@ class Report:
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:
-        """The site, the modules, and then their configuration where there is one."""
+        """The site, the modules, and then their configuration where there is one.
+
+        Each has a `name`, `path`, `conclusion` and `diagnostics`. A diagnostic has a `code`, a `headline`,
+        `notes`, `help` and, if it has a place, `primary.span` with `source.path`, `line`, `column`.
+        """
         together = () if self.configuration is None else (self.configuration,)
         return (self.site, *self.modules, *together)
 
     @property
     def conclusion(self) -> Conclusion:
-        """REJECTED if anything is, else UNDECIDED if anything is, else PROVED."""
+        """REJECTED if anything is, else UNDECIDED if anything is, else PROVED.  `value` is its text."""
         conclusions = {subject.conclusion for subject in self.subjects}
         for worst in (Conclusion.REJECTED, Conclusion.UNDECIDED):
             if worst in conclusions:
