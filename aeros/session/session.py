@@ -83,7 +83,7 @@ class Session:
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Returns:
-            The result: `reached`; `reason`, None if it was reached; `measured` values of the goal's variables;
+            The result: `reached`; `reason`, None if it was reached; `measured`, the goal's variables;
             `steps`, the skills that ran; `allowed`, `attenuated` and `denied`, numbers of decided actions.
 
         Raises:

@@ -2,7 +2,7 @@
 
 Until an action has begun, decisions are the only updates of the histories, so the records determine them
 exactly. After that control ticks update them too, and ticks are not recorded. A gap, two updates at which
-nothing is known, stands for them; a history that is known in spite of the gap is right whatever the ticks saw.
+nothing is known, stands for them; a history that is known in spite of the gap is right whatever ticks saw.
 """
 
 from __future__ import annotations
