@@ -140,7 +140,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def _is_at(found: Path, places: Iterable[str]) -> bool:
-    """Whether a path is, or is in, one of the places below `tests/`."""
+    """Check that a path is, or is in, one of the places below `tests/`."""
     if not found.is_relative_to(_HERE):
         return False
     path = found.relative_to(_HERE)

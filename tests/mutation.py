@@ -54,7 +54,7 @@ CASES = {
     **dict.fromkeys(("box", "enclosure", "formula", "interval", "narrowing", "search"), "test_boxes"),
     "store": "test_oracle",
 }
-"""Which tests are about a file that they are not named after: they are tried first."""
+"""Tests about a file that they are not named after; they are tried first."""
 
 
 class MutationRun:
@@ -110,7 +110,7 @@ class MutationRun:
         return chosen
 
     def _measure_all(self) -> None:
-        """Which tests reach which functions, and how long they take: each in a fork, as on a mutant."""
+        """Measure the functions that each test reaches, and its time: each in a fork, as on a mutant."""
         kept = json.loads(REACHED.read_text()) if REACHED.exists() else {"reached": {}, "duration": {}}
         self.reached: dict[str, list[str]] = defaultdict(list, kept["reached"])
         self.duration: dict[str, float] = kept["duration"]
@@ -154,7 +154,7 @@ class MutationRun:
         return [report for report in reports if report.failed]
 
     def _forked(self, work: Callable[[], str], limit: float) -> tuple[str, str]:
-        """How a fork that does `work` ended, and what it said.
+        """Run `work` in a fork; return its end and its output.
 
         limit: in seconds of its processor, as the others on a busy machine are no fault of a mutant's.
         """

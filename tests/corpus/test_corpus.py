@@ -82,7 +82,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run of `aeros verify` came to."""
+    """Result of a run of `aeros verify`."""
 
     exit_code: int
     text: str
@@ -417,7 +417,7 @@ def _break(patch: pytest.MonkeyPatch, builder: str, change: Change, silenced: st
 
 
 def _noticed(group: str) -> bool:
-    """Whether some case of `group` is not judged as its header says."""
+    """Check that some case of `group` is not judged as its header says."""
     for case in (case_at(path) for path in CASES if group in path.parts):
         _, path, _, site, _ = case.arguments
         report = verify([Path(path)], Path(site))

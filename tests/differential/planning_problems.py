@@ -27,7 +27,7 @@ _EFFECTS: list[dict[str, Any]] = [
 ]
 
 Values = frozenset[tuple[str, Any]]
-"""What is known of a state; what it does not name is unknown."""
+"""Known values of a state; a variable that it does not name is unknown."""
 
 
 @dataclass(frozen=True)

@@ -263,7 +263,7 @@ class Proposing:
 
 @st.composite
 def _graphs(draw: st.DrawFn, problem: Problem) -> TaskGraph:
-    """What the planner without rules would do, or that with parts in between or in place; or any steps."""
+    """Generate plans of the planner without rules, variations of them with other parts, or any steps."""
     names = [*problem.ecm.skills]
     strategy = StrongCyclicStrategy(domain_of(problem))
     start = strategy.domain.state(problem.start)

@@ -23,7 +23,7 @@ from aeros.spec.verification.verify import verify
 ROOT = Path(__file__).parents[2]
 CORPUS = ROOT / "tests" / "corpus"
 BEYOND = {"safety/tidy/reach/short-reach (accepted/distance_within_a_cube/ecm.yaml)"}
-"""What cvc5 does not decide: that a point within a cube is no farther away than the cube's corner."""
+"""Question that cvc5 does not decide: a point within a cube is no farther away than the cube's corner."""
 
 
 def _queries_of(cases: Sequence[Path], folder: Path) -> list[SolverQuery]:

@@ -1,4 +1,4 @@
-"""Whole numbers and histories, corrupted: never ALLOW, always a reason, never an exception.
+"""Corrupted whole numbers and histories: never ALLOW, always a reason, never an exception.
 
 A history is a reading like any other, under the text of its condition as a name.
 `AEROS_FUZZ=1000000 pytest tests/property/test_gate_corruption_of_counts.py` corrupts a million.

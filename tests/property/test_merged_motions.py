@@ -38,7 +38,7 @@ class Pair(NamedTuple):
         return found
 
     def shares(self, time: float) -> tuple[float, float]:
-        """Which share of its way each has made so long after now."""
+        """Compute the share of its path that each motion has covered after that time."""
         arm, drive = (time, time + self.since) if self.is_arm_new else (time + self.since, time)
         return tuple(  # type: ignore[return-value]
             share(min(1.0, max(0.0, passed) / one.duration))

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 UPDATE = os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
-"""Whether what is generated is to be written again."""
+"""True if generated files are to be written again."""
 
 PYTHON = sorted(
     path.relative_to(ROOT)

@@ -13,7 +13,7 @@ from aeros.files import replace_durably, sync_folder, try_lock, write_durably
 
 @pytest.fixture
 def flushed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What is flushed and renamed from here on, in order: `file` or `folder`, each with its name."""
+    """Record flushes and renames from here on, in order: `file` or `folder`, each with its name."""
     seen: list[str] = []
     real_flush, real_rename = os.fsync, Path.replace
 

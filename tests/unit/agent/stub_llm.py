@@ -16,7 +16,7 @@ Reply = Callable[[BaseHTTPRequestHandler], None]
 
 @dataclass
 class Stub:
-    """What it replies, in order (then the last again), and what it was asked."""
+    """Stub of a model: its replies, in order (then the last again), and the requests."""
 
     replies: list[Reply]
     url: str = ""

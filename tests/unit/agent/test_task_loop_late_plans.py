@@ -99,7 +99,7 @@ def test_once_the_operator_has_stopped_everything_nobody_is_waited_for(tmp_path:
 
 
 class Changing(FakeRuntime):
-    """What is measured changes as time goes on."""
+    """Runtime whose measured values change over time."""
 
     def wait(self, until: float = inf) -> EndedStep | None:
         ended = super().wait(until)

@@ -1,4 +1,4 @@
-"""What a newer AEROS left in a state folder is refused by name, and never taken for something else."""
+"""Files of a newer AEROS in a state folder are refused by name, and never misread."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def measured(values: Mapping[str, Any], time: Any = NOW) -> dict[str, Reading]:
 
 @dataclass(frozen=True)
 class Request:
-    """What `decide` takes; every field may be anything."""
+    """Arguments of `decide`; every field may be anything."""
 
     caller: Any
     readings: Any

@@ -70,7 +70,7 @@ def share(u: float) -> float:
 
 
 def places(motion: Trajectory, s: float) -> list[Vec3]:
-    """Where the centres of the body's balls are, in W."""
+    """Compute the centres of the body's balls, in W."""
     posture = ForwardKinematics(motion.body, at(motion.joint_paths[0], s))
     base = [b + s * w for b, w in zip(motion.base, motion.base_path, strict=True)]
     found = []
@@ -81,7 +81,7 @@ def places(motion: Trajectory, s: float) -> list[Vec3]:
 
 
 def tool(motion: Trajectory, s: float) -> Vec3:
-    """Where the tool is, in W."""
+    """Compute the tool's position, in W."""
     x, y, z = (
         ForwardKinematics(motion.body, at(motion.joint_paths[0], s))
         .frames[-1]

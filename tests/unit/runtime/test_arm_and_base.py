@@ -45,7 +45,7 @@ def configuration() -> Configuration:
 def run(
     configuration: Configuration, plant: Plant, log: Path, bodies: Mapping[str, list[Action]]
 ) -> dict[str, StepResult]:
-    """What becomes of the skills, all started at once; the record of it replays."""
+    """Run the skills, all started at once, and check that the record replays."""
 
     def open_run(site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
         return InProcessRun(asking(*bodies[skill.id]), inputs)

@@ -1,4 +1,4 @@
-"""What each of two steps may do alone is decided of both together, and replayed so."""
+"""Actions of two steps are decided together, each allowed alone, and replayed so."""
 
 from __future__ import annotations
 

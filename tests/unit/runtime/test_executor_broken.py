@@ -1,4 +1,4 @@
-"""What is wrong with AEROS, its plant or its record: nothing moves, and everything is cleaned up."""
+"""Faults of AEROS, its plant or its record: nothing moves, and everything is cleaned up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a task is really done: by bodies and joints in the simulator, which nothing that acts is told."""
+"""Ground truth of a task: bodies and joints in the simulator, which no acting code sees."""
 
 from __future__ import annotations
 

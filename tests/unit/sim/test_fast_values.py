@@ -1,4 +1,4 @@
-"""What the monitor is told of speed and force is what somebody finds who works it out otherwise."""
+"""Speeds and forces given to the monitor equal an independent computation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What simulators with ticks share: plans, motions under way, the monitor, and coming to rest."""
+"""Base class of simulators with ticks: plans, motions under way, monitor, and coming to rest."""
 
 from __future__ import annotations
 

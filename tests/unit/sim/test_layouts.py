@@ -1,4 +1,4 @@
-"""What is concluded of pictures and touch, without a simulator."""
+"""Conclusions from pictures and touch, without a simulator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the physics plant says of its motions: it does just that, and the reference site finds it in order."""
+"""The physics plant executes its planned motions exactly, and the reference site accepts them."""
 
 from __future__ import annotations
 

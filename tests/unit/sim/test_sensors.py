@@ -1,4 +1,4 @@
-"""What is measured of what is true: bit for bit, or with noise, late, or not at all."""
+"""Measurements of true values: bit for bit, or with noise, late, or not at all."""
 
 from __future__ import annotations
 

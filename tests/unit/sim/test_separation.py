@@ -95,7 +95,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
 
 
 def stops(records: list[dict[str, Any]]) -> list[str]:
-    """Why steps were stopped by the monitor."""
+    """List the reasons for which the monitor stopped steps."""
     ended = (record["details"] for record in records if record["event"] == "step-ended")
     return [one["reason"] for one in ended if one["reason"].startswith("monitor:")]
 

@@ -50,7 +50,7 @@ Judge = Callable[..., SubjectReport]
 
 @pytest.fixture
 def judge(tmp_path: Path) -> Judge:
-    """What is found of a module, given a kind of action and its envelope."""
+    """Verify a module with a kind of action and its envelope; return the findings."""
 
     def judged(
         kind: str,

@@ -98,7 +98,7 @@ def test_who_is_late_is_gone_with_all_that_it_started(thinks: Callable[[Path], N
 
 
 def is_gone(pid: int) -> bool:
-    """Whether there is no such process any more, or none that runs, within 5 s."""
+    """Check that the process has ended, or does not run any more, within 5 s."""
     for _ in range(250):
         try:
             state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]

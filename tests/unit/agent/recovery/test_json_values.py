@@ -1,4 +1,4 @@
-"""What is written of a plan reads back as the same plan, to the last fraction; anything else is refused."""
+"""A written plan reads back as the same plan, to the last fraction; anything else is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client of ill will may give is refused, with the reason, before anything looks at it."""
+"""Hostile arguments of a client are refused, with the reason, before any use."""
 
 from __future__ import annotations
 

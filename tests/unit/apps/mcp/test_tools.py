@@ -1,4 +1,4 @@
-"""What a client may see and have done: plans are judged, the operator approves, the gate decides."""
+"""Tools for clients: plans are judged, the operator approves, the gate decides."""
 
 from __future__ import annotations
 

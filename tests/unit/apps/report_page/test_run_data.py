@@ -1,4 +1,4 @@
-"""What a run left is read as far as it is of the form that our writers give it."""
+"""Files of a run are read as far as they have the form that AEROS writes."""
 
 from __future__ import annotations
 

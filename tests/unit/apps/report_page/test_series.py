@@ -1,4 +1,4 @@
-"""What was measured is put beside the bounds of the action that was under way then."""
+"""Measured values are shown with the bounds of the action under way at that time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was asked of a run is kept in the state folder and comes back, but for this command's own options."""
+"""A run's options are kept in the state folder and come back, except those of this command."""
 
 from __future__ import annotations
 

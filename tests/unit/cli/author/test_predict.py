@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[4]
 CORPUS = ROOT / "tests" / "corpus"
 CLEAN, DUMPLINGS = str(ROOT / "ecms" / "clean_table"), str(ROOT / "ecms" / "make_dumplings")
 SURE = ("--set", "organize.left_over=0", "--set", "verify.verified=1")
-"""What follows wiping never fails."""
+"""Skills after wiping never fail."""
 
 
 def predictions(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:

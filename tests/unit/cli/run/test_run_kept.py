@@ -1,4 +1,4 @@
-"""What is kept of a run to be seen later: a film, an MCAP file; and a window while it goes on."""
+"""Recordings of a run: a film and an MCAP file; and a window while it runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run writes and prints: one line for each event, and a summary whose numbers are the report's."""
+"""Output of a run: one line for each event, and a summary with the report's numbers."""
 
 from __future__ import annotations
 

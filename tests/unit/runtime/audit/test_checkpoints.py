@@ -60,7 +60,7 @@ def write(log: Path, key: SigningKey, anchor: Path | None = None, count: int = 3
 
 
 def rehashed(records: list[dict[str, Any]]) -> bytes:
-    """What somebody without the key makes of these records: a chain that is sound."""
+    """Rewrite these records as somebody without the key can: to a sound chain."""
     lines, previous = [], GENESIS
     for sequence, record in enumerate(records):
         body = {**record, "sequence": sequence, "previous": previous}

@@ -1,4 +1,4 @@
-"""What is measured becomes messages; what is not measured becomes nothing."""
+"""Measured values become messages; unmeasured values become nothing."""
 
 from __future__ import annotations
 

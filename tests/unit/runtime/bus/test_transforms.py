@@ -31,7 +31,7 @@ def turned(by: Quaternion, p: Vec3) -> Vec3:
 
 
 def placed(one: TransformStamped, p: Vec3) -> Vec3:
-    """Where in the parent's frame the point is that is at `p` in the child's."""
+    """Convert a point from the child's frame to the parent's."""
     x, y, z = turned(one.transform.rotation, p)
     by = one.transform.translation
     return (x + by.x, y + by.y, z + by.z)

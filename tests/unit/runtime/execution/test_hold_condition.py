@@ -1,4 +1,4 @@
-"""What a skill must hold to is watched as long as it runs; what breaks it, or hides it, halts the skill."""
+"""A skill's hold condition is checked as long as it runs; a violated or unknown one halts the skill."""
 
 from __future__ import annotations
 

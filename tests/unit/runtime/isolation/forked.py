@@ -11,7 +11,7 @@ from typing import Any
 
 
 def in_child(work: Callable[[int], Any]) -> Any:
-    """What `work` returns in a child of this process, as JSON has it.
+    """Run `work` in a child of this process and return its result as JSON values.
 
     It gets a descriptor that stays open, through which the result comes back.
     """

@@ -1,4 +1,4 @@
-"""What hostile code makes use of: the question it is to answer, its channel, and others' memory."""
+"""Means of hostile code: the question it is to answer, its channel, and the memory of others."""
 
 from __future__ import annotations
 

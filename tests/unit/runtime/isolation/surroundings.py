@@ -1,4 +1,4 @@
-"""What there is to harm around a worker, and how one sees whether it was."""
+"""Targets of attacks around a worker, and checks that they are unharmed."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import sys
 from aeros.runtime.isolation.limits import CPU, FILES, MEMORY
 
 NOTHING = ("RLIMIT_CORE", "RLIMIT_FSIZE", "RLIMIT_MEMLOCK", "RLIMIT_MSGQUEUE", "RLIMIT_NPROC")
-"""What a worker gets none of."""
+"""Resources whose limit is 0 for a worker."""
 
 LIMITED = """
 import json, resource

@@ -1,4 +1,4 @@
-"""Where a module's code runs is the site's decision, and a weaker host is never passed over in silence."""
+"""The site decides the isolation of a module's code, and a weaker host is always reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told of a decision as text is what would be encoded of its details."""
+"""The text of a decision equals the encoding of its details."""
 
 from __future__ import annotations
 

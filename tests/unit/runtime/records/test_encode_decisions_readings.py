@@ -1,4 +1,4 @@
-"""What is encoded anew only as far as it changed is what would be encoded of it whole."""
+"""Incremental encoding of readings equals encoding them whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plant says of a motion comes back from a record as it was, or the record says that it does not."""
+"""A motion read back from a record equals the plant's, or the record says that it does not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a registry's folder holds is read whole, and files that were edited there are noticed."""
+"""A registry's folder is read whole, and edited files are noticed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever was in force once can be made again, by its digest, or it is said what is missing."""
+"""A past configuration can be made again by its digest, or the error names the missing part."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ KILLS = int(os.environ.get("AEROS_KILLS", "25"))
 
 
 def _killed(change: Callable[[], object], after: float) -> bool:
-    """Whether a process that makes `change` was killed before it was done."""
+    """Check that a process that makes `change` was killed before it was done."""
     child = os.fork()
     if child == 0:
         os.close(1)

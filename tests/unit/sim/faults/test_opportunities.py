@@ -1,4 +1,4 @@
-"""Which opportunities are taken: as often as declared, and whatever else is declared."""
+"""Opportunities are taken as often as declared, independent of other declarations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pictures of the table and the bench say, beside what is true, which only a test may ask for."""
+"""Detections in pictures of the table and the bench, compared with the truth, which only tests may read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an action takes and changes on the symbolic plant, and which parameters are refused."""
+"""Duration and effects of actions on the symbolic plant, and refused parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a site says of clients of `aeros mcp`; where it says nothing, the operator approves."""
+"""A site's rules for clients of `aeros mcp`; without any, the operator approves."""
 
 from __future__ import annotations
 

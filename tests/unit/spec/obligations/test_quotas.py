@@ -83,7 +83,7 @@ def test_a_quota_is_idle_iff_no_module_could_ever_pass_the_gate_with_what_it_cou
 
 
 def _ever_passes(site: Site) -> bool:
-    """Whether the most that a module may declare passes the gate's layers that are no formulas."""
+    """Check that the largest declaration of a module passes the gate's finite layers."""
     found = load_ecm(BENCH.parent / "tidy", load_site(BENCH, Diagnostics()) or site, Diagnostics())
     assert found is not None
     for name in ("tidy", "anybody"):

@@ -1,4 +1,4 @@
-"""Why a goal cannot be reached, from the goal backwards."""
+"""Explanations of unreachable goals, from the goal backwards."""
 
 from __future__ import annotations
 

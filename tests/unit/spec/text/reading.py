@@ -27,7 +27,7 @@ def value_of(text: str) -> ScalarNode:
 
 
 def check_offsets(node: Node) -> None:
-    """Wherever an offset is given, the character is written there, escaped or folded."""
+    """Check that each offset points at its character, escaped or folded."""
     if isinstance(node, SequenceNode):
         for item in node.items:
             check_offsets(item)

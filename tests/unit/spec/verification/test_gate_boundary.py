@@ -30,7 +30,7 @@ def site_of(report: SubjectReport) -> Site:
 
 
 def means_the_rule(finding: ObligationResult, text: str, site: Site) -> bool:
-    """Whether `text` and the rule agree on every action of the envelope in every state."""
+    """Check that `text` and the rule agree on every action of the envelope in every state."""
     space, rule = finding.obligation.space, finding.obligation.conclusion
     meant = check(parse(text), scope_over(site, space.variables), BOOL)
     differ = t.Or((t.And((meant, t.Not(rule))), t.And((rule, t.Not(meant)))))

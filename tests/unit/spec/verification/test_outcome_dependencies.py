@@ -1,4 +1,4 @@
-"""Which proofs rest on declared outcomes: those about paths, of tasks and compositions that run the skill."""
+"""Proofs about paths of tasks and compositions that run a skill rest on its declared outcomes."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def test_the_line_that_is_offered_is_proved_when_it_is_written(
 
 
 def is_least(judge: Judge, kind: str, line: str, bound: str, step: str, *, upper: bool = True) -> bool:
-    """Whether the line is proved, and with `bound` moved by a step towards laxness is not."""
+    """Check that the line is proved, and no longer with `bound` one step laxer."""
     laxer = Decimal(bound) + (Decimal(step) if upper else -Decimal(step))
     assert line.count(bound) == 1
     return (

@@ -68,7 +68,7 @@ def core(*terms: t.Term) -> tuple[str, ...]:
 
 
 def is_core(found: UnsatCore) -> bool:
-    """Whether the parts clash, and clash no more without any one of them."""
+    """Check that the parts contradict each other, and no longer without any one of them."""
 
     def clash(members: tuple[LabelledConjunct, ...], ranges: tuple[Declared, ...]) -> bool:
         names = {one.name for one in ranges}

@@ -1,4 +1,4 @@
-"""What bounds say of a term is the least interval that its values lie in."""
+"""The bounds of a term are the least interval of its values."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ OPEN = tuple(itertools.product((False, True), repeat=4))
 
 
 def _critical(ends: tuple[int, int]) -> set[int]:
-    """Where a term that has a variable once, or its square, is least or greatest."""
+    """List the points at which a term with a single variable, or its square, is least or greatest."""
     return {*ends, 0} if ends[0] < 0 < ends[1] else set(ends)
 
 

@@ -1,4 +1,4 @@
-"""What a comparison with something bounded, but not linear, leaves of a variable."""
+"""Narrowing of a variable by a comparison with a bounded, non-linear term."""
 
 from __future__ import annotations
 
