@@ -34,7 +34,7 @@ class MeasurementStamp:
     Attributes:
         time: plant time of the measurement, s.
         source: the sensor; None if the site names none.
-        max_age: seconds after which the value is unknown; None for never.
+        max_age: seconds after which the value is unknown; None if the site declares no age.
     """
 
     time: float

@@ -66,7 +66,7 @@ class Skill:
         envelope: condition on the actions that it may ask for, by action kind.
         actuators: actuators that it moves.
         resources: resources of the site that it occupies while it runs.
-        risk: greatest risk of its actions.
+        risk: declared risk: low, medium or high.
         timeout: seconds after which it is halted.
         runtime_checked: invariants that the envelope does not imply and the gate decides, and where each is
             listed.

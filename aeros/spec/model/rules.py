@@ -27,7 +27,7 @@ class ActionKind:
         name: its name.
         actuators: actuators that it moves.
         risk: least risk that it carries.
-        protective: True if it is for protection.
+        protective: True for the protective stop, which every state must allow.
         parameters: declared parameters by name.
         span: place in the site file.
     """
