@@ -123,19 +123,20 @@ def _motion(number: int) -> ActiveMotion:
 
 def test_a_step_is_due_while_it_runs_without_a_motion(step: ActiveStep) -> None:
     assert step.name == "handling.lift"
-    assert not step.is_due
+    is_due = [step.is_due]
     step.is_running = True
-    assert step.is_due
+    is_due.append(step.is_due)
     step.active_motion = _motion(1)
-    assert not step.is_due
+    is_due.append(step.is_due)
+    assert is_due == [False, True, False]
 
 
 def test_a_step_is_finished_by_its_own_skill_alone(step: ActiveStep) -> None:
-    assert not step.is_finished
-    step.result = SkillRunResult(StepStatus.STOPPED, "")
-    assert not step.is_finished
-    step.result = SkillRunResult(StepStatus.FINISHED, "")
-    assert step.is_finished
+    is_finished = [step.is_finished]
+    for status in (StepStatus.STOPPED, StepStatus.FINISHED):
+        step.result = SkillRunResult(status, "")
+        is_finished.append(step.is_finished)
+    assert is_finished == [False, False, True]
 
 
 @pytest.mark.parametrize("has_result", [True, False])

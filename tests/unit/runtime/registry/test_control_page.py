@@ -114,11 +114,12 @@ def test_a_stop_waits_for_actions_of_this_and_of_the_previous_generation(
         with page.hold_generation(2 - parity):
             with pytest.raises(MotionTimeoutError):
                 request_command(tmp_path, OperatorCommand.STOP)
-            assert page.command is OperatorCommand.STOP
+            commands = [page.command]
             request_command(tmp_path, OperatorCommand.RUN)
-            assert page.command is OperatorCommand.RUN
+            commands.append(page.command)
         request_command(tmp_path, OperatorCommand.PAUSE)
-        assert page.command is OperatorCommand.PAUSE
+        commands.append(page.command)
+    assert commands == [OperatorCommand.STOP, OperatorCommand.RUN, OperatorCommand.PAUSE]
 
 
 def test_a_page_is_closed_once_and_leaves_no_file_open(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 
 import pytest
@@ -29,7 +30,16 @@ def test_a_stop_ended_an_earlier_run_and_a_pause_holds_for_any(
             assert commands.command is found
             page.request_command(STOP)
             assert commands.command is STOP
+
+
+def test_commands_are_closed_once_and_leave_no_file_open(registry: Registry) -> None:
+    before = len(os.listdir("/proc/self/fd"))
+    commands = OperatorCommands(registry.folder, resumed=False)
     commands.close()
+    commands.close()
+    with OperatorCommands(registry.folder, resumed=False):
+        assert len(os.listdir("/proc/self/fd")) > before
+    assert len(os.listdir("/proc/self/fd")) == before
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def test_an_interrupted_first_change_left_nothing(tmp_path: Path) -> None:
 def test_what_is_stored_comes_back_in_the_order_of_names(tmp_path: Path) -> None:
     store = RegistryStore(tmp_path)
     turned = RegistrySnapshot(
-        7, FULL.site, dict(reversed(FULL.modules.items())), dict(reversed(FULL.blocks.items()))
+        7, FULL.site, dict(reversed(list(FULL.modules.items()))), dict(reversed(list(FULL.blocks.items())))
     )
     store.replace(turned)
     found = store.read()

@@ -37,7 +37,8 @@ def _settle(world: PhysicsWorld, ticks: int = 120) -> None:
 def test_a_clock_counts_ticks_of_which_a_second_has_240(world: PhysicsWorld) -> None:
     assert (world.ticks, world.time) == (0, 0.0)
     _settle(world, 240)
-    assert (world.ticks, world.time) == (240, pytest.approx(1.0))
+    assert world.ticks == 240
+    assert world.time == pytest.approx(1.0)
 
 
 def test_a_body_falls_as_gravity_pulls_it(world: PhysicsWorld) -> None:

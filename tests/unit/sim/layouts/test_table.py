@@ -75,11 +75,18 @@ def test_a_tilted_face_wipes_where_it_is_low(sign: float) -> None:
     # About y by +0.1 rad, the end at greater x is lower; about x, the end at less y.
     along_x.wipe(Pose((0.1, 0.1, 0.012), (0.0, np.sin(half), 0.0, np.cos(half))), (0.1, 0.1, 0.02))
     along_y.wipe(Pose((0.1, 0.1, 0.012), (np.sin(half), 0.0, 0.0, np.cos(half))), (0.1, 0.1, 0.02))
-    columns, rows = along_x.wiped.any(axis=0), along_y.wiped.any(axis=1)
-    assert columns[:10].any() == (sign < 0)
-    assert columns[11:].any() == (sign > 0)
-    assert rows[:9].any() == (sign > 0)
-    assert rows[11:].any() == (sign < 0)
+    assert along_x.wiped[:, :10].any() == (sign < 0)
+    assert along_x.wiped[:, 11:].any() == (sign > 0)
+    assert along_y.wiped[:9].any() == (sign > 0)
+    assert along_y.wiped[11:].any() == (sign < 0)
+
+
+def test_a_face_is_where_its_pose_is_far_from_the_origin_too() -> None:
+    dirt = DirtMap((2.0, 3.0), (2.2, 3.1))
+    dirt.wipe(Pose((2.1, 3.05, 0.5), yaw_orientation(0.0)), (0.04, 0.02, 1.0))
+    expected = np.zeros((10, 20), dtype=bool)
+    expected[4:6, 8:12] = True
+    assert (dirt.wiped == expected).all()
 
 
 @given(st.integers(0, 10_000))

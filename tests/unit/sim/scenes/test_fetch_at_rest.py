@@ -88,7 +88,8 @@ def test_a_detection_is_forgotten_once_both_fingers_alone_touch_the_can(
     fingers: int,
     forgets: bool,
 ) -> None:
-    robot, can = plant._robot, scene.body("can")
+    robot: Any = plant._robot
+    can = scene.body("can")
     assert len(robot.fingers) == 2
 
     def touch(body: int, link: int) -> Contact:

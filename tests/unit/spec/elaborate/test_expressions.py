@@ -153,7 +153,7 @@ def test_a_unit_is_read_and_absent_is_a_bare_number() -> None:
     assert millimetres is not None
     assert none is not None
     assert (millimetres.factor, millimetres.dimension) == (Fraction(1, 1000), LENGTH)
-    assert (none.factor, none.dimension) == (1, NUMBER)
+    assert (none.factor, none.dimension) == (Fraction(1), NUMBER)
     assert not list(sink)
     found = _refused(lambda one: elaborate_unit(_text("furlong"), one))
     assert (found.code, found.headline, _underlined(found)) == ("AE207", "`furlong` is not a unit", "furlong")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,13 +12,13 @@ from aeros.spec.model.step_graph import If, Par, Part, Seq, children_of, map_gra
 from tests.unit.agent.dumplings import SPAN
 
 
-def _if(then: Part[str], otherwise: Part[str] | None) -> If[str]:
+def _if(then: Part[str], otherwise: Part[str] | None) -> Part[str]:
     return If(t.TRUE, "near", then, otherwise, SPAN)
 
 
-PAR: Par[str] = Par(("b", "c"), SPAN)
-CHOICE = _if(PAR, Seq(()))
-GRAPH: Seq[str] = Seq(("a", CHOICE, "d"))
+PAR: Part[str] = Par(("b", "c"), SPAN)
+CHOICE: Part[str] = _if(PAR, Seq(()))
+GRAPH: Part[str] = Seq(("a", CHOICE, "d"))
 
 GRAPHS: st.SearchStrategy[Part[str]] = st.recursive(
     st.sampled_from("abcdef"),
@@ -60,7 +62,8 @@ def test_replaced_steps_keep_the_shape() -> None:
         seen.append(step)
         return len(seen)
 
-    choice = If(t.TRUE, "near", Par((2, 3), SPAN), Seq(()), SPAN)
+    branches: Any = Par((2, 3), SPAN)
+    choice: Any = If(t.TRUE, "near", branches, Seq(()), SPAN)
     assert map_graph_steps(GRAPH, number) == Seq((1, choice, 4))
     assert seen == ["a", "b", "c", "d"]
     assert map_graph_steps(_if("a", None), str.upper) == _if("A", None)

@@ -85,7 +85,8 @@ def test_a_handle_at_its_stop_takes_a_force_that_it_keeps_until_it_is_let_go() -
     # At the stop it is 75 mm over the hinge; 1 mm below are 10 N at 10 kN/m.
     down = Pose((HINGE[0] + 0.01, 0.0, HINGE[2] + 0.074), STRAIGHT)
     assert handle.move_with_gripper(down, -9.0) == pytest.approx(10.0)
-    assert (handle.angle, handle.press_force) == (pi / 2, pytest.approx(10.0))
+    assert handle.angle == pi / 2
+    assert handle.press_force == pytest.approx(10.0)
     before = Pose((HINGE[0] - 0.01, 0.0, HINGE[2] + 0.05), STRAIGHT)
     assert handle.move_with_gripper(before, -9.0) == 0.0
     handle.move_with_gripper(down, -9.0)
@@ -207,9 +208,9 @@ def test_a_pressed_dumpling_is_sealed_and_wrapped() -> None:
     # The lever from the handle to the plate is 75 mm to 22 mm: 0.3 N there are 1.02 N here.
     _turn(scene, closed, 0.2)
     assert scene.measure(NOBODY, 0.0)["press_force"] == pytest.approx(0.2 * 75 / 22)
-    assert not scene._sealed
+    sealed = [scene._sealed]
     _turn(scene, closed, 0.3)
-    assert scene._sealed
+    assert [*sealed, scene._sealed] == [False, True]
     seen = _look(scene)
     assert (seen["filling_position"], seen["filling_on_workspace"]) == (None, True)
     assert scene.detect("side", NOBODY, 0.0, 0.0) == {"dumpling_wrapped": True}
