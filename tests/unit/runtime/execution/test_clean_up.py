@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import pytest
 
+from aeros.runtime.audit.log import AuditError
 from aeros.runtime.ports import EndedStep, StepRequest, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import MisuseError
-from tests.unit.runtime.one_step import DENIAL, MakeBench
+from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
 from tests.unit.runtime.together import Asking, MakeCart, asking, move, roll
 
 
@@ -63,6 +67,7 @@ def test_a_protective_stop_that_a_skill_asks_for_ends_what_the_others_move(cart:
     for step in (reach, drive):
         assert results[step].status is StepStatus.STOPPED
         assert "which asked for a protective stop" in results[step].reason
+    assert one.plant.call_count("halt") == 0
     one.assert_nothing_is_held()
 
 
@@ -128,3 +133,21 @@ def test_steps_that_are_left_behind_are_cleaned_up(cart: MakeCart) -> None:
     assert len(ends) == 2
     assert one.plant.call_count("stop") == 1
     one.assert_nothing_is_held()
+
+
+def test_without_a_record_nothing_moves(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    append = bench.audit.append
+
+    def broken(event: str, details: Mapping[str, Any]) -> int:
+        if event == "step-began":
+            return append(event, details)
+        raise AuditError("disk full")
+
+    monkeypatch.setattr(bench.audit, "append", broken)
+    with pytest.raises(AuditError, match="disk full") as caught:
+        bench.submit()
+    assert caught.value.__notes__ == ["the end of the step is not in the record: disk full"]
+    assert (bench.plant.executed, ends) == ([], ["closed"])
+    bench.assert_cleaned_up(finished=False)

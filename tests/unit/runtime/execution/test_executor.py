@@ -2,11 +2,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from math import inf
 from typing import Any, cast
 
 import pytest
 
-from aeros.runtime.audit.log import verify_log
+from aeros.runtime.audit.log import DecisionCounts, verify_log
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.ports import EndedStep, MotionCompletion, Runtime, StepRequest, StepResult, StepStatus
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
@@ -15,7 +18,7 @@ from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.site import Site
 from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
-from tests.unit.runtime.together import MakeCart, asking, move, roll
+from tests.unit.runtime.together import MakeCart, Operator, asking, configuration, move, roll
 
 
 def test_a_skill_runs_to_its_end(make_bench: MakeBench) -> None:
@@ -181,3 +184,85 @@ def test_one_step_can_be_waited_for_while_another_goes_on(cart: MakeCart) -> Non
     drive = one.start("drive")
     assert one.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.FINISHED
     assert one.executor.wait() == EndedStep(drive, StepResult(StepStatus.FINISHED, "", allowed=2))
+
+
+def test_under_another_configuration_nothing_begins_before_what_moves_has_ended(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move(), move()), drive=asking(roll(), roll()))
+    one.plant.durations = [1.0, 3.0]
+    one.start("reach")
+    one.start("drive")
+    assert one.executor.wait(0.5) is None
+    operator.generation = 1
+    operator.in_force = Configuration(configuration().site, configuration().modules, {}, "d" * 64)
+    one.ends(2)
+    seen = [record["configuration"][0] for record in one.records("decision")]
+    times = [record["time"] for record in one.records("decision")]
+    assert list(zip(seen, times, strict=True))[:4] == [("c", 0.0), ("c", 0.0), ("d", 3.0), ("d", 3.0)]
+
+
+def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move()), drive=asking(roll()))
+    one.start("reach")
+    one.start("drive")
+    assert one.executor.wait(0.05) is None
+    operator.command = OperatorCommand.STOP
+    assert one.executor.is_stopped
+    ended = one.ends(2).values()
+    assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "stopped by the operator")}
+    one.assert_nothing_is_held()
+
+
+def test_a_refused_request_is_recorded_with_what_was_asked(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    assert bench.submit(StepRequest("absent", "lift", {"height": 0.05})).status is StepStatus.REFUSED
+    (refused,) = bench.records("step-refused")
+    assert refused["details"]["reason"] == "no module `absent` is active"
+    assert refused["details"]["module"] == "absent"
+    assert bench.plant.calls == []
+
+
+def test_a_caller_may_let_time_advance_bit_by_bit(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    reach = one.start("reach")
+    # The skill asks for its motion, the motion goes on to 0.05 s and to its end at 0.1 s, the skill ends.
+    found = [one.executor.advance_once(until) for until in (inf, 0.05, inf, inf)]
+    assert found == [None, None, None, EndedStep(reach, StepResult(StepStatus.FINISHED, "", allowed=1))]
+    assert one.plant.time == 0.1
+
+
+def test_an_ended_step_is_fetched_before_time_advances(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    reach = one.start("reach")
+    one.executor.cancel(reach, "not wanted")
+    assert one.executor.advance_once(inf) == EndedStep(reach, StepResult(StepStatus.CANCELLED, "not wanted"))
+    assert one.plant.calls == []
+
+
+def test_decisions_are_counted_while_a_step_is_active(cart: MakeCart) -> None:
+    one = cart(reach=asking(move(), move()))
+    reach = one.start("reach")
+    assert one.executor.decision_counts(reach) == DecisionCounts()
+    assert one.executor.wait(0.15) is None
+    assert one.executor.decision_counts(reach) == DecisionCounts(allowed=2)
+    one.ends(1)
+    assert one.executor.decision_counts(reach) is None
+
+
+def test_a_closed_executor_leaves_no_step_and_is_closed_once(cart: MakeCart) -> None:
+    ends: list[str] = []
+    one = cart(reach=asking(move(), ends=ends, name="reach"))
+    with one.executor:
+        one.start("reach")
+        assert one.executor.wait(0.05) is None
+    one.executor.close()
+    assert ends == ["reach"]
+    assert one.plant.call_count("stop") == 1
+    (broken,) = one.records("step-broken")
+    assert "the executor was closed before the step ended" in broken["reason"]
+
+
+def test_a_certificate_is_that_of_the_module_in_force(cart: MakeCart) -> None:
+    assert cart().executor.certificate("cart") is None
+    assert cart().executor.certificate("absent") is None

@@ -11,12 +11,13 @@ import pytest
 
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.execution import scheduler as module
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.ports import EndedStep, StepRequest, StepResult, StepStatus
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
-from tests.unit.runtime.together import MakeCart, asking, move, roll
+from tests.unit.runtime.together import MakeCart, Operator, asking, move, roll
 
 FINISHED = StepStatus.FINISHED
 
@@ -239,3 +240,30 @@ def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> No
     assert details["verdict"] == "DENY"
     assert details["asked"]["parameters"]["speed"] == {"float": "nan"}
     assert details["asked"]["parameters"]["huge"] == {"unencodable": "too large"}
+
+
+def test_what_the_operator_revokes_is_halted_and_the_other_goes_on(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move()), drive=asking(roll(), roll()))
+    reach, drive = one.start("reach"), one.start("drive")
+    assert one.executor.wait(0.05) is None
+    operator.generation, operator.revoked = 1, {"reach"}
+    results = one.ends(2)
+    assert results[reach] == StepResult(StepStatus.STOPPED, "revoked: the test says so", allowed=1)
+    assert results[drive].status is StepStatus.FINISHED
+    one.assert_nothing_is_held()
+
+
+def test_while_the_operator_pauses_what_moves_ends_and_nothing_begins(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move(), move()), drive=asking(roll(), roll()))
+    one.plant.durations = [1.0, 3.0]
+    one.start("reach")
+    one.start("drive")
+    assert one.executor.wait(0.5) is None
+    operator.command = OperatorCommand.PAUSE
+    assert one.executor.wait(3.0) is None
+    assert one.begun() == ["move", "roll"]
+    operator.command = OperatorCommand.RUN
+    assert {result.status for result in one.ends(2).values()} == {StepStatus.FINISHED}
+    assert [len(one.records(event)) for event in ("paused", "resumed")] == [1, 1]

@@ -150,3 +150,14 @@ def test_a_joint_and_the_frame_of_its_link_are_read(world: PhysicsWorld) -> None
     # The handle is 75 mm before the hinge.
     assert world.pose(press, 1).position == pytest.approx((0.425, 0.0, 0.094), abs=1e-6)
     assert world.pose(press).position != world.pose(press, 0).position
+
+
+def test_forces_are_told_apart_by_the_link_of_the_first_body(world: PhysicsWorld) -> None:
+    floor = _floor(world)
+    wrapper = world.bodies.add_urdf(str(MODELS / "wrapper.urdf"), (0.0, 0.0, 0.004))
+    _settle(world)
+    on_wrapper, on_floor = world.forces_by_link(wrapper), world.forces_by_link(floor, wrapper)
+    # An open wrapper lies on both plates: its base and its only link.
+    assert set(on_wrapper) == {-1, 0}
+    assert set(on_floor) == {-1}
+    assert on_floor[-1] == pytest.approx(sum(on_wrapper.values()))
