@@ -199,6 +199,8 @@ def test_under_another_configuration_nothing_begins_before_what_moves_has_ended(
     seen = [record["configuration"][0] for record in one.records("decision")]
     times = [record["time"] for record in one.records("decision")]
     assert list(zip(seen, times, strict=True))[:4] == [("c", 0.0), ("c", 0.0), ("d", 3.0), ("d", 3.0)]
+    (changed,) = one.records("configuration-changed")
+    assert changed["configuration"] == "d" * 64
 
 
 def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:

@@ -7,6 +7,7 @@ from math import pi
 
 import pytest
 
+from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import Contact
 from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Pose
@@ -36,8 +37,12 @@ def plant() -> Iterator[PhysicsPlant]:
 @pytest.fixture
 def scene(plant: PhysicsPlant) -> DumplingBenchScene:
     assert isinstance(plant._scene, DumplingBenchScene)
-    plant._scene._inspector, plant._scene._sealed = DumplingTracker(), False
+    plant._scene._inspector = DumplingTracker()
     return plant._scene
+
+
+def _mass(plant: PhysicsPlant, body: int) -> float:
+    return float(bullet.getDynamicsInfo(body, -1, physicsClientId=plant._world.client)[0])
 
 
 def test_wrapper_and_filling_lie_where_they_were_drawn(
@@ -52,6 +57,8 @@ def test_wrapper_and_filling_lie_where_they_were_drawn(
     assert measured["press_handle_position"] == pytest.approx((0.425, 0.0, 0.094), abs=0.003)
     assert measured["press_force"] == 0.0
     assert scene._dumpling().fold == pytest.approx(0.0, abs=0.05)
+    assert not scene._sealed
+    assert _mass(plant, scene.body("filling")) == 0.05
 
 
 def test_the_overhead_camera_sees_all_that_a_fault_lets_through(scene: DumplingBenchScene) -> None:
@@ -108,6 +115,7 @@ def test_a_wrapper_is_sealed_if_it_is_folded_over_its_filling_and_pressed(
         return [_contact(force) for force in forces]
 
     with monkeypatch.context() as patched:
+        patched.setattr(scene, "_sealed", False)
         patched.setattr(world, "contacts", contacts)
         patched.setattr(world, "pose", lambda body, link=-1: poses.get(body, poses[wrapper]))
         patched.setattr(world, "joint_position", lambda body, joint: fold)

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import Contact
 from aeros.sim.detected_object import DetectedObject
 from aeros.sim.layouts.fetch import LastDetection, sample_room_layout
@@ -36,7 +37,9 @@ def scene(plant: PhysicsPlant) -> FetchScene:
 
 def test_can_and_decoy_stand_where_they_were_drawn(plant: PhysicsPlant, scene: FetchScene) -> None:
     laid = sample_room_layout(RandomSource(SEED))
-    for name, place in (("can", laid.can), ("decoy", laid.decoy)):
+    for name, place, mass in (("can", laid.can, 0.15), ("decoy", laid.decoy, 0.1)):
+        dynamics = bullet.getDynamicsInfo(scene.body(name), -1, physicsClientId=plant._world.client)
+        assert dynamics[0] == mass
         assert plant._world.pose(scene.body(name)).position == pytest.approx(place, abs=0.003)
     with pytest.raises(KeyError, match="stand"):
         scene.body("stand")

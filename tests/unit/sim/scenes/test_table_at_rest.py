@@ -35,6 +35,9 @@ def test_everything_lies_where_it_was_drawn(plant: PhysicsPlant, scene: TableSce
     laid = sample_table_layout(RandomSource(SEED))
     for name, pose in (("sponge", laid.sponge), ("cube", laid.cube), ("can", laid.can)):
         assert plant._world.pose(scene.body(name)).position == pytest.approx(pose.position, abs=0.003)
+    for name in ("cube", "can"):
+        dynamics = bullet.getDynamicsInfo(scene.body(name), -1, physicsClientId=plant._world.client)
+        assert dynamics[0] == 0.08
     assert len({scene.body(name) for name in scene.pushable_objects}) == 3
     with pytest.raises(KeyError, match="bin"):
         scene.body("bin")
@@ -82,7 +85,11 @@ def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else(
 
 @pytest.mark.parametrize(("force", "wipes"), [(3.0, True), (0.0, False)])
 def test_a_sponge_wipes_if_it_presses_with_more_than_1_n(
-    plant: PhysicsPlant, scene: TableScene, force: float, wipes: bool
+    plant: PhysicsPlant,
+    scene: TableScene,
+    monkeypatch: pytest.MonkeyPatch,
+    force: float,
+    wipes: bool,
 ) -> None:
     world, sponge = plant._world, scene.body("sponge")
     upright = (0.0, 0.0, 0.0, 1.0)
@@ -93,7 +100,12 @@ def test_a_sponge_wipes_if_it_presses_with_more_than_1_n(
         world.step()
     assert world.contact_force(sponge, scene._table) > weight - 1.0
     before = scene.measure()["wiped_fraction"]
-    scene.tick()
+    painted: list[float] = []
+    with monkeypatch.context() as patched:
+        patched.setattr(scene, "_paint", lambda: painted.append(scene._dirt.wiped_fraction))
+        scene.tick()
+        scene.tick()
     after = scene.measure()["wiped_fraction"]
     assert before == 0.0
+    assert painted == ([after] if wipes else [])
     assert (after > 0.05) is wipes
