@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.execution.governor import Governor
+from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.execution.step import required_resources
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
@@ -120,3 +121,23 @@ class Cart:
 
 
 MakeCart = Callable[..., Cart]
+
+
+class Operator:
+    """A governor in the test's hands."""
+
+    def __init__(self) -> None:
+        self.generation = 0
+        self.command = OperatorCommand.RUN
+        self.revoked: set[str] = set()
+        self.in_force = configuration()
+        self.held = 0
+
+    def configuration(self) -> tuple[int, Configuration]:
+        return self.generation, self.in_force
+
+    def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
+        return nullcontext(generation == self.generation)
+
+    def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
+        return "the test says so" if skill in self.revoked else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from math import dist, inf, pi
+from math import dist, inf
 from typing import Any
 
 import numpy as np
@@ -69,37 +69,6 @@ def test_the_skills_of_each_module_reach_its_goal(
     for skill in skills:
         assert run_skill(plant, ecm, skill) is None
     assert observed(plant)[goal]
-
-
-def test_a_dumpling_moved_on_the_press_takes_its_filling_along(run_skill: RunSkill) -> None:
-    plant = make_plant("dumpling_bench", 0)
-    for skill in ("prepare", "recover"):
-        assert run_skill(plant, "make_dumplings", skill) is None
-        assert observed(plant)["filling_on_workspace"]
-        assert observed(plant)["wrapper_aligned"]
-
-
-def test_a_wrapper_without_its_filling_is_folded_but_never_wrapped(run_skill: RunSkill) -> None:
-    plant = make_plant("dumpling_bench", 0)
-    # As many actions as lay the wrapper out: the filling stays on its stand.
-    assert run_skill(plant, "make_dumplings", "prepare", actions=15) is None
-    assert execute(plant, act("look", camera="overhead"), allow, inf).completed
-    assert observed(plant)["wrapper_aligned"]
-    assert run_skill(plant, "make_dumplings", "wrap") is None
-    after = observed(plant)
-    assert after["wrapper_fold"] == pytest.approx(pi)
-    assert not after["dumpling_wrapped"]
-
-
-def test_wiping_without_a_sponge_in_the_hand_wipes_nothing() -> None:
-    plant = make_plant("table", 0)
-    for action in (
-        act("grip", width=0.0, force=10.0),
-        move(0.5, 0.1, 0.02),
-        act("slide", target=(0.5, -0.1, 0.0), force=4.0, speed=0.1),
-    ):
-        assert execute(plant, action, allow, inf).completed
-    assert observed(plant)["wiped_fraction"] == 0.0
 
 
 def test_a_gripped_object_moves_with_the_tool_and_a_released_one_falls_and_stays() -> None:
@@ -175,17 +144,6 @@ def test_a_slide_holds_the_asked_force_and_the_torques_are_those_that_hold_it() 
     assert max(loads) < 9.0
     # The shoulder's lever to the tool is 0.5 m at most.
     assert 2.0 < torques[-1] < 0.6 * 6.0
-
-
-def test_a_camera_sees_the_can_where_it_is_in_the_picture_and_only_there(run_skill: RunSkill) -> None:
-    plant = make_plant("fetch", 0)
-    execute(plant, act("look", camera="mast"), allow, inf)
-    assert "object_position" not in observed(plant)
-    assert not observed(plant)["object_detected"]
-    assert run_skill(plant, "fetch_object", "navigate") is None
-    execute(plant, act("look", camera="mast"), allow, inf)
-    assert observed(plant)["object_detected"]
-    assert execute(plant, act("look", camera="roof"), allow, inf).reason == "unknown camera: `roof`"
 
 
 def test_planning_a_look_sees_nothing() -> None:

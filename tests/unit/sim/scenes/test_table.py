@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from aeros.sim.geometry import Pose, Vector3, yaw_orientation
-from aeros.sim.layouts.table import MAST_CAMERA, DirtMap, TableLayout, sample_table_layout
+from aeros.sim.layouts.table import MAST_CAMERA, TableLayout, sample_table_layout
 from aeros.sim.perception.inspection import inspect_table
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.sim.randomness import RandomSource
@@ -23,11 +23,8 @@ pytestmark = pytest.mark.physics
 
 RunSkill = Callable[..., str | None]
 
-SPONGE = (0.10, 0.07, 0.03)
-"""Edges of a box to wipe with, m."""
 
-
-SKILLS = Path(__file__).parents[3] / "ecms" / "clean_table" / "skills.py"
+SKILLS = Path(__file__).parents[4] / "ecms" / "clean_table" / "skills.py"
 
 
 class Onlooker(NoDisturbance):
@@ -171,20 +168,3 @@ def test_layout_varies_with_the_seed_and_repeats() -> None:
     assert first == again
     assert first["clutter_position"] != other["clutter_position"]
     assert first["sponge_rest_position"] != other["sponge_rest_position"]
-
-
-def test_only_cells_under_the_wiping_face_are_wiped() -> None:
-    dirt = DirtMap((0.0, 0.0), (0.2, 0.2))
-    dirt.wipe(Pose((0.1, 0.1, 0.015), yaw_orientation(0.0)), SPONGE)
-    assert dirt.wiped_fraction == pytest.approx(0.10 * 0.06 / 0.04, abs=0.031)
-    dirt.wipe(Pose((0.1, 0.1, 0.015), yaw_orientation(0.0)), SPONGE)
-    assert dirt.wiped_fraction == pytest.approx(0.10 * 0.06 / 0.04, abs=0.031)
-
-
-def test_a_face_higher_than_the_gap_wipes_nothing_and_a_tilted_one_wipes_at_its_low_edge() -> None:
-    dirt = DirtMap((0.0, 0.0), (0.2, 0.2))
-    dirt.wipe(Pose((0.1, 0.1, 0.017), yaw_orientation(0.0)), SPONGE)
-    assert dirt.wiped_fraction == 0.0
-    tilt = 0.1
-    dirt.wipe(Pose((0.1, 0.1, 0.015 + 0.05 * tilt), (0.0, tilt / 2.0, 0.0, 1.0)), SPONGE)
-    assert 0.0 < dirt.wiped_fraction < 0.05

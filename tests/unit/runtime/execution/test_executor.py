@@ -1,0 +1,270 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import inf
+from typing import Any, cast
+
+import pytest
+
+from aeros.runtime.audit.log import DecisionCounts, verify_log
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.ports import EndedStep, MotionCompletion, Runtime, StepRequest, StepResult, StepStatus
+from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause, causes_to_json
+from aeros.spec.model.site import Site
+from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
+from tests.unit.runtime.together import MakeCart, Operator, asking, configuration, move, roll
+
+
+def test_a_skill_runs_to_its_end(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=2)
+    assert bench.plant.executed == [act("move", speed=0.1), act("move", speed=0.2)]
+    bench.assert_cleaned_up(finished=True)
+    events = [record["event"] for record in bench.records()]
+    assert events == ["session-opened", "step-began", "decision", "decision", "step-ended"]
+
+
+def test_what_was_reduced_is_what_is_executed(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    slower = act("move", speed=0.05)
+    bench.gate.answers = [Decision(DecisionKind.ATTENUATE, slower, (Reason("AE750", "speed", "too fast"),))]
+    assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=1, attenuated=1)
+    assert bench.plant.executed[0] == slower
+    first = bench.records("decision")[0]["details"]
+    assert (first["asked"]["parameters"], first["decided"]["parameters"]) == ({"speed": 0.1}, {"speed": 0.05})
+
+
+def test_a_denied_action_halts_the_skill_and_nothing_moves(make_bench: MakeBench) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.gate.answers = [Decision(DecisionKind.ALLOW, act("move", speed=0.1), ()), DENIAL]
+    expected = StepResult(StepStatus.DENIED, "AE750 workspace: outside", allowed=1, denied=1)
+    result = bench.submit()
+    assert replace(result, causes=()) == expected
+    (cause,) = result.causes
+    assert (cause.code, cause.rule, cause.text) == ("AE750", "workspace", "outside")
+    assert (ends, len(bench.plant.executed)) == (["closed"], 1)
+    bench.assert_cleaned_up(finished=False)
+    assert bench.records("decision")[-1]["details"]["reasons"] == [["AE750", "workspace", "outside"]]
+
+
+@pytest.mark.parametrize(
+    ("completion", "status", "reason"),
+    [
+        (MotionCompletion(False, "unreachable: too far"), StepStatus.STOPPED, "unreachable: too far"),
+        (MotionCompletion(False), StepStatus.STOPPED, "the plant gave no reason"),
+    ],
+)
+def test_a_motion_that_does_not_complete_halts_the_skill(
+    make_bench: MakeBench, completion: MotionCompletion, status: StepStatus, reason: str
+) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.plant.script([completion])
+    assert bench.submit() == StepResult(status, reason, allowed=1)
+    assert ends == ["closed"]
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_the_monitor_stops_a_motion(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.plant.during = [{}, {"human_distance": 0.5}]
+    result = bench.submit()
+    assert replace(result, causes=()) == StepResult(
+        StepStatus.STOPPED, "monitor:separation: human_distance is 0.5 m (at least 1 m)", allowed=1
+    )
+    part = UnmetBound("human_distance", 0.5, "at least", 1.0, "m")
+    assert result.causes == (
+        Cause("rule", "separation", "human_distance >= 1 m", location="site.yaml:1", shortfalls=(part,)),
+    )
+    (ended,) = bench.records("step-ended")
+    assert ended["details"]["causes"] == json.loads(json.dumps(causes_to_json(result.causes)))
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_cannot_change_what_it_is_judged_by(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = [0.1, 0.2, 0.3]
+    parameters: dict[str, Any] = {"speed": 0.1, "target": target}
+
+    def sly(observed: Observation, inputs: Inputs) -> SkillBody:
+        cast("dict[str, Any]", inputs)["height"] = 99.0
+        cast("dict[str, Any]", observed)["holding"] = True
+        yield Action("move", parameters)
+
+    bench = make_bench(sly)
+    decide = bench.gate.decide
+
+    def meanwhile(*arguments: Any) -> Decision:
+        parameters["speed"] = target[2] = 99.0
+        return decide(*arguments)
+
+    monkeypatch.setattr(bench.gate, "decide", meanwhile)
+    assert bench.submit().status is StepStatus.FINISHED
+    caller, readings, action, _, _ = bench.gate.asked[0]
+    assert caller.inputs["height"] < 1
+    assert readings["holding"].value is False
+    assert bench.plant.executed == [action] == [act("move", speed=0.1, target=(0.1, 0.2, 0.3))]
+
+
+def test_the_gate_is_asked_with_readings_of_now_and_the_usage_so_far(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.submit()
+    assert [usage for *_, usage in bench.gate.asked] == [{"move-rate": 0}, {"move-rate": 1}]
+    for _, readings, _, now, _ in bench.gate.asked:
+        assert readings["holding"].time == now
+
+
+def test_a_clock_that_goes_back_denies(make_bench: MakeBench) -> None:
+    def rewinding(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("move")
+        bench.plant.time = -1.0
+        yield act("move")
+
+    bench = make_bench(rewinding)
+    result = bench.submit()
+    assert (result.status, result.allowed, result.denied) == (StepStatus.DENIED, 1, 1)
+    assert "the clock went back" in result.reason
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_decision_record_holds_what_was_decided_on(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.submit()
+    details = bench.records("decision")[0]["details"]
+    assert details["configuration"] == "c" * 64
+    assert (details["module"], details["skill"], details["verdict"]) == ("handling", "lift", "ALLOW")
+    assert details["state"]["tool_position"] == [[0.3, 0.0, 0.5], 0.0]
+    assert len(details["state_digest"]) == 64
+
+
+def test_it_is_the_runtime_that_the_agent_sees(make_bench: MakeBench, site: Site) -> None:
+    bench = make_bench(twice)
+    runtime: Runtime = bench.executor
+    assert runtime.site is site
+    assert list(runtime.active_modules()) == ["handling"]
+    assert runtime.now() == 0.0
+    assert runtime.observe()["holding"].value is False
+    runtime.note("decision", {"verdict": "ALLOW"})
+    note = bench.records("note")[0]["details"]
+    assert note == {"event": "decision", "details": {"verdict": "ALLOW"}}
+    assert verify_log(bench.log_path).decisions.allowed == 0
+
+
+def test_what_is_waited_for_may_not_come_in_time(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.duration = 4.0
+    reach = one.start("reach")
+    assert one.executor.wait(3.0) is None
+    assert one.plant.time == 3.0
+    assert one.executor.wait(3.0) is None
+    assert one.executor.wait(5.0) == EndedStep(reach, StepResult(StepStatus.FINISHED, "", allowed=1))
+
+
+def test_waiting_for_nothing_is_a_mistake(cart: MakeCart) -> None:
+    with pytest.raises(MisuseError):
+        cart().executor.wait()
+
+
+def test_waiting_for_a_time_lets_it_come_where_nothing_was_started(cart: MakeCart) -> None:
+    one = cart()
+    assert one.executor.wait(2.5) is None
+    assert one.plant.time == 2.5
+
+
+def test_one_step_can_be_waited_for_while_another_goes_on(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()), drive=asking(roll(), roll()))
+    drive = one.start("drive")
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.FINISHED
+    assert one.executor.wait() == EndedStep(drive, StepResult(StepStatus.FINISHED, "", allowed=2))
+
+
+def test_under_another_configuration_nothing_begins_before_what_moves_has_ended(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move(), move()), drive=asking(roll(), roll()))
+    one.plant.durations = [1.0, 3.0]
+    one.start("reach")
+    one.start("drive")
+    assert one.executor.wait(0.5) is None
+    operator.generation = 1
+    operator.in_force = Configuration(configuration().site, configuration().modules, {}, "d" * 64)
+    one.ends(2)
+    seen = [record["configuration"][0] for record in one.records("decision")]
+    times = [record["time"] for record in one.records("decision")]
+    assert list(zip(seen, times, strict=True))[:4] == [("c", 0.0), ("c", 0.0), ("d", 3.0), ("d", 3.0)]
+    (changed,) = one.records("configuration-changed")
+    assert changed["configuration"] == "d" * 64
+
+
+def test_a_stop_by_the_operator_ends_everything(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move()), drive=asking(roll()))
+    one.start("reach")
+    one.start("drive")
+    assert one.executor.wait(0.05) is None
+    operator.command = OperatorCommand.STOP
+    assert one.executor.is_stopped
+    ended = one.ends(2).values()
+    assert {(one.status, one.reason) for one in ended} == {(StepStatus.HALTED, "stopped by the operator")}
+    one.assert_nothing_is_held()
+
+
+def test_a_refused_request_is_recorded_with_what_was_asked(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    assert bench.submit(StepRequest("absent", "lift", {"height": 0.05})).status is StepStatus.REFUSED
+    (refused,) = bench.records("step-refused")
+    assert refused["details"]["reason"] == "no module `absent` is active"
+    assert refused["details"]["module"] == "absent"
+    assert bench.plant.calls == []
+
+
+def test_a_caller_may_let_time_advance_bit_by_bit(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    reach = one.start("reach")
+    # The skill asks for its motion, the motion goes on to 0.05 s and to its end at 0.1 s, the skill ends.
+    found = [one.executor.advance_once(until) for until in (inf, 0.05, inf, inf)]
+    assert found == [None, None, None, EndedStep(reach, StepResult(StepStatus.FINISHED, "", allowed=1))]
+    assert one.plant.time == 0.1
+
+
+def test_an_ended_step_is_fetched_before_time_advances(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    reach = one.start("reach")
+    one.executor.cancel(reach, "not wanted")
+    assert one.executor.advance_once(inf) == EndedStep(reach, StepResult(StepStatus.CANCELLED, "not wanted"))
+    assert one.plant.calls == []
+
+
+def test_decisions_are_counted_while_a_step_is_active(cart: MakeCart) -> None:
+    one = cart(reach=asking(move(), move()))
+    reach = one.start("reach")
+    assert one.executor.decision_counts(reach) == DecisionCounts()
+    assert one.executor.wait(0.15) is None
+    assert one.executor.decision_counts(reach) == DecisionCounts(allowed=2)
+    one.ends(1)
+    assert one.executor.decision_counts(reach) is None
+
+
+def test_a_closed_executor_leaves_no_step_and_is_closed_once(cart: MakeCart) -> None:
+    ends: list[str] = []
+    one = cart(reach=asking(move(), ends=ends, name="reach"))
+    with one.executor:
+        one.start("reach")
+        assert one.executor.wait(0.05) is None
+    one.executor.close()
+    assert ends == ["reach"]
+    assert one.plant.call_count("stop") == 1
+    (broken,) = one.records("step-broken")
+    assert "the executor was closed before the step ended" in broken["reason"]
+
+
+def test_a_certificate_is_that_of_the_module_in_force(cart: MakeCart) -> None:
+    assert cart().executor.certificate("cart") is None
+    assert cart().executor.certificate("absent") is None

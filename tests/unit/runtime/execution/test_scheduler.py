@@ -1,0 +1,269 @@
+"""Several steps under way: who acts when, and what an end leaves alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import nan
+from typing import Any, cast
+
+import pytest
+
+from aeros.runtime.audit.log import AuditError
+from aeros.runtime.execution import scheduler as module
+from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.ports import EndedStep, StepRequest, StepResult, StepStatus
+from aeros.skill import Action, Inputs, Observation, SkillBody, act
+from aeros.spec.diagnostics.errors import InternalError
+from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
+from tests.unit.runtime.together import MakeCart, Operator, asking, move, roll
+
+FINISHED = StepStatus.FINISHED
+
+
+# Who acts when.
+
+
+def test_two_skills_act_in_turn_as_their_motions_end(cart: MakeCart) -> None:
+    one = cart(reach=asking(move(), move(), move()), drive=asking(roll(), roll()))
+    one.plant.durations = [1.0, 1.75, 1.0, 1.75, 1.0]
+    reach, drive = one.start("reach"), one.start("drive")
+    assert one.executor.wait() == EndedStep(reach, StepResult(FINISHED, "", allowed=3))
+    assert one.plant.time == 3.0
+    assert one.executor.wait() == EndedStep(drive, StepResult(FINISHED, "", allowed=2))
+    assert one.begun() == ["move", "roll", "move", "roll", "move"]
+    assert one.plant.call_count("stop") == 0
+    assert one.calls("skill_ended") == [("cart.reach", True), ("cart.drive", True)]
+
+
+def test_a_decision_names_the_decisions_on_what_was_under_way(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()), drive=asking(roll()), look=asking(act("wait", duration=1.0)))
+    for skill in ("reach", "drive"):
+        one.start(skill)
+    one.ends(2)
+    first, second = one.records("decision")
+    assert "beside" not in first
+    assert second["beside"] == [first["sequence"]]
+
+
+def test_who_needs_what_another_holds_waits_its_turn(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()), drive=asking(roll()))
+    first, second, third = one.start("reach"), one.start("reach"), one.start("drive")
+    assert [one.executor.wait(), one.executor.wait(), one.executor.wait()] == [
+        EndedStep(step, StepResult(FINISHED, "", allowed=1)) for step in (first, second, third)
+    ]
+    # The third would have had all it needs at once, and one thing that the second waited for.
+    assert one.calls("skill_began") == ["cart.reach", "cart.reach", "cart.drive"]
+    one.assert_nothing_is_held()
+
+
+def test_a_time_out_runs_from_when_a_step_begins_and_not_from_when_it_was_asked_for(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.duration = 8.0
+    one.start("reach")
+    one.start("reach")
+    assert [result.status for result in one.ends(2).values()] == [FINISHED, FINISHED]
+
+
+# What happens while both are under way.
+
+
+def test_what_both_obeyed_and_break_at_a_tick_is_a_protective_stop_of_both(cart: MakeCart) -> None:
+    ends: list[str] = []
+    one = cart(
+        reach=asking(move(), ends=ends, name="reach"),
+        drive=asking(roll(), ends=ends, name="drive"),
+        look=asking(act("wait", duration=1.0)),
+    )
+    reach, drive = one.start("reach"), one.start("drive")
+    one.plant.during = [{"charge": 0.3}, {"charge": 0.1}]
+    said = "monitor:charge-for-both: charge is 0.1 (at least 0.2)"
+    expected = StepResult(StepStatus.STOPPED, said, allowed=1)
+    ended = one.ends(2)
+    assert {who: replace(result, causes=()) for who, result in ended.items()} == {
+        reach: expected,
+        drive: expected,
+    }
+    assert [str(cause) for cause in ended[reach].causes] == ["charge-for-both: charge is 0.1 (at least 0.2)"]
+    assert ends == ["reach", "drive"]
+    assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]
+    one.assert_nothing_is_held()
+    one.plant.during = [{"charge": 0.1}]
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).status is FINISHED
+
+
+@pytest.mark.parametrize("measured", [{"charge": nan}, {"charge": "full"}, {"unheard_of": 1.0}])
+def test_what_cannot_be_read_at_a_tick_is_one_too(cart: MakeCart, measured: dict[str, Any]) -> None:
+    one = cart(reach=asking(move()), drive=asking(roll()))
+    one.start("reach")
+    one.start("drive")
+    one.plant.during = [measured]
+    (name,) = measured
+    assert {result.reason for result in one.ends(2).values()} == {f"monitor:input:{name}"}
+
+
+def test_one_that_is_late_is_halted_and_the_other_goes_on(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()), drive=asking(roll(), roll()))
+    one.plant.durations = [20.0, 6.0, 6.0]
+    reach, drive = one.start("reach"), one.start("drive")
+    results = one.ends(2)
+    assert results[reach] == StepResult(
+        StepStatus.TIMED_OUT, "the skill's timeout passed during a motion", allowed=1
+    )
+    assert results[drive].status is StepStatus.TIMED_OUT  # at 10 s, amid its second
+    assert one.plant.time == 10.0
+
+
+def test_a_denied_step_leaves_what_the_other_moves_alone(cart: MakeCart) -> None:
+    one = cart(reach=asking(move(), move(5.0)), drive=asking(roll()))
+    one.plant.durations = [0.5, 5.0]
+    reach, drive = one.start("reach"), one.start("drive")
+    results = one.ends(2)
+    assert (results[reach].status, results[drive].status) == (StepStatus.DENIED, FINISHED)
+    assert one.plant.call_count("stop") == 0
+    assert one.plant.call_count("halt") == 0
+
+
+def test_a_skill_is_halted_at_its_time_out(make_bench: MakeBench) -> None:
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.plant.duration = 4.0
+    result = bench.submit()
+    assert (result.status, result.allowed) == (StepStatus.TIMED_OUT, 3)
+    assert (bench.plant.time, ends) == (10.0, ["closed"])
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_that_thinks_past_its_time_out_moves_nothing(make_bench: MakeBench) -> None:
+    def slow(observed: Observation, inputs: Inputs) -> SkillBody:
+        bench.plant.time = 10.5
+        yield act("move")
+
+    bench = make_bench(slow)
+    assert bench.submit() == StepResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
+    assert bench.plant.executed == []
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_that_finishes_late_has_timed_out(make_bench: MakeBench) -> None:
+    def late(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("move")
+        bench.plant.time = 10.5
+
+    bench = make_bench(late)
+    assert bench.submit().status is StepStatus.TIMED_OUT
+    bench.assert_cleaned_up(finished=False)
+
+
+def _raises(failure: BaseException) -> Callable[..., Any]:
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        yield act("move")
+        raise failure
+
+    return body
+
+
+def _yields(what: object) -> Callable[..., Any]:
+    def body(observed: Observation, inputs: Inputs) -> Iterator[Any]:
+        yield act("move")
+        yield what
+
+    return body
+
+
+class _Mimic(Action):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (_raises(ValueError("no")), "ValueError: no"),
+        (_raises(ValueError("\ud800")), "ValueError: "),
+        (_raises(SystemExit(0)), "SystemExit: 0"),
+        (_raises(GeneratorExit()), "GeneratorExit: "),
+        (_raises(StopIteration()), "RuntimeError: generator raised StopIteration"),
+        (_raises(AuditError("spoof")), "AuditError: spoof"),
+        (_raises(InternalError("spoof")), "InternalError: spoof"),
+        (_yields(None), "the skill yielded a `NoneType`, not an action"),
+        (_yields(("move", {})), "the skill yielded a `tuple`, not an action"),
+        (_yields(_Mimic("move", {})), "the skill yielded a `_Mimic`, not an action"),
+        (
+            _yields(Action("move", cast("Any", 3))),
+            "the skill yielded parameters that are not a dict of at most 64",
+        ),
+        (
+            _yields(Action("move", {f"p{number}": 0.0 for number in range(65)})),
+            "the skill yielded parameters that are not a dict of at most 64",
+        ),
+        (
+            _yields(Action(cast("Any", 3), {})),
+            "the skill yielded a kind or a parameter name that is not a string",
+        ),
+        (_yields(Action("move", cast("Any", {3: 1}))), "the skill yielded a kind or a parameter name"),
+    ],
+)
+def test_code_that_fails_halts_the_skill(
+    make_bench: MakeBench, body: Callable[..., Any], reason: str
+) -> None:
+    bench = make_bench(body)
+    result = bench.submit()
+    assert (result.status, result.allowed) == (StepStatus.RAISED, 1)
+    assert result.reason.startswith(reason)
+    bench.assert_cleaned_up(finished=False)
+    assert bench.records("step-ended")[0]["details"]["status"] == "raised"
+
+
+def test_code_that_does_not_take_its_arguments_is_halted(make_bench: MakeBench) -> None:
+    bench = make_bench(lambda: None)
+    assert bench.submit().status is StepStatus.RAISED
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_that_floods_is_halted(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MAX_ACTIONS", 20)
+    ends: list[str] = []
+    bench = make_bench(watched(ends))
+    bench.plant.duration = 0.0
+    result = bench.submit()
+    assert (result.status, result.allowed, ends) == (StepStatus.RAISED, 20, ["closed"])
+    assert "asked for more than" in result.reason
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> None:
+    bench = make_bench(_yields(act("move", speed=nan, more=[object()], huge="x" * 2_000_000)))
+    bench.gate.answers = [Decision(DecisionKind.ALLOW, act("move"), ()), DENIAL]
+    assert bench.submit().status is StepStatus.DENIED
+    details = bench.records("decision")[-1]["details"]
+    assert details["verdict"] == "DENY"
+    assert details["asked"]["parameters"]["speed"] == {"float": "nan"}
+    assert details["asked"]["parameters"]["huge"] == {"unencodable": "too large"}
+
+
+def test_what_the_operator_revokes_is_halted_and_the_other_goes_on(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move()), drive=asking(roll(), roll()))
+    reach, drive = one.start("reach"), one.start("drive")
+    assert one.executor.wait(0.05) is None
+    operator.generation, operator.revoked = 1, {"reach"}
+    results = one.ends(2)
+    assert results[reach] == StepResult(StepStatus.STOPPED, "revoked: the test says so", allowed=1)
+    assert results[drive].status is StepStatus.FINISHED
+    one.assert_nothing_is_held()
+
+
+def test_while_the_operator_pauses_what_moves_ends_and_nothing_begins(cart: MakeCart) -> None:
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move(), move()), drive=asking(roll(), roll()))
+    one.plant.durations = [1.0, 3.0]
+    one.start("reach")
+    one.start("drive")
+    assert one.executor.wait(0.5) is None
+    operator.command = OperatorCommand.PAUSE
+    assert one.executor.wait(3.0) is None
+    assert one.begun() == ["move", "roll"]
+    operator.command = OperatorCommand.RUN
+    assert {result.status for result in one.ends(2).values()} == {StepStatus.FINISHED}
+    assert [len(one.records(event)) for event in ("paused", "resumed")] == [1, 1]

@@ -1,0 +1,141 @@
+"""The registry's database: what is stored comes back, and what is no database of this kind is refused."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot, RegistryStore
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.migrations.formats import REGISTRY
+from aeros.spec.model.policy import OperatorOverride
+
+FULL = RegistrySnapshot(
+    7,
+    "policies/a.yaml",
+    {
+        "grip": InstalledModule("grip", "2.0.0", "b" * 64, "modules/b/grip", ModuleState.ACTIVE),
+        "tidy": InstalledModule("tidy", "1.0.0", "a" * 64, "modules/a/tidy", ModuleState.INSTALLED),
+    },
+    {
+        "one": OperatorOverride("one", "it's broken", "tidy", None, None),
+        "two": OperatorOverride("two", "", None, None, "wait"),
+    },
+)
+
+
+def _refusal(folder: Path) -> str:
+    with pytest.raises(UserError) as refused:
+        RegistryStore(folder).read()
+    (found,) = refused.value.diagnostics
+    assert found.code == "AE965"
+    assert f"`{folder / 'registry.sqlite3'}` cannot be used" in found.headline
+    assert found.help
+    return found.headline
+
+
+def _execute(folder: Path, *statements: str) -> None:
+    with closing(sqlite3.connect(folder / "registry.sqlite3", isolation_level=None)) as database:
+        for statement in statements:
+            database.execute(statement)
+
+
+def test_a_module_is_in_the_folder_of_its_digest() -> None:
+    made = InstalledModule.from_digest("tidy", "1.0.0", "a" * 64, ModuleState.INSTALLED)
+    assert made == InstalledModule(
+        "tidy", "1.0.0", "a" * 64, f"modules/{'a' * 64}/tidy", ModuleState.INSTALLED
+    )
+
+
+def test_where_nothing_was_stored_nothing_is_created(tmp_path: Path) -> None:
+    assert RegistryStore(tmp_path).read() == RegistrySnapshot(0, "", {}, {})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_first_change_left_nothing(tmp_path: Path) -> None:
+    (tmp_path / "registry.sqlite3").touch()
+    assert RegistryStore(tmp_path).read() == RegistrySnapshot()
+    RegistryStore(tmp_path).replace(FULL)
+    assert RegistryStore(tmp_path).read() == FULL
+
+
+def test_what_is_stored_comes_back_in_the_order_of_names(tmp_path: Path) -> None:
+    store = RegistryStore(tmp_path)
+    turned = RegistrySnapshot(
+        7, FULL.site, dict(reversed(list(FULL.modules.items()))), dict(reversed(list(FULL.blocks.items())))
+    )
+    store.replace(turned)
+    found = store.read()
+    assert found == FULL
+    assert (list(found.modules), list(found.blocks)) == (["grip", "tidy"], ["one", "two"])
+
+
+def test_a_change_replaces_all_that_was_stored(tmp_path: Path) -> None:
+    store = RegistryStore(tmp_path)
+    store.replace(FULL)
+    store.replace(RegistrySnapshot(8, "b.yaml"))
+    assert store.read() == RegistrySnapshot(8, "b.yaml", {}, {})
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> RegistryStore:
+    return RegistryStore(tmp_path_factory.mktemp("store"))
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 2**62), st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=5))
+def test_any_generation_and_text_come_back(shared: RegistryStore, generation: int, text: str) -> None:
+    new = RegistrySnapshot(generation, text, {}, {"one": OperatorOverride("one", text, None, None, None)})
+    shared.replace(new)
+    assert shared.read() == new
+
+
+def test_a_change_that_cannot_be_stored_whole_is_not_stored_at_all(tmp_path: Path) -> None:
+    store = RegistryStore(tmp_path)
+    store.replace(FULL)
+    twice = {name: OperatorOverride("same", "", None, None, None) for name in ("one", "two")}
+    with pytest.raises(UserError, match="AE965"):
+        store.replace(RegistrySnapshot(8, "", {}, twice))
+    assert store.read() == FULL
+
+
+def test_a_database_of_another_version_is_refused(tmp_path: Path) -> None:
+    RegistryStore(tmp_path).replace(FULL)
+    _execute(tmp_path, f"PRAGMA user_version = {REGISTRY.version + 1}")
+    assert str(REGISTRY.version + 1) in _refusal(tmp_path)
+    with pytest.raises(UserError, match="AE965"):
+        RegistryStore(tmp_path).replace(FULL)
+
+
+def test_a_database_of_something_else_is_refused(tmp_path: Path) -> None:
+    _execute(tmp_path, "CREATE TABLE notes (text TEXT)")
+    assert _refusal(tmp_path).endswith("it is not a database of this kind")
+    with pytest.raises(UserError, match="not a database of this kind"):
+        RegistryStore(tmp_path).replace(FULL)
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("DELETE FROM policy", "cannot unpack"),
+        ("UPDATE modules SET state = 'asleep'", "asleep"),
+        ("DROP TABLE blocks", "no such table"),
+    ],
+)
+def test_a_damaged_database_is_refused(tmp_path: Path, statement: str, said: str) -> None:
+    RegistryStore(tmp_path).replace(FULL)
+    _execute(tmp_path, statement)
+    assert said in _refusal(tmp_path)
+
+
+def test_a_folder_for_a_database_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "registry.sqlite3").mkdir()
+    assert "unable to open" in _refusal(tmp_path)
+    with pytest.raises(UserError, match="unable to open"):
+        RegistryStore(tmp_path / "absent").replace(FULL)

@@ -1,0 +1,79 @@
+"""Graphs of steps: their text, walks over them, and what replaces their steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.spec.expr import terms as t
+from aeros.spec.model.step_graph import If, Par, Part, Seq, children_of, map_graph_steps, steps_of, walk_parts
+from tests.unit.agent.dumplings import SPAN
+
+
+def _if(then: Part[str], otherwise: Part[str] | None) -> Part[str]:
+    return If(t.TRUE, "near", then, otherwise, SPAN)
+
+
+PAR: Part[str] = Par(("b", "c"), SPAN)
+CHOICE: Part[str] = _if(PAR, Seq(()))
+GRAPH: Part[str] = Seq(("a", CHOICE, "d"))
+
+GRAPHS: st.SearchStrategy[Part[str]] = st.recursive(
+    st.sampled_from("abcdef"),
+    lambda parts: (
+        st.builds(Seq, st.lists(parts, max_size=3).map(tuple))
+        | st.builds(lambda inner: Par(inner, SPAN), st.lists(parts, max_size=3).map(tuple))
+        | st.builds(_if, parts, st.none() | parts)
+    ),
+    max_leaves=12,
+)
+
+
+def test_a_graph_is_written_with_signs() -> None:
+    assert str(GRAPH) == "(a → (if near then (b ∥ c) else nothing) → d)"
+    assert str(_if("a", None)) == "(if near then a)"
+    assert str(Seq(())) == "nothing"
+
+
+def test_a_part_comes_before_its_own_parts() -> None:
+    assert list(walk_parts(GRAPH)) == [GRAPH, "a", CHOICE, PAR, "b", "c", Seq(()), "d"]
+    assert list(walk_parts("a")) == ["a"]
+
+
+def test_direct_parts_are_in_the_order_written() -> None:
+    assert children_of(GRAPH) == ("a", CHOICE, "d")
+    assert children_of(PAR) == ("b", "c")
+    assert children_of(CHOICE) == (PAR, Seq(()))
+    assert children_of(_if("a", None)) == ("a",)
+    assert children_of("a") == ()
+
+
+def test_steps_are_in_the_order_written() -> None:
+    assert list(steps_of(GRAPH)) == ["a", "b", "c", "d"]
+    assert list(steps_of(Seq(()))) == []
+
+
+def test_replaced_steps_keep_the_shape() -> None:
+    seen: list[str] = []
+
+    def number(step: str) -> int:
+        seen.append(step)
+        return len(seen)
+
+    branches: Any = Par((2, 3), SPAN)
+    choice: Any = If(t.TRUE, "near", branches, Seq(()), SPAN)
+    assert map_graph_steps(GRAPH, number) == Seq((1, choice, 4))
+    assert seen == ["a", "b", "c", "d"]
+    assert map_graph_steps(_if("a", None), str.upper) == _if("A", None)
+
+
+@given(GRAPHS)
+def test_replacing_each_step_by_itself_changes_nothing(graph: Part[str]) -> None:
+    assert map_graph_steps(graph, lambda step: step) == graph
+
+
+@given(GRAPHS)
+def test_steps_of_a_replaced_graph_are_the_replaced_steps(graph: Part[str]) -> None:
+    assert list(steps_of(map_graph_steps(graph, str.upper))) == [step.upper() for step in steps_of(graph)]

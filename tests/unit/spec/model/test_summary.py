@@ -1,0 +1,144 @@
+"""Summaries of modules and sites: what they hold, and the way to JSON and back."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.policy import Access, OperatorOverride
+from aeros.spec.model.summary import (
+    BlockSummary,
+    TaskPhrase,
+    module_summary_from_json,
+    site_summary_from_json,
+    summarize_module,
+    summarize_site,
+    summary_to_json,
+)
+from tests.unit.agent.dumplings import build, outcome, site, skill
+
+FILE = Source("a.yaml", "0123456789abcdefghij")
+TEA = build(
+    Task,
+    id="tea",
+    trigger_phrases=("brew", "tea"),
+    word_spans=(FILE.span(1, 2), FILE.span(3, 5)),
+    span=FILE.span(0, 6),
+)
+MODULE = build(
+    Ecm,
+    id="kitchen",
+    version="1.2.0",
+    manifest_digest="m" * 64,
+    code_digest="c" * 64,
+    model_digests={"tea.pt": "t" * 64},
+    capabilities={"heating": ("boil",), "brewing": ("pour",)},
+    skills={
+        "boil": skill(
+            "boil",
+            outcome("hot", {"is_hot": True, "place": "pot"}),
+            outcome("warm", {"is_hot": True, "level": Fraction(1, 2)}),
+            outcome("spilled", {"is_hot": False}, failure=True),
+        ),
+        "pour": skill("pour", outcome("poured", {"place": "cup"})),
+    },
+    tasks={"tea": TEA},
+    required_modules={"pouring": ">=1"},
+    requires_spans={"pouring": FILE.span(7, 9)},
+    required_aeros_version=">=0.1",
+    runtime_span=FILE.span(10, 12),
+    span=FILE.span(0, 20),
+)
+SITE = replace(
+    site(),
+    id="home",
+    digest="5" * 64,
+    grants={"kitchen": Access(), "laundry": Access()},
+    grant_spans={"kitchen": FILE.span(2, 4)},
+    blocks=(
+        OperatorOverride("one", "why", "kitchen", None, None, FILE.span(5, 6)),
+        OperatorOverride("two", "why", None, None, "wait", FILE.span(6, 7)),
+        OperatorOverride("three", "why", "kitchen", "boil", None),
+    ),
+    span=FILE.span(0, 19),
+)
+
+
+def test_a_module_is_summarized_for_others() -> None:
+    summary = summarize_module(MODULE)
+    assert (summary.id, summary.version, summary.runtime) == ("kitchen", "1.2.0", ">=0.1")
+    assert summary.skills == {"boil", "pour"}
+    assert summary.capabilities == ("heating", "brewing")
+    assert summary.task_phrases == (
+        TaskPhrase("tea", "brew", FILE.span(1, 2)),
+        TaskPhrase("tea", "tea", FILE.span(3, 5)),
+    )
+    assert summary.requires == {"pouring": ">=1"}
+
+
+def test_effects_are_those_of_successes_of_any_skill() -> None:
+    assert summarize_module(MODULE).effect_values == {
+        "is_hot": {"True"},
+        "place": {"pot", "cup"},
+        "level": {"1/2"},
+    }
+
+
+@pytest.mark.parametrize("value", [0.5, None, ("a",)])
+def test_an_effect_is_a_truth_a_number_or_a_word(value: Any) -> None:
+    broken = replace(MODULE, skills={"boil": skill("boil", outcome("hot", {"is_hot": value}))})
+    with pytest.raises(MisuseError, match="no effect has the value"):
+        summarize_module(broken)
+
+
+def test_a_site_is_summarized_by_its_grants_and_the_modules_it_blocks() -> None:
+    summary = summarize_site(SITE)
+    assert (summary.id, summary.digest) == ("home", "5" * 64)
+    assert summary.grants == {"kitchen": FILE.span(2, 4), "laundry": SITE.span}
+    assert summary.blocks == (
+        BlockSummary("one", "kitchen", None, FILE.span(5, 6)),
+        BlockSummary("three", "kitchen", "boil", SITE.span),
+    )
+
+
+def test_a_module_in_json_has_offsets_for_spans_and_sorted_sets() -> None:
+    packed = summary_to_json(summarize_module(MODULE))
+    assert packed["span"] == [0, 20]
+    assert packed["skills"] == ["boil", "pour"]
+    assert packed["task_phrases"] == [["tea", "brew", 1, 2], ["tea", "tea", 3, 5]]
+    assert packed["effect_values"]["place"] == ["cup", "pot"]
+    assert packed["requires_spans"] == {"pouring": [7, 9]}
+
+
+def test_a_site_in_json_has_offsets_for_spans() -> None:
+    assert summary_to_json(summarize_site(SITE)) == {
+        "id": "home",
+        "digest": "5" * 64,
+        "grants": {"kitchen": [2, 4], "laundry": [0, 19]},
+        "blocks": [["one", "kitchen", None, 5, 6], ["three", "kitchen", "boil", 0, 19]],
+    }
+
+
+def test_summaries_come_back_from_json_as_they_were() -> None:
+    module, home = summarize_module(MODULE), summarize_site(SITE)
+    assert module_summary_from_json(json.loads(json.dumps(summary_to_json(module))), FILE) == module
+    assert site_summary_from_json(json.loads(json.dumps(summary_to_json(home))), FILE) == home
+
+
+def test_a_malformed_summary_is_refused() -> None:
+    packed = summary_to_json(summarize_module(MODULE))
+    with pytest.raises(KeyError):
+        module_summary_from_json({name: packed[name] for name in packed if name != "skills"}, FILE)
+    with pytest.raises(TypeError):
+        module_summary_from_json({**packed, "more": 1}, FILE)
+    with pytest.raises(MisuseError):
+        module_summary_from_json(packed, Source("a.yaml", "short"))
+    with pytest.raises(KeyError):
+        site_summary_from_json({"id": "home"}, FILE)
