@@ -482,6 +482,7 @@ def _pairs_are_judged(
 # Broken twins: the comparison above notices a verifier that is wrong in one place.
 
 
+@pytest.mark.deep
 def test_failures_that_are_ignored_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     original = symbolic_paths.PathExploration._run
 
@@ -541,6 +542,7 @@ def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.Monke
         _compare(composition, skills)
 
 
+@pytest.mark.deep
 def test_one_order_of_the_roles_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     original = joint.joint_obligations
     monkeypatch.setattr(
@@ -555,6 +557,7 @@ def test_one_order_of_the_roles_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
         _pairs_are_judged()
 
 
+@pytest.mark.deep
 def test_a_guard_that_is_forgotten_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(symbolic_paths, "split_conjunction", lambda term: frozenset())
     with pytest.raises(AssertionError):

@@ -103,7 +103,7 @@ def test_another_terminal_pauses_and_stops_what_a_client_began(tmp_path: Path) -
     assert not [one for one in records if one["event"] == "decision"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.deep)])
 def test_a_signal_ends_a_server_whose_client_says_nothing(number: int, tmp_path: Path) -> None:
     told = tmp_path / "stderr"
     with (

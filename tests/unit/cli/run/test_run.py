@@ -37,7 +37,10 @@ def test_the_same_seed_ends_the_same_under_every_gate(
     assert "0 denied" in said
 
 
-@pytest.mark.parametrize("instruction", ["make dumplings", "clean the table", "fetch the object"])
+@pytest.mark.parametrize(
+    "instruction",
+    ["clean the table", "fetch the object", pytest.param("make dumplings", marks=pytest.mark.deep)],
+)
 def test_every_task_is_done_on_the_kinematic_plant(
     instruction: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
