@@ -129,7 +129,7 @@ def test_programs_pass_mypy_strict_and_a_wrong_one_does_not(tmp_path: Path) -> N
 # Bad input.
 
 
-def test_a_refused_manifest_is_told_with_file_line_cause_and_cure(tmp_path: Path) -> None:
+def test_a_refused_manifest_is_reported_with_file_line_cause_and_cure(tmp_path: Path) -> None:
     shutil.copytree("ecms/clean_table", tmp_path / "clean_table")
     manifest = tmp_path / "clean_table" / "ecm.yaml"
     text = manifest.read_text().replace("skills:", "skils:", 1)
@@ -210,7 +210,7 @@ def test_quotas_count_what_is_said_of_their_use() -> None:
 # Conformance of plants.
 
 
-def test_broken_promises_are_told_together() -> None:
+def test_broken_promises_are_reported_together() -> None:
     symbolic = SUBJECTS["symbolic"]
     assert "stop_ends_everything" in aeros.check_conformance(symbolic)
     with pytest.raises(ConformanceError, match=r"^\d+ of \d+ promises are broken\n\w+: ") as broken:

@@ -26,7 +26,7 @@ def run(folder: Path, runtime: Runtime, planner: Planner | None = None) -> RunRe
         return agent.run("Make dumplings!")
 
 
-def test_a_step_under_way_when_the_last_agent_was_killed_is_told(tmp_path: Path) -> None:
+def test_a_step_under_way_when_the_last_agent_was_killed_is_reported(tmp_path: Path) -> None:
     run(tmp_path, FakeRuntime())
     with closing(sqlite3.connect(tmp_path / "memory.sqlite3")) as database, database:
         database.execute("UPDATE episodes SET status = NULL WHERE skill = 'wrap'")

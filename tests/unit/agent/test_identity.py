@@ -126,7 +126,7 @@ except AgentError as refusal:
 """
 
 
-def test_of_many_that_wake_at_once_one_does_and_each_other_is_told_which(tmp_path: Path) -> None:
+def test_of_many_that_wake_at_once_one_does_and_each_other_learns_which(tmp_path: Path) -> None:
     agents = [
         subprocess.Popen(
             [sys.executable, "-c", RACE, str(tmp_path), str(number)],

@@ -446,7 +446,7 @@ def test_the_agent_waits_after_a_plan_that_failed_at_once_and_not_after_another(
     assert (slow.clock, slow.submitted) == (102.0, ["prepare", "prepare"])
 
 
-def test_the_number_of_re_plans_is_kept_before_it_is_told(tmp_path: Path) -> None:
+def test_the_number_of_re_plans_is_kept_before_it_is_reported(tmp_path: Path) -> None:
     class Dying(FakeRuntime):
         def note(self, event: str, details: Mapping[str, Any]) -> None:
             super().note(event, details)

@@ -300,7 +300,7 @@ def test_a_stop_of_one_of_two_that_are_under_way_can_be_resumed(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("endings", [{}, {"wrap": ["misaligned"] * 200}])
-def test_a_task_that_had_ended_is_told_as_it_ended_and_nothing_more_is_done(
+def test_a_task_that_had_ended_is_reported_as_it_ended_and_nothing_more_is_done(
     endings: Mapping[str, Any], tmp_path: Path
 ) -> None:
     runtime = Mortal(inf, endings=endings, at=site(replans=1))
@@ -423,7 +423,7 @@ def test_a_checkpoint_of_version_3_is_gone_on_from_once_it_is_migrated(
     assert runtime.done == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
 
 
-def test_the_end_in_a_checkpoint_of_version_3_is_told_once_it_is_migrated(
+def test_the_end_in_a_checkpoint_of_version_3_is_reported_once_it_is_migrated(
     left_amid_wrap: tuple[Path, Mortal],
 ) -> None:
     folder, runtime = left_amid_wrap

@@ -67,7 +67,7 @@ def test_what_is_no_command_is_a_usage_error(
 
 
 @pytest.mark.parametrize("debug", [False, True])
-def test_our_own_bug_is_told_without_a_traceback_unless_asked_for(
+def test_our_own_bug_is_reported_without_a_traceback_unless_asked_for(
     debug: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(decide, "prove_configuration", raising(RuntimeError("gears")))
@@ -98,7 +98,9 @@ def test_what_the_system_does_not_let_us_is_no_bug(
     assert capsys.readouterr().err == f"aeros: {said}\n"
 
 
-def test_an_interrupt_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_interrupt_is_reported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr(decide, "prove_configuration", raising(KeyboardInterrupt()))
     assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.INTERRUPTED
     assert capsys.readouterr().err == "interrupted\n"

@@ -83,7 +83,7 @@ def test_a_name_of_another_form_is_refused_with_those_that_there_are(name: str) 
         load_class(name)
 
 
-def test_an_endless_architecture_is_told_how_many_calls_it_made() -> None:
+def test_the_error_of_an_endless_architecture_counts_its_calls() -> None:
     assert str(CallLimitError()) == "stopped after 10000 calls without finishing"
 
 

@@ -41,7 +41,7 @@ def test_it_plans_by_the_rules() -> None:
 
 
 @pytest.mark.usefixtures("slept")
-def test_each_step_is_changed_as_it_is_told() -> None:
+def test_each_step_is_changed_as_requested() -> None:
     def once(step: Any) -> Any:
         return replace(step, retry=7)
 

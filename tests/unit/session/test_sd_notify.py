@@ -103,7 +103,7 @@ def test_without_a_supervisor_nothing_is_said_and_nothing_stops() -> None:
         assert not notifier.is_alone
 
 
-def test_a_change_of_what_is_asked_for_is_told_once(notifier: Notifier) -> None:
+def test_a_change_of_what_is_asked_for_is_reported_once(notifier: Notifier) -> None:
     heard: list[OperatorCommand] = []
     asking = governor()
     attending = RunGovernor(asking, notifier)

@@ -127,7 +127,7 @@ def test_the_same_memory_and_seed_choose_the_same(memory: Memory) -> None:
     assert set(sequence) == {"boil", "steam"}
 
 
-def test_what_may_not_start_is_not_chosen_and_the_reason_is_told(memory: Memory) -> None:
+def test_what_may_not_start_is_not_chosen_and_the_reason_is_reported(memory: Memory) -> None:
     remember(memory, "steam", 50, 0)
     aligned = world(wrapper_aligned=True)
     dispatcher = Dispatcher(FakeRuntime({"kitchen": KITCHEN}), memory, TASK)
@@ -177,7 +177,7 @@ def told(runtime: FakeRuntime, kind: str) -> list[dict[str, Any]]:
     return [details for told, details in runtime.notes if told == kind]
 
 
-def test_a_choice_is_told_with_its_numbers(tmp_path: Path) -> None:
+def test_a_choice_is_reported_with_its_numbers(tmp_path: Path) -> None:
     report, runtime = pursued(tmp_path, {})
     assert report.reached
     (choice,) = told(runtime, "skill-chosen")

@@ -71,7 +71,7 @@ def test_a_broken_assumption_names_the_certificate_and_what_of_it_rests_on_outco
     assert kept["declared"] == ["wrapped", "misaligned"]
 
 
-def test_planners_are_told_why_the_plan_before_failed_and_memory_keeps_it_as_data(tmp_path: Path) -> None:
+def test_planners_learn_why_the_plan_before_failed_and_memory_keeps_it_as_data(tmp_path: Path) -> None:
     class Listening(RulePlanner):
         heard: ClassVar[list[list[tuple[str, str]]]] = []
 
@@ -317,7 +317,7 @@ def test_a_restored_run_has_the_steps_plans_and_denials_of_the_session_before() 
     assert later.runner.dispatcher.denied == {("dumpling", "boil")}
 
 
-def test_a_choice_between_providers_is_told_with_the_record_of_each() -> None:
+def test_a_choice_between_providers_is_reported_with_the_record_of_each() -> None:
     kitchen = Kitchen(record=SuccessRecord(3, 1))
     fold = skill("fold", outcome("folded", {"dumpling_wrapped": True}))
     ecm = module("dumpling", (*DUMPLING.skills.values(), fold), *DUMPLING.tasks.values())
@@ -346,7 +346,7 @@ def test_the_head_is_that_of_the_runtimes_record() -> None:
     assert Kitchen().runner.audit_head == LogHead(0, "0")
 
 
-def test_how_long_a_success_takes_is_told_where_it_is_known() -> None:
+def test_how_long_a_success_takes_is_reported_where_it_is_known() -> None:
     kitchen = Kitchen(record=SuccessRecord(3, 1))
     kitchen.memory.usual = DurationStats(2.0, 1.0, 3.0, 4)
     kitchen.attempt("prepare")

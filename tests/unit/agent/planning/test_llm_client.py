@@ -93,7 +93,7 @@ def test_a_key_is_sent_in_one_header_and_cut_out_of_the_answer() -> None:
 @pytest.mark.parametrize(
     ("status", "passes"), [(500, True), (429, True), (529, True), (401, False), (201, False)]
 )
-def test_of_an_error_only_the_status_is_told(status: int, *, passes: bool) -> None:
+def test_of_an_error_only_the_status_is_reported(status: int, *, passes: bool) -> None:
     assert refusal(sends(status, b"secret")) == (f"its server answers with status {status}", passes)
 
 

@@ -193,7 +193,7 @@ def test_a_graph_has_no_more_steps_than_the_limit(monkeypatch: pytest.MonkeyPatc
     assert told(*SKILLS) == ["m.prepare", "m.recover"]
 
 
-def test_a_success_that_no_single_value_tells_from_the_others_is_told_by_several() -> None:
+def test_a_success_that_no_single_value_tells_from_the_others_is_recognised_by_several() -> None:
     deal = skill(
         "deal",
         outcome("half", {ALIGNED: True, DOUGH: True}),

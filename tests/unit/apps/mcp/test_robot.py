@@ -136,7 +136,7 @@ def test_while_a_plan_runs_the_robot_is_busy(robot: Robot) -> None:
     assert seen == [True]
 
 
-def test_an_exception_ends_a_plan_and_is_told(tmp_path: Path) -> None:
+def test_an_exception_ends_a_plan_and_is_reported(tmp_path: Path) -> None:
     robot = Robot(tmp_path, FakeRuntime(endings={"prepare": [OSError("disk full")]}))
     running = robot.thread.start_plan("p1", PREPARE, {})
     assert running.ended.wait(10.0)

@@ -110,7 +110,7 @@ def test_no_script_may_run_but_its_own(tmp_path: Path) -> None:
     assert policy == f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
 
 
-def test_a_run_is_told_whole(tmp_path: Path) -> None:
+def test_a_run_is_reported_whole(tmp_path: Path) -> None:
     out = run_symbolic(tmp_path, "--report")
     allowed = verify_log(out / "audit.jsonl").decisions.allowed
     text = " ".join(elements((out / "report.html").read_text()).text)
@@ -123,7 +123,7 @@ def test_a_run_is_told_whole(tmp_path: Path) -> None:
     assert head in text
 
 
-def test_a_denial_is_told_with_its_reasons(tmp_path: Path) -> None:
+def test_a_denial_is_reported_with_its_reasons(tmp_path: Path) -> None:
     reasons = [["AE750", "arm-standing", "somebody is so near"], ["AE730", "envelope", "outside"]]
     records = [("decision", decision(0.5, "DENY", reasons=reasons))]
     page = page_of(read_run_data(written_run(tmp_path / "out", records)), "r", {}, "")

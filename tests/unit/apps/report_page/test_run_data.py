@@ -13,7 +13,7 @@ from aeros.apps.report_page.run_data import SkillExecution, read_run_data
 from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
 
 
-def test_steps_are_told_with_role_and_outcome(tmp_path: Path) -> None:
+def test_steps_are_reported_with_role_and_outcome(tmp_path: Path) -> None:
     left = read_run_data(run_symbolic(tmp_path))
     assert [(run.skill.partition(".")[2], run.role, run.result_text, run.failed) for run in left.runs] == [
         ("prepare", "step", "missed", True),
@@ -60,7 +60,7 @@ def test_without_trace_and_samples_the_record_is_enough(tmp_path: Path) -> None:
     assert "The run has no samples" in page_of(left, "r", {}, "")
 
 
-def test_a_skill_that_did_not_come_to_its_own_end_is_told_by_how_it_ended() -> None:
+def test_a_skill_that_did_not_come_to_its_own_end_is_reported_by_how_it_ended() -> None:
     run = SkillExecution("a.b", 0.0, None, 1.0, "denied", "no", "step", "missed", True)
     assert run.result_text == "denied"
     run.status = "finished"

@@ -174,7 +174,7 @@ def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> N
     assert verify_log(watched.out / "audit.jsonl").is_sound
 
 
-def test_a_task_that_had_ended_before_the_last_crash_is_told_as_it_ended(tmp_path: Path) -> None:
+def test_a_task_that_had_ended_before_the_last_crash_is_reported_as_it_ended(tmp_path: Path) -> None:
     watched = Watched.paused(tmp_path)
     # The agent comes to the end, and its watchdog does not hear of it any more.
     os.kill(watched.process.pid, signal.SIGSTOP)

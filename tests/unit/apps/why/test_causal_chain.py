@@ -146,7 +146,7 @@ def test_a_step_whose_failure_is_not_said_counts_as_failed() -> None:
     assert step.failed
 
 
-def test_a_broken_assumption_is_told_however_the_run_ended() -> None:
+def test_a_broken_assumption_is_reported_however_the_run_ended() -> None:
     proofs = {"certificate": "ab" * 32, "obligations": ["one", "two"]}
     whole = note("broken-assumption", skill="tidy.wipe", **proofs, **WHY)
     bare = note("broken-assumption", skill="tidy.rest")

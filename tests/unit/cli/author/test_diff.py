@@ -43,7 +43,7 @@ def test_what_is_the_same_is_equal(here: Path, capsys: pytest.CaptureFixture[str
     assert shown[0].endswith("subjects are equal")
 
 
-def test_a_change_in_both_directions_is_told_with_both_lines_and_witnesses(
+def test_a_change_in_both_directions_is_reported_with_both_lines_and_witnesses(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     change(here / "new" / "ecm.yaml", "grip: force <= 10 N", "grip: 1 N <= force <= 12 N")
@@ -107,7 +107,7 @@ def test_folders_are_paired_by_module(here: Path, capsys: pytest.CaptureFixture[
     ]
 
 
-def test_a_side_that_cannot_be_read_is_told_and_nothing_compared(
+def test_a_side_that_cannot_be_read_is_reported_and_nothing_compared(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     change(here / "new" / "ecm.yaml", "grip: force <= 10 N", "grip: forse <= 10 N")

@@ -201,7 +201,7 @@ def test_for_a_site_of_ones_own_its_tests_verify_under_that_site(tmp_path: Path)
     )
 
 
-def test_a_site_without_the_words_is_told_which_it_lacks(
+def test_a_site_without_the_words_is_refused_with_those_it_lacks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _new(tmp_path, "--site", str(OTHER_SITE)) == Exit.REJECTED

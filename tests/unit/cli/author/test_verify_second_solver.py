@@ -89,7 +89,7 @@ def test_a_question_that_no_file_can_take_is_shown(
     assert "(check-sat)" in shown
 
 
-def test_agreement_is_told_and_changes_no_certificate(
+def test_agreement_is_reported_and_changes_no_certificate(
     module: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["verify", str(module), "--site", SITE]) == Exit.SUCCESS
@@ -101,7 +101,7 @@ def test_agreement_is_told_and_changes_no_certificate(
     assert (module / LOCK).read_bytes() == without
 
 
-def test_what_is_beyond_the_second_solver_is_told_and_z3_stands(
+def test_what_is_beyond_the_second_solver_is_reported_and_z3_stands(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     unknown = SolverAnswer(SatResult.UNKNOWN, {}, "out of its depth")

@@ -58,7 +58,7 @@ def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.Capture
     assert [found["told"] for found in one["rows"]] == [[], ["AE750 cell-speed"], ["AE501"]]
 
 
-def test_sessions_are_told_in_turn(tmp_path: Path) -> None:
+def test_sessions_are_reported_in_turn(tmp_path: Path) -> None:
     assert run(tmp_path, "--trials", "2", "11/once") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     assert [row["id"] for row in one["rows"]] == ["11/once/on", "11/once/off"]

@@ -62,7 +62,7 @@ def test_programs_get_the_rule_the_value_and_the_bound(
     )
 
 
-def test_a_broken_assumption_is_told_with_its_certificate(
+def test_a_broken_assumption_is_reported_with_its_certificate(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     broken = note(

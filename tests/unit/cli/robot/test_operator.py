@@ -35,7 +35,7 @@ def test_a_block_of_nothing_is_a_mistake(capsys: pytest.CaptureFixture[str]) -> 
 
 
 @pytest.mark.usefixtures("robot")
-def test_the_policy_in_force_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_policy_in_force_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert run("policy") == 0
     assert capsys.readouterr().out.startswith("bench is in force; sha256:")

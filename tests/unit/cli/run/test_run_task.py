@@ -127,7 +127,7 @@ def test_a_report_and_a_bag_are_named_with_the_outputs(
 
 
 @pytest.mark.parametrize("is_supervised", [False, True])
-def test_a_task_that_had_ended_is_told_again_and_not_done_again(
+def test_a_task_that_had_ended_is_reported_again_and_not_done_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], *, is_supervised: bool
 ) -> None:
     run(options(tmp_path), goal=HOLDS)

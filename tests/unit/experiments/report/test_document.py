@@ -49,13 +49,13 @@ def test_the_document_begins_with_title_seeds_and_work() -> None:
     assert work == "100 trials took 0.50 hours of processor."
 
 
-def test_headings_are_as_deep_as_they_are_told_to_be() -> None:
+def test_headings_are_as_deep_as_requested() -> None:
     blocks = [block.markdown for block in document(results(experiment(ONE)), "figures", top_level=2)]
     assert blocks[0].startswith("## Experiment 4")
     assert "### 4 made up" in blocks
 
 
-def test_shared_trials_are_told_with_the_plants_that_they_needed() -> None:
+def test_shared_trials_are_reported_with_the_plants_that_they_needed() -> None:
     work = {"trials": 2000, "sharing": 1500, "plants": 12, "processor_s": 3600.0}
     assert text_of(experiment(ONE), work=work)[2].startswith(
         "2,000 trials took 1.00 hours of processor; of the 1,500 of one task, 12 needed a plant of their own"

@@ -245,7 +245,7 @@ def test_what_is_asked_for_is_passed_on() -> None:
 
 
 @pytest.mark.usefixtures("slept")
-def test_what_broke_is_told_with_what_the_processes_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_broke_is_reported_with_what_the_processes_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kills, "_judge", lambda trial, *_: trial.violations.append("once: x"))
     assert tried(0).violations == ["once: x", "the agent said this"]
 
@@ -368,7 +368,7 @@ def test_records_that_were_there_at_a_kill_must_be_there_at_the_end(
     life.end()
 
 
-def test_a_task_that_does_not_end_is_killed_and_that_is_told(
+def test_a_task_that_does_not_end_is_killed_and_that_is_reported(
     tmp_path: Path, killed: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     life, trial = _life(tmp_path, longest=0.25)

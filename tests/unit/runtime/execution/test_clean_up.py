@@ -15,7 +15,7 @@ from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
 from tests.unit.runtime.together import Asking, MakeCart, asking, move, roll
 
 
-def test_clean_up_that_raises_is_told_and_stops_nothing_else(make_bench: MakeBench) -> None:
+def test_clean_up_that_raises_is_reported_and_stops_nothing_else(make_bench: MakeBench) -> None:
     def stubborn(observed: Observation, inputs: Inputs) -> SkillBody:
         try:
             yield act("move")

@@ -112,7 +112,7 @@ def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
     assert 200 < as_text < 2700
 
 
-def test_what_is_told_as_text_takes_as_much_room_as_it_needs_at_most() -> None:
+def test_an_encoded_decision_takes_as_much_room_as_it_needs_at_most() -> None:
     asked = Action("move", {"aim": (0.1, 0.2), "speed": 0.25})
     readings = {"lid": Reading(True, 1.0), "pot": Reading((0.1, 0.2), 1.0)}
     said = _said(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])

@@ -55,7 +55,7 @@ def test_a_link_instead_of_a_page_is_not_followed(tmp_path: Path) -> None:
     assert (tmp_path / "elsewhere").read_bytes() == b""
 
 
-def test_an_action_under_an_old_generation_is_told_so(tmp_path: Path) -> None:
+def test_an_action_under_an_old_generation_is_answered_so(tmp_path: Path) -> None:
     with ControlPage(tmp_path) as page:
         page.publish(3)
         with page.hold_generation(3) as is_latest:

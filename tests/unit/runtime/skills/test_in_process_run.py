@@ -141,7 +141,7 @@ def test_what_is_no_action_ends_the_run() -> None:
     )
 
 
-def test_the_skills_own_clean_up_runs_and_its_error_is_told() -> None:
+def test_the_skills_own_clean_up_runs_and_its_error_is_reported() -> None:
     done: list[str] = []
 
     def careful(observed: Observation, inputs: Inputs) -> SkillBody:

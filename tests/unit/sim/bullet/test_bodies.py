@@ -119,7 +119,7 @@ def test_the_declared_body_is_named_first(world: PhysicsWorld) -> None:
     assert (found.primary.span.start, found.secondary) == (13, ())
 
 
-def test_a_part_of_the_scene_without_a_name_is_told_by_its_place(world: PhysicsWorld) -> None:
+def test_a_part_of_the_scene_without_a_name_is_reported_by_its_place(world: PhysicsWorld) -> None:
     world.bodies.add_box((1.0, 1.0, 0.1), (0.25, 0.0, -0.045))
     (found,) = overlapping(world, body("pole"))
     assert found.headline == "`pole` and the body at (0.25, 0.00, -0.04) m overlap by 5.0 mm"

@@ -160,7 +160,7 @@ def test_skills_that_are_under_way_end_with_their_agent_and_others_do_not() -> N
     assert fake.calls[-1] == ("close",)
 
 
-def test_what_happens_is_told_with_what_was_measured_then() -> None:
+def test_what_happens_is_reported_with_what_was_measured_then() -> None:
     fake = FakePlant({"near": 1.5})
     fake.time = 4.0
     hosting = Hosting(fake)

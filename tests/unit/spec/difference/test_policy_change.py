@@ -47,7 +47,7 @@ def test_more_names_allow_more(old: frozenset[str], new: frozenset[str]) -> None
     assert (relation is Relation.NEWLY_DENIED) is (new < old)
 
 
-def test_names_added_and_removed_are_told_in_order() -> None:
+def test_names_added_and_removed_are_reported_in_order() -> None:
     assert describe_set_change("sensors", {"a", "b"}, {"a", "d", "c"}) == (
         "sensors: now with `c`, `d` and without `b`"
     )

@@ -94,7 +94,7 @@ def test_a_joint_rule_is_compared_by_the_pairs_it_allows(old: Path, new: Path) -
     assert changed(sites(old, new)) == {"joint/slow-beside-whoever-waits": "newly denied"}
 
 
-def test_a_change_of_what_motions_are_decided_by_is_told_as_allowing_more_and_less(
+def test_a_change_of_what_motions_are_decided_by_is_reported_as_allowing_more_and_less(
     old: Path, new: Path
 ) -> None:
     change(new / "site.yaml", "clearance: 10 mm", "clearance: 9 mm")
@@ -102,11 +102,11 @@ def test_a_change_of_what_motions_are_decided_by_is_told_as_allowing_more_and_le
     assert [one.subject for one in sites(old, new).changes if one.relation.allows_more] == ["motion"]
 
 
-def test_a_change_of_an_attenuation_is_told_and_not_compared(old: Path, new: Path) -> None:
+def test_a_change_of_an_attenuation_is_reported_and_not_compared(old: Path, new: Path) -> None:
     change(new / "site.yaml", '"min(speed, reduced_speed)"', '"min(speed, reduced_speed / 2)"')
     assert changed(sites(old, new)) == {"actions/move/attenuation": "changed"}
 
 
-def test_a_change_of_a_sensor_is_told(old: Path, new: Path) -> None:
+def test_a_change_of_a_sensor_is_reported(old: Path, new: Path) -> None:
     change(new / "site.yaml", "sensor: encoders", "sensor: panel")
     assert changed(sites(old, new)) == {"state/joint_angle/sensor": "changed"}

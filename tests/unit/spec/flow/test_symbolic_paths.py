@@ -187,7 +187,7 @@ def test_as_many_situations_are_explored_as_are_allowed(monkeypatch: pytest.Monk
         explored(body)
 
 
-def test_a_condition_is_told_about_the_start() -> None:
+def test_a_condition_is_reported_about_the_start() -> None:
     state = SymbolicState(frozenset({(WRAPPED, True), ("area", "pot")}))
     assert state.condition(term(f"{WRAPPED} and area == pot"), STATE) == t.TRUE
     assert state.condition(term(f"{COOKED} and {WRAPPED}"), STATE) == t.And((term(COOKED), t.TRUE))

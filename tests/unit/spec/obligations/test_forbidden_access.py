@@ -80,6 +80,6 @@ def test_a_place_that_reaches_outside_is_found_and_described(code: str, at: str,
     assert found(code) == (at, what)
 
 
-def test_the_first_of_several_places_is_told() -> None:
+def test_the_first_of_several_places_is_reported() -> None:
     assert found("import math\nx = open\nimport os") == ("import os", "imports `os`")  # statements come first
     assert found("x = open\ny = eval") == ("open", "uses `open`")

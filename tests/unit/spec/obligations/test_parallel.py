@@ -76,7 +76,7 @@ def test_two_branches_that_set_the_same_are_refuted_and_what_never_happens_is_no
     assert faults(branches, never) == {}
 
 
-def test_the_place_that_is_told_is_the_first_that_reads() -> None:
+def test_the_place_that_is_reported_is_the_first_that_reads() -> None:
     ecm = module(
         par("{skill: fetch, on_failure: stop}", "{if: fetched == sponge, then: {skill: roll}, else: nothing}")
     )
@@ -105,7 +105,7 @@ def test_a_resource_of_several_is_used_up_by_one_branch_too_many() -> None:
     assert faults(*lent, par("{skill: weigh}", inner)) == {"par-1/resources/camera": "AE858"}
 
 
-def test_a_branch_that_needs_too_much_by_itself_is_told_at_the_par_inside_it() -> None:
+def test_a_branch_that_needs_too_much_by_itself_is_reported_at_the_par_inside_it() -> None:
     inner = "{par: [{skill: sweep_arm, id: second}, {skill: sweep_arm, id: third}]}"
     found = faults(par("{skill: sweep_arm}", inner))
     assert "par-1/resources/arm" not in found

@@ -99,7 +99,7 @@ def test_a_refusal_names_all_that_is_missing_in_order() -> None:
     assert told.headline == "the site does not grant `tidier` the actuators `arm`, `turntable`"
 
 
-def test_a_risk_is_told_by_its_word() -> None:
+def test_a_risk_is_reported_by_its_word() -> None:
     high = (
         "    risk: medium\n    timeout: 30 s\n\n  scrub:",
         "    risk: high\n    timeout: 30 s\n\n  scrub:",

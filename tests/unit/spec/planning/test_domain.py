@@ -144,7 +144,7 @@ def test_a_state_has_what_is_measured_and_none_for_the_rest() -> None:
     assert domain.format_state((None, True)) == "dumpling_cooked = unknown, dumpling_wrapped = true"
 
 
-def test_a_choice_is_told_with_the_inputs_it_was_given() -> None:
+def test_a_choice_is_reported_with_the_inputs_it_was_given() -> None:
     put = skill("put", outcome("put", {"dumpling_cooked": True}))
     put = replace(put, inputs={"now": Declared(t.Variable("inputs.now", BOOL, t.VariableRole.INPUT), SPAN)})
     assert [one.label for one in domain_of(put).choices] == ["kitchen.put now=false", "kitchen.put now=true"]

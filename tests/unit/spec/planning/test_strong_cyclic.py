@@ -121,7 +121,7 @@ def test_each_start_is_searched_once_and_what_was_found_for_one_serves_another()
     assert len(asked) == count
 
 
-def test_a_dead_end_is_told_once_with_the_way_to_it() -> None:
+def test_a_dead_end_is_reported_once_with_the_way_to_it() -> None:
     burn = skill(
         "boil",
         outcome("cooked", {"dumpling_cooked": True}),

@@ -29,7 +29,7 @@ def test_what_is_not_measured_satisfies_nothing() -> None:
     assert said.endswith("`dough_on_workspace`: `dough_on_workspace` is not measured, and no skill sets it")
 
 
-def test_a_broken_invariant_is_told_first() -> None:
+def test_a_broken_invariant_is_reported_first() -> None:
     kept = TaskInvariant("kept", term("not dumpling_cooked"), "", SPAN)
     domain = domain_for(
         {"kitchen": module("kitchen", (BOIL,))}, site(), UNTOUCHED, term("dumpling_cooked"), (kept,)
@@ -49,7 +49,7 @@ def test_where_the_parts_could_be_had_one_by_one_the_order_is_to_blame() -> None
     )
 
 
-def test_parts_that_exclude_each_other_are_told_together() -> None:
+def test_parts_that_exclude_each_other_are_reported_together() -> None:
     domain = domain_of(BOIL, skill("wrap", outcome("wrapped", {"dumpling_wrapped": True})),
                        goal="dumpling_cooked and not dumpling_cooked")  # fmt: skip
     assert unreachability_reasons(domain, (False, False)) == (
@@ -57,7 +57,7 @@ def test_parts_that_exclude_each_other_are_told_together() -> None:
     )
 
 
-def test_a_condition_that_no_skill_brings_about_is_told_as_that() -> None:
+def test_a_condition_that_no_skill_brings_about_is_reported_as_that() -> None:
     turned = skill("boil", outcome("cooked", {"dumpling_cooked": True}), precondition="not dumpling_cooked")
     domain = domain_of(turned, goal="not dumpling_cooked")
     assert unreachability_reasons(domain, (True,)) == (

@@ -66,7 +66,7 @@ def test_a_site_is_proved_with_its_joint_rules_and_quotas() -> None:
     assert {str(one.id).partition("/")[0] for one in report.claims} == {"policy"}
 
 
-def test_a_rule_that_denies_nothing_is_told_once() -> None:
+def test_a_rule_that_denies_nothing_is_reported_once() -> None:
     _, report = examine_site(source(("require: force <= 30 N", "require: force <= 300 N")), ORACLE)
     assert report.conclusion is Conclusion.REJECTED
     assert [one.code for one in report.diagnostics] == ["AE603"]
@@ -129,7 +129,7 @@ def test_a_module_is_summarized_without_a_proof(bench: Site, tmp_path: Path) -> 
     assert summarize_folder(path, bench) == examine_module(path, bench, ORACLE).summary
 
 
-def test_an_envelope_that_holds_nothing_is_told_once(bench: Site, tmp_path: Path) -> None:
+def test_an_envelope_that_holds_nothing_is_reported_once(bench: Site, tmp_path: Path) -> None:
     found = examine_module(tidy(tmp_path, ("grip: force <= 10 N", "grip: force < 0 N")), bench, ORACLE)
     assert [one.code for one in found.last_problems] == ["AE503"]
 
@@ -155,7 +155,7 @@ def test_what_is_proved_or_left_to_the_gate_is_not_told() -> None:
     assert all(diagnostic_of(one) is None for one in findings().values())
 
 
-def test_a_breach_is_told_with_an_example_and_its_remedies() -> None:
+def test_a_breach_is_reported_with_an_example_and_its_remedies() -> None:
     found = findings((REACH, "reach: true"))["safety/fetch/reach/short-reach"]
     told = diagnostic_of(found)
     assert told is not None
@@ -182,7 +182,7 @@ def test_a_repair_of_several_lines_is_no_edit() -> None:
     assert (told.help[0], told.fix) == ("write `reach: false`", None)
 
 
-def test_what_is_undecided_is_told_as_that_even_where_the_gate_would_decide() -> None:
+def test_what_is_undecided_is_reported_as_that_even_where_the_gate_would_decide() -> None:
     found = findings()["safety/fetch/reach/stop-button"]
     told = diagnostic_of(replace(found, verdict=Verdict.UNKNOWN, witness=None, reason="the budget is spent"))
     assert told is not None

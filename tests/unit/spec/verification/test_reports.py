@@ -94,7 +94,7 @@ def test_what_cannot_be_read_is_rejected_with_its_reason() -> None:
     )  # fmt: skip
 
 
-def test_paths_without_a_module_are_told_together_if_that_is_an_error() -> None:
+def test_paths_without_a_module_are_reported_together_if_that_is_an_error() -> None:
     sink = Diagnostics()
     assert missing_module_report(sink) == ()
     sink.report(WARNING)
@@ -114,7 +114,7 @@ def told(
     return module_report(FOLDER, one, at, {} if co_installed is None else co_installed)
 
 
-def test_a_module_that_cannot_be_read_is_told_by_its_folder() -> None:
+def test_a_module_that_cannot_be_read_is_reported_by_its_folder() -> None:
     report = told(ModuleFindings(None, (ERROR,)))
     assert (report.name, report.conclusion, report.diagnostics) == (
         str(FOLDER),
@@ -181,7 +181,7 @@ def test_one_module_is_no_configuration() -> None:
     assert configuration_report([], SITE) is None
 
 
-def test_several_modules_are_told_together() -> None:
+def test_several_modules_are_reported_together() -> None:
     report = configuration_report([SUMMARY, replace(SUMMARY, id="other")], SITE)
     assert report is not None
     assert report.claim_count > 0

@@ -54,7 +54,7 @@ def test_each_subject_is_a_suite_and_each_obligation_a_case(run: str) -> None:
 
 
 @pytest.mark.parametrize("run", RUNS)
-def test_every_diagnostic_is_told(run: str) -> None:
+def test_every_diagnostic_is_reported(run: str) -> None:
     result = result_of(run)
     told = as_junit(result)
     for problem in result.problems:
