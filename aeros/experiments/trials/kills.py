@@ -158,7 +158,7 @@ class _SupervisedTask:
             self._watchdog.wait(self._longest)
         if self._watchdog.poll() is None:
             self._trial.violations.append(f"ended: not after {self._longest:g} s")
-            for pid in (self._watchdog.pid, self._agent_pid(), _holder_of(self.state / "plant")):
+            for pid in (self._watchdog.pid, self._agent_pid()):
                 # 0 stands for none; kill would send the signal to all processes of our group.
                 if pid > 0:
                     with suppress(ProcessLookupError):
