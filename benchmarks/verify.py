@@ -75,8 +75,11 @@ def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
     }
 
 
-def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
-    """Measure seconds of synthetic modules cold, warm, and with one changed; and the memory of the first."""
+def synthetic(folder: Path, count: int, jobs: int, rounds: int) -> dict[str, Any]:
+    """Measure seconds of synthetic modules cold, warm, and with one changed; and the memory of the first.
+
+    Warm, and with one changed, is the median of `rounds` runs.
+    """
     environment = _environment(folder)
     modules = folder / f"site_{count}"
     write_modules(modules, count)
@@ -87,9 +90,9 @@ def synthetic(folder: Path, count: int, jobs: int) -> dict[str, Any]:
     row["processor"] = _child_cpu_seconds() - used
     again = (*_VERIFY, str(modules), "--jobs", str(jobs))
     _seconds(again, environment)
-    row["warm"] = statistics.median(_seconds(again, environment)[0] for _ in range(3))
+    row["warm"] = statistics.median(_seconds(again, environment)[0] for _ in range(rounds))
     changed = []
-    for number in range(3):
+    for number in range(rounds):
         write_module(modules, count // 2, version=f"1.0.{number + 1}")
         changed.append(_seconds(again, environment)[0])
     row["one changed"] = statistics.median(changed)
@@ -144,10 +147,10 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
-    sizes, runs = ([2], 1) if arguments.quick else (arguments.sizes, arguments.runs)
+    sizes, runs, rounds = ([2], 1, 1) if arguments.quick else (arguments.sizes, arguments.runs, 3)
     with tempfile.TemporaryDirectory() as folder:
         medians = reference(Path(folder), runs)
-        rows = [synthetic(Path(folder), size, arguments.jobs) for size in sizes]
+        rows = [synthetic(Path(folder), size, arguments.jobs, rounds) for size in sizes]
     found: dict[str, Any] = {
         "python": platform.python_version(),
         "reference": medians,

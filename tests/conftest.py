@@ -13,6 +13,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Generator, Iterable
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -157,15 +158,23 @@ def _is_at(found: Path, places: Iterable[str]) -> bool:
     return any(path.match(place) or path.is_relative_to(place) for place in places)
 
 
+@cache
+def _markers_at(path: Path) -> tuple[str, ...]:
+    return tuple(marker for marker, places in MARKED.items() if _is_at(path, places))
+
+
+@cache
+def _is_proving(path: Path) -> bool:
+    return any(path.is_relative_to(one) for one in _PROVING)
+
+
 def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark a test by the folder that it is in."""
-    for marker, places in MARKED.items():
-        if _is_at(item.path, places):
-            item.add_marker(marker)
+    for marker in _markers_at(item.path):
+        item.add_marker(marker)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Tests that only need proved modules find what another proved in the same run."""
-    is_proving = any(item.path.is_relative_to(one) for one in _PROVING)
-    os.environ["AEROS_CACHE"] = "off" if is_proving else os.environ[_STORE]
+    os.environ["AEROS_CACHE"] = "off" if _is_proving(item.path) else os.environ[_STORE]

@@ -40,7 +40,7 @@ from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.certificate import Certificate
 from aeros.spec.verification.discharge import discharge_obligations
 from aeros.spec.verification.verify import verify
-from tests.hypothesis_profiles import examples
+from tests.hypothesis_profiles import PROFILE, PROFILES, examples
 from tests.property.test_verdicts import (
     ANY,
     COLOURS,
@@ -80,7 +80,7 @@ def differing(gate: CompiledGate, everything: CompiledGate, requests: Iterable[R
 
 # The shipped modules.
 
-PER_CONDITION = 40
+PER_CONDITION = 15 * PROFILES[PROFILE]
 """Of each condition on the kind."""
 
 MOST_ROUNDINGS = 200

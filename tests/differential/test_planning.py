@@ -316,7 +316,7 @@ def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.
 
 
 def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
-    @examples(150, **more)
+    @examples(100, **more)
     @given(problems(), st.data(), st.integers(0, 2**32))
     def law(problem: Problem, data: st.DataObject, seed: int) -> None:
         _judged_plans_are_run(problem, data.draw(_graphs(problem)), seed, seen)
@@ -327,7 +327,7 @@ def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
 def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
     forks = Counter[bool]()
 
-    @examples(200)
+    @examples(100)
     @given(problems())
     def law(problem: Problem) -> None:
         strategy = StrongCyclicStrategy(domain_of(problem))

@@ -125,7 +125,8 @@ def test_everything_the_real_loop_does_is_in_the_explored_graph(case: Case) -> N
         assert_is_a_path(explored.system, case, run)
 
 
-@pytest.mark.parametrize(("name", "replans"), [(name, replans) for name in REFERENCE for replans in (0, 1)])
+@pytest.mark.parametrize("replans", [0, pytest.param(1, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("name", REFERENCE)
 def test_a_reference_module_is_predicted_as_every_run_of_the_real_loop_has_it(
     name: str, replans: int
 ) -> None:
@@ -137,7 +138,10 @@ def test_a_reference_module_is_predicted_as_every_run_of_the_real_loop_has_it(
     assert exact == found
 
 
-@pytest.mark.parametrize(("replans", "count"), [(1, 2_000), (10, 500)])
+@pytest.mark.parametrize(
+    ("replans", "count"),
+    [(1, 500), (10, 100), *(pytest.param(*more, marks=pytest.mark.deep) for more in ((1, 2_000), (10, 500)))],
+)
 @pytest.mark.parametrize("name", REFERENCE)
 def test_runs_of_the_real_loop_come_to_what_is_predicted(name: str, replans: int, count: int) -> None:
     case = in_small(reference(name, replans))

@@ -24,7 +24,7 @@ looks = st.lists(st.tuples(steps, values), max_size=3)
 decisions = st.lists(st.tuples(steps, values, st.booleans(), looks), min_size=1, max_size=6)
 
 
-@examples(150)
+@examples(80)
 @example(
     t.Since(t.TRUE, t.Not(t.Previously(B)), Fraction(1)),
     [(0.0, WITHOUT_B, True, [(0.0, WITH_B), (1.0, WITH_B)]), (0.25, WITHOUT_B, False, [])],

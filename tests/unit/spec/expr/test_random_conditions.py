@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 from hypothesis import HealthCheck, Phase, given, settings
@@ -45,8 +46,14 @@ def drawn(strategy: st.SearchStrategy[Any], count: int) -> list[Any]:
     return found
 
 
-CASES: list[ConditionCase] = drawn(cases(), 40)
-CONDITIONS: list[t.Term] = drawn(conditions(), 300)
+@cache
+def drawn_cases() -> list[ConditionCase]:
+    return drawn(cases(), 40)
+
+
+@cache
+def drawn_conditions() -> list[t.Term]:
+    return drawn(conditions(), 300)
 
 
 def nodes(term: t.Term) -> list[t.Term]:
@@ -54,17 +61,17 @@ def nodes(term: t.Term) -> list[t.Term]:
 
 
 def test_every_kind_of_term_but_those_about_the_past_is_generated() -> None:
-    met = {type(node) for term in CONDITIONS for node in nodes(term)}
+    met = {type(node) for term in drawn_conditions() for node in nodes(term)}
     assert met == {*t._FIELDS} - {t.Previously, t.Since, t.Occurrences}
 
 
 def test_every_operator_and_kind_is_generated() -> None:
-    every = [node for term in CONDITIONS for node in nodes(term)]
+    every = [node for term in drawn_conditions() for node in nodes(term)]
     assert {node.op for node in every if isinstance(node, t.Compare)} == {"<", "<=", "=="}
     kinds = {node.kind for node in every if isinstance(node, t.Extremum | t.Quantified | t.Aggregate)}
     assert kinds == {"min", "max", "all", "any", "sum", "count"}
     assert {node.index.type for node in every if isinstance(node, t.Quantified)} == {JOINT, MODE}
-    assert {name for term in CONDITIONS for name in t.variables_of(term)} == {*VARIABLES}
+    assert {name for term in drawn_conditions() for name in t.variables_of(term)} == {*VARIABLES}
 
 
 def _is_bound(term: t.Term, indices: tuple[t.BoundVariable, ...] = ()) -> bool:
@@ -77,17 +84,17 @@ def _is_bound(term: t.Term, indices: tuple[t.BoundVariable, ...] = ()) -> bool:
 
 
 def test_an_index_stands_only_inside_its_quantifier() -> None:
-    assert all(map(_is_bound, CONDITIONS))
+    assert all(map(_is_bound, drawn_conditions()))
 
 
 def test_every_term_can_be_evaluated_as_its_type_says() -> None:
-    env = exact_environment(CASES[0].values)
-    assert all(type(evaluate(term, env)) is bool for term in CONDITIONS)
+    env = exact_environment(drawn_cases()[0].values)
+    assert all(type(evaluate(term, env)) is bool for term in drawn_conditions())
     assert all(type(evaluate(term, env)) is Fraction for term in drawn(reals(), 30))
 
 
 def test_every_real_value_is_inside_its_range_and_whole_where_it_must_be() -> None:
-    for case in CASES:
+    for case in drawn_cases():
         assert case.values.keys() == VARIABLES.keys()
         scalars = to_scalars(case.values)
         assert scalars.keys() == {one.name for of in VARIABLES.values() for one in scalar_variables(of)}
@@ -100,7 +107,7 @@ def test_every_real_value_is_inside_its_range_and_whole_where_it_must_be() -> No
 
 def test_values_are_often_hard_to_decide_at() -> None:
     met = Counter[str]()
-    for case in CASES:
+    for case in drawn_cases():
         for name, value in to_scalars(case.values).items():
             if isinstance(value, float) and name in case.ranges:
                 low, high = case.ranges[name]
@@ -142,7 +149,7 @@ def test_measured_values_are_read_exactly() -> None:
 
 
 def test_vectors_and_families_are_split_into_their_parts() -> None:
-    scalars = to_scalars(CASES[0].values)
-    p, ready = CASES[0].values["p"], CASES[0].values["ready"]
+    scalars = to_scalars(drawn_cases()[0].values)
+    p, ready = drawn_cases()[0].values["p"], drawn_cases()[0].values["ready"]
     assert (scalars["p.x"], scalars["p.y"], scalars["p.z"]) == p
     assert tuple(scalars[f"ready[{member}]"] for member in JOINT.members) == ready
