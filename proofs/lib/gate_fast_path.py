@@ -86,7 +86,7 @@ _SHAPES: Final = (
     _make_shape("parameters", ("speed", "gently", "tool"), (), ()),
     _make_shape("inputs", ("times",), ("size",), ("lit",)),
     _make_shape("vectors", ("place",), (), ()),
-    # Less than what the next one says, in a tenth of its paths: mutants that need no second reading are quick.
+    # A part of the next one, in a seventh of its paths: quick for mutants that need no second reading.
     _make_shape("reading", (), (), ("near",)),
     _make_shape("readings", (), (), ("near", "warm")),
 )
