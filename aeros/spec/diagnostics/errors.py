@@ -43,7 +43,11 @@ class DisagreementError(InternalError):
     """
 
     def __init__(self, description: str, script: str, first: str, second: str) -> None:
-        super().__init__(f"the solvers disagree about {description}: {first}, but {second}")
+        # All arguments, so that the error can be raised again in another process.
+        super().__init__(description, script, first, second)
         self.about = description
         self.script = script
         self.answers = (first, second)
+
+    def __str__(self) -> str:
+        return f"the solvers disagree about {self.about}: {self.answers[0]}, but {self.answers[1]}"

@@ -45,3 +45,5 @@ def test_a_disagreement_says_what_about_and_keeps_the_question() -> None:
     assert str(error) == "the solvers disagree about the safety of `wrap`: z3 says sat, but cvc5 says unsat"
     assert (error.about, error.script) == ("the safety of `wrap`", "(check-sat)")
     assert error.answers == ("z3 says sat", "cvc5 says unsat")
+    there = pickle.loads(pickle.dumps(error))  # noqa: S301  we wrote it
+    assert (str(there), there.script, there.answers) == (str(error), error.script, error.answers)
