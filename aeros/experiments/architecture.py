@@ -126,7 +126,13 @@ class Architecture(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class TrialModel:
-    """Declared behaviour of a trial's plant: the manifest as it ran, the task in it, and the site."""
+    """Declared behaviour of a trial's plant.
+
+    Attributes:
+        ecm: the module as it ran.
+        task: the task, one of the module's.
+        site: the site.
+    """
 
     ecm: Ecm
     task: Task

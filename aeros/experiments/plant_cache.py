@@ -104,7 +104,12 @@ class PlantTraceCache:
 
 
 class LivePlant(NamedTuple):
-    """An open plant, and a runtime on it."""
+    """An open plant, and a runtime on it.
+
+    Attributes:
+        runtime: runtime that runs skills on it.
+        opened: the open plant.
+    """
 
     runtime: Runtime
     opened: OpenPlant

@@ -9,7 +9,12 @@ from scipy.stats import binom, binomtest, fisher_exact
 
 
 class ConfidenceInterval(NamedTuple):
-    """A closed interval from low to high."""
+    """A closed confidence interval.
+
+    Attributes:
+        low: lower end, in the unit of the estimated value.
+        high: upper end, in the same unit.
+    """
 
     low: float
     high: float

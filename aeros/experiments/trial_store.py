@@ -35,7 +35,13 @@ _SYNC_EVERY: Final = 1.0  # s
 
 
 class StoredTrial(NamedTuple):
-    """A finished trial: its condition's digest, its seed, and what it found."""
+    """A finished trial.
+
+    Attributes:
+        condition: digest of its condition.
+        seed: seed of its random numbers.
+        findings: measured values of the trial.
+    """
 
     condition: str
     seed: int

@@ -95,6 +95,8 @@ class RecordedPlant(NamedTuple):
 
     Attributes:
         plant: The plant as opened, without the recorders.
+        audit: Audit log that decisions are written to.
+        skills: Factory of skill runs.
         observe: Writes an event to the trace and passes it on.
         feed: Feed into the bag or MCAP file; None if neither is written.
         listeners: All listeners to measurements, including the recorders.
@@ -109,7 +111,12 @@ class RecordedPlant(NamedTuple):
 
 
 class AgentSession(NamedTuple):
-    """An awake agent and the executor that carries out what it proposes."""
+    """An awake agent and the executor that carries out what it proposes.
+
+    Attributes:
+        executor: The executor; it runs the agent's steps.
+        agent: The agent, ready for a task.
+    """
 
     executor: Executor
     agent: Agent

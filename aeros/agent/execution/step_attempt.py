@@ -87,7 +87,14 @@ class AttemptResult:
 
 @dataclass(frozen=True, slots=True)
 class PendingAttempt:
-    """A request with the state in which it was made; `episode_id` is its number in memory."""
+    """A request that was made, with the state in which it was made.
+
+    Attributes:
+        role: reason for the invocation: first try, retry or recovery.
+        dispatch: the request and the providers that were considered.
+        episode_start: the part of its episode in memory that is known before the step starts.
+        episode_id: number of the attempt's episode in memory.
+    """
 
     role: StepRole
     dispatch: Dispatch
@@ -97,7 +104,12 @@ class PendingAttempt:
 
 @dataclass(frozen=True, slots=True)
 class RunningAttempt:
-    """An attempt that is running, with the runtime's handle of it."""
+    """An attempt that is running.
+
+    Attributes:
+        handle: the runtime's handle of the step.
+        pending: the request that it came from.
+    """
 
     handle: StepHandle
     pending: PendingAttempt

@@ -21,7 +21,14 @@ from aeros.agent.memory.schema import open_database
 
 @dataclass(frozen=True, slots=True)
 class DeletedRows:
-    """Number of rows deleted from each table."""
+    """Numbers of rows deleted from memory, by table.
+
+    Attributes:
+        sessions: number of sessions.
+        episodes: number of attempts of skills.
+        events: number of events.
+        facts: number of learned facts.
+    """
 
     sessions: int
     episodes: int

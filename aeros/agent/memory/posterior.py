@@ -21,7 +21,12 @@ HOPELESS_BELOW: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class SuccessRecord:
-    """Number of successes and failures."""
+    """Numbers of successes and failures of a skill.
+
+    Attributes:
+        successes: number of runs that succeeded.
+        failures: number of runs that failed.
+    """
 
     successes: int
     failures: int

@@ -104,7 +104,12 @@ class DurationStats:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """A fact that was learned, and its source."""
+    """A fact that was learned, and its source.
+
+    Attributes:
+        value: JSON value.
+        source: origin of the value, as given to `Memory.set_fact`.
+    """
 
     value: Any
     source: str

@@ -23,7 +23,12 @@ class RoutingError(AgentError):
 
 @dataclass(frozen=True, slots=True)
 class RoutedTask:
-    """A task and the module that provides it."""
+    """A task and the module that provides it.
+
+    Attributes:
+        module: id of the module.
+        task: the task as the module declares it.
+    """
 
     module: str
     task: Task

@@ -75,7 +75,12 @@ Part: TypeAlias = parts.Part[PlanStep]
 
 @dataclass(frozen=True, slots=True)
 class TaskGraph:
-    """A plan: its parts in order. `remark` is the planner's note for the record."""
+    """A plan.
+
+    Attributes:
+        parts: its parts, which run in this order.
+        remark: the planner's note for the record; empty if there is none.
+    """
 
     parts: tuple[Part, ...]
     remark: str = ""

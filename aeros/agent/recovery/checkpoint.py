@@ -104,7 +104,13 @@ class TaskCheckpoint:
 
 
 class TaskEnd(NamedTuple):
-    """End of a task: its report, the plant time (s), and the end of the audit record at that time."""
+    """End of a task.
+
+    Attributes:
+        report: the task's report.
+        time: plant time (s).
+        head: end of the audit record at that time.
+    """
 
     report: RunReport
     time: float

@@ -56,7 +56,12 @@ class RecordedStep:
 class ProgressRecovery:
     """Recovery of a plan's progress.
 
-    `is_position_known` becomes False if it is not known where the plan was.
+    Attributes:
+        modules: active modules by id.
+        world: the world as measured after the restart.
+        bars: steps that must not run again, as their effects are unknown; extended by `recover`.
+        journal: receives a note about each step that is accounted for.
+        is_position_known: False once it is unknown where in the plan the run was.
     """
 
     modules: Mapping[str, Ecm]

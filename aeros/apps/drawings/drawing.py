@@ -18,7 +18,13 @@ Shape = Literal["step", "state", "start", "goal", "stuck", "choice", "bar"]
 
 @dataclass(frozen=True)
 class Node:
-    """One node: its lines of text and its shape."""
+    """One node of a diagram.
+
+    Attributes:
+        id: Name that edges refer to, unique in the diagram.
+        lines: Lines of its text, from top to bottom.
+        shape: The shape that is drawn around the text.
+    """
 
     id: str
     lines: tuple[str, ...]
@@ -27,7 +33,14 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """One arrow and its label; dashed for a transition on failure."""
+    """One arrow of a diagram.
+
+    Attributes:
+        source: Id of the node where it starts.
+        target: Id of the node where it ends.
+        label: Text beside it; empty for none.
+        dashed: True for a transition on failure.
+    """
 
     source: str
     target: str
@@ -37,7 +50,13 @@ class Edge:
 
 @dataclass(frozen=True)
 class Diagram:
-    """Nodes in reading order, the first at the top, and the edges between them."""
+    """Nodes and the edges between them.
+
+    Attributes:
+        title: The diagram's title.
+        nodes: Nodes in reading order, the first at the top.
+        edges: Edges; their nodes are among `nodes`.
+    """
 
     title: str
     nodes: tuple[Node, ...]

@@ -25,7 +25,13 @@ _SWEEPS: Final = 24
 
 @dataclass(frozen=True)
 class LayoutEdge:
-    """An edge between two nodes and the size of its label, (0, 0) for none."""
+    """An edge to be laid out.
+
+    Attributes:
+        source: Name of the node where it starts.
+        target: Name of the node where it ends.
+        label: Width and height of its label in pixels; (0, 0) for none.
+    """
 
     source: str
     target: str
@@ -34,7 +40,14 @@ class LayoutEdge:
 
 @dataclass(frozen=True)
 class DiagramLayout:
-    """Centres of nodes and of labels (by number of the edge), points of each edge, size of all; in pixels."""
+    """Positions of a diagram's parts, in pixels from the upper left corner.
+
+    Attributes:
+        nodes: Centre (x, y) of each node, by name.
+        labels: Centre (x, y) of each label, by the number of its edge.
+        edge_paths: Points (x, y) of each edge, from source to target, in the order of the edges.
+        size: Width and height of the diagram.
+    """
 
     nodes: Mapping[str, Point]
     labels: Mapping[int, Point]

@@ -37,7 +37,13 @@ class ApprovalError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Approval:
-    """An approval: who gave it, and when (seconds since 1970)."""
+    """An operator's approval of a request.
+
+    Attributes:
+        id: Id of the request, eight hexadecimal digits.
+        approved_by: Name of the operator.
+        approved_at: Time of the approval, seconds since 1970.
+    """
 
     id: str
     approved_by: str

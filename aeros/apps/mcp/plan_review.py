@@ -25,7 +25,12 @@ from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 @dataclass(frozen=True, slots=True)
 class ClientPlan:
-    """Plan of a client: steps, and the goal that must hold after them."""
+    """Plan of a client.
+
+    Attributes:
+        steps: Its steps, which run in this order.
+        goal: Condition that must hold after them.
+    """
 
     steps: tuple[ProposedStep, ...]
     goal: ActionCondition

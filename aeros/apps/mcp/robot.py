@@ -57,7 +57,13 @@ class ClientPlanner:
 
 
 class RobotParts(NamedTuple):
-    """Parts of the robot that only its thread uses."""
+    """Parts of the robot that only its thread uses.
+
+    Attributes:
+        runtime: The runtime that runs steps.
+        agent: The agent that pursues tasks.
+        planner: The planner that hands the client's plan to the agent.
+    """
 
     runtime: Runtime
     agent: Agent

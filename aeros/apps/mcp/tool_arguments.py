@@ -23,7 +23,12 @@ class ToolCallError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ProposedStep:
-    """A step that a client proposes: MODULE.SKILL and its inputs as JSON values."""
+    """A step that a client proposes.
+
+    Attributes:
+        skill: Skill as MODULE.SKILL.
+        inputs: Inputs by name, JSON values.
+    """
 
     skill: str
     inputs: Mapping[str, Any]

@@ -28,7 +28,13 @@ COLOURS: Final = {
 
 
 class Mark(NamedTuple):
-    """An event at one time (s): its category, a key of `COLOURS`, and its text."""
+    """An event in a plot.
+
+    Attributes:
+        time: Plant time (s).
+        category: A key of `COLOURS`.
+        text: Text shown for it.
+    """
 
     time: float
     category: str

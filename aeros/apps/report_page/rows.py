@@ -18,7 +18,13 @@ MAX_ROWS: Final = 2_000
 
 @dataclass
 class DecisionRow:
-    """`count` equal decisions from `first` to `last`: same skill, action kind and reasons."""
+    """Consecutive decisions with the same skill, action kind and reasons.
+
+    Attributes:
+        first: The first of them.
+        last: The last of them.
+        count: How many they are.
+    """
 
     first: RecordedDecision
     last: RecordedDecision

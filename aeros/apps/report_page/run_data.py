@@ -32,7 +32,14 @@ _TRACE_ONLY_EVENTS: Final = frozenset(("fault", "fault-over", "fault-passed"))
 
 @dataclass(frozen=True, slots=True)
 class TraceEvent:
-    """An event of the trace: plant time (s), kind, a line of text, and details."""
+    """An event of the trace.
+
+    Attributes:
+        time: Plant time (s).
+        kind: Kind of event.
+        text: One line for people.
+        details: The event's data by name, JSON values.
+    """
 
     time: float
     kind: str

@@ -27,7 +27,13 @@ MAX_SAMPLES: Final = 4_000
 
 
 class Limit(NamedTuple):
-    """A bound from a time (s) on; None if nothing bounds the quantity from then on."""
+    """A bound that applies from a time on, until the next one.
+
+    Attributes:
+        time: Plant time (s) from which it applies.
+        value: The bound, in the quantity's unit; None if nothing bounds the quantity from then on.
+        rule: Id of the rule that it comes from.
+    """
 
     time: float
     value: float | None
@@ -58,7 +64,17 @@ class PlottedQuantity:
 
 
 class ClosestApproach(NamedTuple):
-    """The time at which a quantity had the smallest margin to a rule's bound."""
+    """The time at which a quantity had the smallest margin to a rule's bound.
+
+    Attributes:
+        rule: Id of the rule.
+        quantity: Name of the quantity.
+        unit: Unit of `measured` and `bound`.
+        is_upper: True if `bound` is an upper bound, False if it is a lower one.
+        measured: Value of the quantity at that time.
+        bound: The rule's bound at that time.
+        time: Plant time (s).
+    """
 
     rule: str
     quantity: str
@@ -76,9 +92,11 @@ class ClosestApproach(NamedTuple):
 
 @dataclass
 class Series:
-    """Every quantity that was bounded at some time, and the closest approach of each rule.
+    """Quantities of a run and the bounds on them.
 
     Attributes:
+        quantities: Every quantity that was bounded at some time, by name.
+        closest_approaches: Closest approach by rule and quantity; members of a family share one.
         sample_step: Bounds were evaluated at every n-th sample.
     """
 

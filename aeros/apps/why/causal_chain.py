@@ -23,6 +23,8 @@ class CausalLink:
 
     Attributes:
         record: Sequence number of the audit record.
+        text: The event in one line.
+        causes: Causes of the event as data; empty if none were recorded.
     """
 
     record: int
@@ -35,9 +37,12 @@ class StepTrace:
     """A step of the run.
 
     Attributes:
+        number: Number of the step in the run, from 1.
+        skill: Skill as MODULE.SKILL.
         start_index: Index in the log of the note about its start.
         end_index: Index in the log of the note about its end; None if the log ends before.
         failed: True if it failed or has no recorded end.
+        reason: Reason for its end in words.
     """
 
     number: int

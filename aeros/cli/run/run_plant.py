@@ -36,7 +36,13 @@ if TYPE_CHECKING:
 
 
 class SceneExtras(NamedTuple):
-    """Simulated people, faults, and bodies besides the task's own objects."""
+    """Simulated people, faults, and bodies besides the task's own objects.
+
+    Attributes:
+        people: Simulated people.
+        faults: Faults to inject.
+        bodies: Further bodies.
+    """
 
     people: Sequence[Person]
     faults: Sequence[Fault]
@@ -48,6 +54,11 @@ class PlantSetup:
     """Everything that a run needs to open its plant.
 
     Attributes:
+        arguments: Parsed options of the command.
+        configuration: The site and the active modules.
+        task: The task, and the module that provides it.
+        extras: People, faults and bodies to add to the scene.
+        viewers: Viewers that show the run.
         out: The run's output folder.
     """
 

@@ -18,7 +18,12 @@ _Record = tuple[int, int, int, int]
 
 
 class ExpectedSession(NamedTuple):
-    """Expected values of one session: the probabilities of success, and of choosing the first skill."""
+    """Expected values of one session.
+
+    Attributes:
+        success: probability of success, in [0, 1].
+        first: probability that the first skill is chosen, in [0, 1].
+    """
 
     success: float
     first: float

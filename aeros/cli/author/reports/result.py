@@ -13,7 +13,12 @@ from aeros.spec.verification.reports import Report, SubjectReport
 
 @dataclass(frozen=True)
 class LocatedDiagnostic:
-    """A diagnostic and the file that it concerns; None if it concerns no file."""
+    """A diagnostic and the file that it concerns.
+
+    Attributes:
+        diagnostic: The diagnostic.
+        path: The file; None if it concerns no file.
+    """
 
     diagnostic: Diagnostic
     path: Path | None
@@ -21,7 +26,12 @@ class LocatedDiagnostic:
 
 @dataclass(frozen=True)
 class VerifyResult:
-    """The report and the problems of certificates, the input of all renderers."""
+    """Input of all renderers.
+
+    Attributes:
+        report: The report of the verification.
+        certificates: Problems of certificates, with the files.
+    """
 
     report: Report
     certificates: tuple[LocatedDiagnostic, ...] = ()
