@@ -20,7 +20,12 @@ Row = tuple[float, float, float]
 
 
 class JointFrame(NamedTuple):
-    """A link's frame in B: its origin (m) and its three unit axes; the joint turns it about `z`."""
+    """A link's frame in B; the joint turns the link about `z`.
+
+    Attributes:
+        origin: its origin, m.
+        x, y, z: its unit axes.
+    """
 
     origin: Triple
     x: Triple

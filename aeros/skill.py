@@ -33,8 +33,9 @@ class Action(NamedTuple):
 
     An `Action` is only a request: the gate decides it, and the plant executes what the gate allowed.
 
-    kind: an action kind of the site's vocabulary.
-    parameters: by name; numbers in SI units, booleans, enum members as strings, 3-vectors as tuples.
+    Attributes:
+        kind: an action kind of the site's vocabulary.
+        parameters: by name; numbers in SI units, booleans, enum members as strings, 3-vectors as tuples.
 
     Example:
         >>> aeros.Action("wait", {"duration": 0.5}) == aeros.act("wait", duration=0.5)

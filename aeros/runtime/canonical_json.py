@@ -42,8 +42,9 @@ HASH_SUFFIX_LENGTH: Final = len(_HASH_FIELD) + 64 + len(_HASH_END)
 class Encoded(NamedTuple):
     """Canonical text of a value, kept so that a record can reuse what was encoded for a digest.
 
-    text: the canonical JSON, ASCII.
-    size: the share of `MAX_SIZE` that encoding the value used up.
+    Attributes:
+        text: the canonical JSON, ASCII.
+        size: the share of `MAX_SIZE` that encoding the value used up.
     """
 
     text: str
@@ -91,7 +92,8 @@ def encode_with_size(value: Any) -> Encoded:
 class UnencodableValue:
     """Placeholder for a value that JSON lacks.
 
-    reason: the name of the value's type, or why it was not encoded, such as `too large`.
+    Attributes:
+        reason: the name of the value's type, or why it was not encoded, such as `too large`.
     """
 
     reason: str

@@ -23,9 +23,10 @@ from aeros.spec.verification.certificate import Certificate
 class Reading(NamedTuple):
     """One measured value and the time of its measurement.
 
-    value: SI; bool, float, enum member as str, 3-tuple of float, or tuple of float for a family
-        (in the order of the vocabulary's index set).
-    time: seconds on the plant's clock.
+    Attributes:
+        value: SI; bool, float, enum member as str, 3-tuple of float, or tuple of float for a family (in the
+            order of the vocabulary's index set).
+        time: seconds on the plant's clock.
     """
 
     value: Any
@@ -98,9 +99,10 @@ Called with the plant time (s) and the values by vocabulary name (SI); a value t
 class MotionCompletion:
     """End of one action on the plant.
 
-    completed: the plant did all of it.
-    reason: None if completed; otherwise `monitor:RULE`, or the plant's own words (for example
-        `unreachable: …`).
+    Attributes:
+        completed: the plant did all of it.
+        reason: None if completed; otherwise `monitor:RULE`, or the plant's own words (for example
+            `unreachable: …`).
     """
 
     completed: bool
@@ -113,10 +115,11 @@ Vec3 = tuple[float, float, float]
 class Ball(NamedTuple):
     """A ball that moves with a robot's link; together the balls of a link enclose it.
 
-    link: the name of the link.
-    joint: number of joints that move the ball: 0 for the base, k if the first k joints carry it.
-    centre: in the frame of joint `joint`, or of the base if `joint` is 0; m.
-    radius: m.
+    Attributes:
+        link: the name of the link.
+        joint: number of joints that move the ball: 0 for the base, k if the first k joints carry it.
+        centre: in the frame of joint `joint`, or of the base if `joint` is 0; m.
+        radius: m.
     """
 
     link: str
@@ -129,9 +132,10 @@ class Ball(NamedTuple):
 class RobotBody:
     """A robot's chain of revolute joints, and the balls that enclose its links.
 
-    dh_rows: a (m), alpha (rad) and d (m) of each joint: modified (Craig) Denavit–Hartenberg parameters.
-    tool_offset: the tool point in the frame of the last joint, m.
-    balls: of all links.
+    Attributes:
+        dh_rows: a (m), alpha (rad) and d (m) of each joint: modified (Craig) Denavit–Hartenberg parameters.
+        tool_offset: the tool point in the frame of the last joint, m.
+        balls: of all links.
     """
 
     dh_rows: tuple[tuple[float, float, float], ...]
@@ -150,9 +154,10 @@ JointPath = tuple[tuple[JointVector, JointVector, JointVector, JointVector], ...
 class ServoBounds:
     """Bounds within which the plant keeps a motion under feedback control.
 
-    joint_tolerance: greatest distance of each joint from the nearest path, rad.
-    speed, acceleration, jerk: of each joint; rad/s, rad/s², rad/s³.
-    tool_speed, tool_acceleration, tool_jerk: of the set point that the tool follows; m/s, m/s², m/s³.
+    Attributes:
+        joint_tolerance: greatest distance of each joint from the nearest path, rad.
+        speed, acceleration, jerk: of each joint; rad/s, rad/s², rad/s³.
+        tool_speed, tool_acceleration, tool_jerk: of the set point that the tool follows; m/s, m/s², m/s³.
     """
 
     joint_tolerance: JointVector
@@ -168,12 +173,14 @@ class ServoBounds:
 class Trajectory:
     """A whole motion, before it starts: q(s(t/duration)) with s(u) = 10u³ − 15u⁴ + 6u⁵.
 
-    joint_paths: one path; under feedback (`servo`) several, which the motion stays near, in an order that the
-        plant chooses.
-    base: position of the body's base frame in W at the start, m.
-    base_path: displacement of the base over the motion, in W, m.
-    duration: s; under feedback an estimate.
-    servo: bounds of a motion under feedback; None if the motion follows its path exactly.
+    Attributes:
+        body: the robot's chain and the balls that enclose its links.
+        joint_paths: one path; under feedback (`servo`) several, which the motion stays near, in an order
+            that the plant chooses.
+        base: position of the body's base frame in W at the start, m.
+        base_path: displacement of the base over the motion, in W, m.
+        duration: s; under feedback an estimate.
+        servo: bounds of a motion under feedback; None if the motion follows its path exactly.
     """
 
     body: RobotBody
@@ -188,7 +195,8 @@ class Trajectory:
 class NoMotion:
     """The plant's statement that an action moves neither joints nor base.
 
-    reason: text of the reason why nothing moves.
+    Attributes:
+        reason: text of the reason why nothing moves.
     """
 
     reason: str
@@ -308,9 +316,10 @@ class Plant(Protocol):
 class StepRequest:
     """One skill invocation that the agent proposes.
 
-    module: the name of the module.
-    skill: the name of one of its skills.
-    inputs: by name, SI; inputs that have a default may be left out.
+    Attributes:
+        module: the name of the module.
+        skill: the name of one of its skills.
+        inputs: by name, SI; inputs that have a default may be left out.
     """
 
     module: str
@@ -336,12 +345,13 @@ class StepStatus(Enum):
 class StepResult:
     """Result of a step.
 
-    status: the kind of end.
-    reason: the same in words.
-    allowed, attenuated, denied: number of the step's actions that the gate decided so.
-    outputs: the skill's outputs, by name.
-    is_transient: the step was denied only because of measured values, so it may be allowed later.
-    causes: the reason as data, if there is any.
+    Attributes:
+        status: the kind of end.
+        reason: the same in words.
+        allowed, attenuated, denied: number of the step's actions that the gate decided so.
+        outputs: the skill's outputs, by name.
+        is_transient: the step was denied only because of measured values, so it may be allowed later.
+        causes: the reason as data, if there is any.
     """
 
     status: StepStatus
@@ -359,7 +369,12 @@ StepHandle = NewType("StepHandle", int)
 
 
 class EndedStep(NamedTuple):
-    """A step that has ended, with its result."""
+    """A step that has ended, with its result.
+
+    Attributes:
+        step: handle of the step.
+        result: its result.
+    """
 
     step: StepHandle
     result: StepResult
@@ -368,8 +383,9 @@ class EndedStep(NamedTuple):
 class LogHead(NamedTuple):
     """End of the audit record.
 
-    records: number of its records.
-    hash: hash of the last record.
+    Attributes:
+        records: number of its records.
+        hash: hash of the last record.
     """
 
     records: int
@@ -383,9 +399,10 @@ EMPTY_LOG_HEAD: Final = LogHead(0, "")
 class AuditEvent(NamedTuple):
     """An event that the runtime itself recorded.
 
-    sequence: the number of its record.
-    event: the kind of event.
-    details: the event's data, by name.
+    Attributes:
+        sequence: the number of its record.
+        event: the kind of event.
+        details: the event's data, by name.
     """
 
     sequence: int

@@ -36,7 +36,13 @@ _TYPES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class DecisionCounts:
-    """Numbers of allowed, attenuated and denied actions."""
+    """Numbers of decisions by kind.
+
+    Attributes:
+        allowed: number of allowed actions.
+        attenuated: number of attenuated actions.
+        denied: number of denied actions.
+    """
 
     allowed: int = 0
     attenuated: int = 0

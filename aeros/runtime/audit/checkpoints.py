@@ -42,7 +42,12 @@ class AnchorError(Exception):
 
 @dataclass(frozen=True)
 class SigningConfiguration:
-    """Key with which a writer signs checkpoints, and path of the anchor."""
+    """Key and anchor with which a writer signs checkpoints.
+
+    Attributes:
+        key: signing key.
+        anchor: path of the anchor, the copy of the last checkpoint outside the log; None if none is kept.
+    """
 
     key: SigningKey
     anchor: Path | None = None

@@ -26,7 +26,12 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Time(Message, frozen=True):
-    """Time stamp; here in seconds on the plant's clock."""
+    """Time stamp; here in seconds on the plant's clock.
+
+    Attributes:
+        sec: whole seconds.
+        nanosec: nanoseconds beyond these, below 10⁹.
+    """
 
     ros = "builtin_interfaces/msg/Time"
     sec: Int32 = 0
@@ -54,7 +59,12 @@ def stamp(seconds: float) -> Time:
 
 
 class Header(Message, frozen=True):
-    """Time stamp and frame of a message."""
+    """Time stamp and frame of a message.
+
+    Attributes:
+        stamp: time of the measurement.
+        frame_id: name of the frame that coordinates are in; empty if it has none.
+    """
 
     ros = "std_msgs/msg/Header"
     stamp: Time = Time()
@@ -62,7 +72,15 @@ class Header(Message, frozen=True):
 
 
 class JointState(Message, frozen=True):
-    """Positions, velocities and efforts of joints: rad, rad/s, N·m; for sliding joints m, m/s, N."""
+    """State of joints; each array is empty or has one value for each name.
+
+    Attributes:
+        header: time stamp.
+        name: names of the joints.
+        position: rad; m for a sliding joint.
+        velocity: rad/s; m/s for a sliding joint.
+        effort: N·m; N for a sliding joint.
+    """
 
     ros = "sensor_msgs/msg/JointState"
     header: Header = Header()
@@ -73,7 +91,11 @@ class JointState(Message, frozen=True):
 
 
 class Vector3(Message, frozen=True):
-    """Vector in space; m if it is a displacement."""
+    """Vector in space.
+
+    Attributes:
+        x, y, z: components; m if it is a displacement.
+    """
 
     ros = "geometry_msgs/msg/Vector3"
     x: float = 0.0
@@ -82,7 +104,11 @@ class Vector3(Message, frozen=True):
 
 
 class Point(Message, frozen=True):
-    """Position, m."""
+    """Position.
+
+    Attributes:
+        x, y, z: coordinates, m.
+    """
 
     ros = "geometry_msgs/msg/Point"
     x: float = 0.0
@@ -91,7 +117,12 @@ class Point(Message, frozen=True):
 
 
 class PointStamped(Message, frozen=True):
-    """Position in the header's frame."""
+    """Position in the header's frame.
+
+    Attributes:
+        header: time stamp and frame.
+        point: the position, m.
+    """
 
     ros = "geometry_msgs/msg/PointStamped"
     header: Header = Header()
@@ -99,7 +130,12 @@ class PointStamped(Message, frozen=True):
 
 
 class Quaternion(Message, frozen=True):
-    """Rotation as a unit quaternion."""
+    """Rotation as a unit quaternion.
+
+    Attributes:
+        x, y, z: vector part.
+        w: scalar part.
+    """
 
     ros = "geometry_msgs/msg/Quaternion"
     x: float = 0.0
@@ -109,7 +145,12 @@ class Quaternion(Message, frozen=True):
 
 
 class Transform(Message, frozen=True):
-    """Pose of one frame in another."""
+    """Pose of one frame in another.
+
+    Attributes:
+        translation: origin of the frame, m.
+        rotation: orientation of the frame.
+    """
 
     ros = "geometry_msgs/msg/Transform"
     translation: Vector3 = Vector3()
@@ -117,7 +158,13 @@ class Transform(Message, frozen=True):
 
 
 class TransformStamped(Message, frozen=True):
-    """Pose of the frame `child_frame_id` in the header's frame."""
+    """Pose of the frame `child_frame_id` in the header's frame.
+
+    Attributes:
+        header: time stamp, and the parent frame.
+        child_frame_id: name of the frame whose pose it is.
+        transform: its pose in the parent frame.
+    """
 
     ros = "geometry_msgs/msg/TransformStamped"
     header: Header = Header()
@@ -126,14 +173,22 @@ class TransformStamped(Message, frozen=True):
 
 
 class TFMessage(Message, frozen=True):
-    """Transforms, as on `/tf`."""
+    """Transforms, as on `/tf`.
+
+    Attributes:
+        transforms: one transform for each child frame.
+    """
 
     ros = "tf2_msgs/msg/TFMessage"
     transforms: tuple[TransformStamped, ...] = ()
 
 
 class String(Message, frozen=True):
-    """Text."""
+    """Text.
+
+    Attributes:
+        data: the text.
+    """
 
     ros = "std_msgs/msg/String"
     data: str = ""
@@ -146,7 +201,12 @@ class TriggerRequest(Message, frozen=True):
 
 
 class TriggerResponse(Message, frozen=True):
-    """Success of a request, with an explanation."""
+    """Response to a request without arguments.
+
+    Attributes:
+        success: True if the request was carried out.
+        message: explanation in words.
+    """
 
     ros = "std_srvs/srv/Trigger_Response"
     success: bool = False
@@ -157,7 +217,11 @@ class DecisionMessage(Message, frozen=True):
     """Decision of the gate, as the audit log records it.
 
     Attributes:
+        stamp: plant time of the decision.
         record: number of its record.
+        module: name of the module whose skill asked.
+        skill: id of that skill.
+        verdict: decision, as the log writes it: ALLOW, ATTENUATE or DENY.
         action: JSON, as in the record.
         reasons: JSON, as in the record.
     """
@@ -173,7 +237,14 @@ class DecisionMessage(Message, frozen=True):
 
 
 class Event(Message, frozen=True):
-    """Record of the audit log; `details` is JSON."""
+    """Record of the audit log.
+
+    Attributes:
+        stamp: plant time of the event.
+        record: number of the record.
+        event: kind of event.
+        details: the event's data, as JSON text.
+    """
 
     ros = "aeros_msgs/msg/Event"
     stamp: Time = Time()
@@ -183,7 +254,12 @@ class Event(Message, frozen=True):
 
 
 class BoolStamped(Message, frozen=True):
-    """Measured truth value: a predicate, or a switch."""
+    """Measured truth value: a predicate, or a switch.
+
+    Attributes:
+        header: time stamp of the measurement.
+        value: the value.
+    """
 
     ros = "aeros_msgs/msg/BoolStamped"
     header: Header = Header()
@@ -191,7 +267,12 @@ class BoolStamped(Message, frozen=True):
 
 
 class Float64Stamped(Message, frozen=True):
-    """Measured number, SI."""
+    """Measured number.
+
+    Attributes:
+        header: time stamp of the measurement.
+        value: the number, SI.
+    """
 
     ros = "aeros_msgs/msg/Float64Stamped"
     header: Header = Header()
@@ -199,7 +280,12 @@ class Float64Stamped(Message, frozen=True):
 
 
 class StringStamped(Message, frozen=True):
-    """Measured member of an enumeration."""
+    """Measured member of an enumeration.
+
+    Attributes:
+        header: time stamp of the measurement.
+        value: the member's name.
+    """
 
     ros = "aeros_msgs/msg/StringStamped"
     header: Header = Header()
@@ -207,7 +293,13 @@ class StringStamped(Message, frozen=True):
 
 
 class ExecuteSkillGoal(Message, frozen=True):
-    """Goal: run one skill; `inputs` is a JSON object, SI."""
+    """Goal: run one skill.
+
+    Attributes:
+        module: name of the module.
+        skill: id of its skill.
+        inputs: inputs by name, a JSON object; numbers in SI.
+    """
 
     ros = "aeros_msgs/action/ExecuteSkill_Goal"
     module: str = ""
@@ -216,7 +308,13 @@ class ExecuteSkillGoal(Message, frozen=True):
 
 
 class ExecuteSkillFeedback(Message, frozen=True):
-    """Numbers of actions that the gate has decided so far, by the kind of decision."""
+    """Numbers of actions of the skill that the gate has decided so far.
+
+    Attributes:
+        allowed: number of allowed actions.
+        attenuated: number of attenuated actions.
+        denied: number of denied actions.
+    """
 
     ros = "aeros_msgs/action/ExecuteSkill_Feedback"
     allowed: Uint32 = 0

@@ -20,7 +20,17 @@ from aeros.spec.model.cause import causes_to_json
 
 
 class ExecutionContext(NamedTuple):
-    """The parts of an executor that its scheduler, step control and clean-up share."""
+    """The parts of an executor that its scheduler, step control and clean-up share.
+
+    Attributes:
+        table: the steps that are active.
+        plant: the plant that executes actions.
+        audit: the log that decisions and ends of steps are written to.
+        resources: the queue of steps for the site's resources.
+        pipeline: the way of an action through the gate to the plant.
+        governor: source of the configuration in force.
+        followed: the configuration that the executor follows; it changes only while no motion is active.
+    """
 
     table: StepTable
     plant: Plant

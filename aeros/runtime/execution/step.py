@@ -111,12 +111,16 @@ class ActiveStep:
     """A step that was started and has not ended.
 
     Attributes:
+        ecm: the module that has the skill.
+        skill: the skill that it runs.
+        caller: module, skill and inputs, as the gate sees them.
         run: the run of its skill.
         hold_condition: condition that must be measured as true while it runs.
         deadline: plant seconds at which its timeout passes; set when it begins.
         is_running: it holds its resources, so its skill may act.
         request_count: number of actions that the skill was asked for.
-        observation_filter: selects the values that its skill may sense, by the site at its last observation.
+        observation_filter: selects the values that its skill may sense, by the site at its last
+            observation.
         requested_action: action that it asked for and that is not decided yet.
         active_motion: its motion on the plant.
         is_transient: its latest denial may turn into an allowance later.

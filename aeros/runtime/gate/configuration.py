@@ -17,9 +17,11 @@ from aeros.spec.verification.certificate import Certificate
 class Configuration:
     """The site's policy and the certified, active modules that the gate enforces.
 
-    modules: by name.
-    certificates: by module name; says which invariants the proof left to the gate.
-    digest: SHA-256 over site and certificates, in hexadecimal; audit records name it.
+    Attributes:
+        site: the site with its rules and its policy.
+        modules: active modules by name.
+        certificates: by module name; says which invariants the proof left to the gate.
+        digest: SHA-256 over site and certificates, in hexadecimal; audit records name it.
     """
 
     site: Site

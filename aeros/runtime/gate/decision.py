@@ -25,9 +25,10 @@ class DecisionKind(Enum):
 class Reason:
     """One violated rule.
 
-    code: the diagnostic code of the layer.
-    rule: the invariant, block or quota, or the name of the offending field.
-    text: the objection in words.
+    Attributes:
+        code: the diagnostic code of the layer.
+        rule: the invariant, block or quota, or the name of the offending field.
+        text: the objection in words.
     """
 
     code: str
@@ -39,9 +40,10 @@ class Reason:
 class Caller:
     """An active module's skill that asks for an action.
 
-    module: the module's name.
-    skill: the skill's id.
-    inputs: the inputs that the skill runs with, by name, SI.
+    Attributes:
+        module: the module's name.
+        skill: the skill's id.
+        inputs: the inputs that the skill runs with, by name, SI.
     """
 
     module: str

@@ -42,12 +42,14 @@ LAYER_CODES: Mapping[str, tuple[str, ...]] = {
 class EvaluatedCondition:
     """One condition on the action.
 
-    name: the invariant, or `envelope` or `permission`.
-    text: its source text.
-    obligation: id of the certificate's obligation that proves it for every action in the envelope, if any.
-    holds: None if the proof replaced the evaluation, or if a variable that it reads is in `missing`.
-    values: the values it reads, in the site's units, if it was evaluated.
-    missing: the variables it reads that have no well-formed value.
+    Attributes:
+        name: the invariant, or `envelope` or `permission`.
+        text: its source text.
+        obligation: id of the certificate's obligation that proves it for every action in the envelope, if
+            any.
+        holds: None if the proof replaced the evaluation, or if a variable that it reads is in `missing`.
+        values: the values it reads, in the site's units, if it was evaluated.
+        missing: the variables it reads that have no well-formed value.
     """
 
     name: str
@@ -62,9 +64,11 @@ class EvaluatedCondition:
 class Explanation:
     """A decision with everything it rests on.
 
-    layers: for each layer's name True if it passed; None if that could not be determined.
-    conditions: of the requested action.
-    attenuated_parameters: the conditions of the attenuated action, which the gate decided again.
+    Attributes:
+        decision: the decision.
+        layers: for each layer's name True if it passed; None if that could not be determined.
+        conditions: of the requested action.
+        attenuated_parameters: the conditions of the attenuated action, which the gate decided again.
     """
 
     decision: Decision

@@ -30,10 +30,11 @@ from aeros.spec.obligations.joint import joint_variables
 class ActiveAction:
     """An action that was allowed, and the request it was decided on.
 
-    action: the action as it was decided, parameters in SI.
-    readings: the readings of that decision.
-    decided_at: the time of that decision, plant seconds.
-    record_number: the sequence number of that decision in the audit log.
+    Attributes:
+        action: the action as it was decided, parameters in SI.
+        readings: the readings of that decision.
+        decided_at: the time of that decision, plant seconds.
+        record_number: the sequence number of that decision in the audit log.
     """
 
     action: Action

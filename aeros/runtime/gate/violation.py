@@ -12,9 +12,10 @@ from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
 class RuleViolation(NamedTuple):
     """A rule that does not hold.
 
-    rule: its id.
-    term: its condition.
-    values: float, bool or str by scalar variable, at which it does not hold.
+    Attributes:
+        rule: its id.
+        term: its condition.
+        values: float, bool or str by scalar variable, at which it does not hold.
     """
 
     rule: str

@@ -37,13 +37,27 @@ JsonValue = None | bool | int | float | str
 
 
 class WorkerMessage(msgspec.Struct, frozen=True, tag=True, forbid_unknown_fields=True):
-    """A message in either direction, with the token of its exchange."""
+    """A message in either direction.
+
+    Attributes:
+        token: random bytes of the request; its response carries the same ones.
+    """
 
     token: bytes
 
 
 class LoadSkill(WorkerMessage, frozen=True):
-    """Request to lock down, execute `source`, the file `name` of `module`, and find its generator."""
+    """Request to lock the process down, execute a file of skill code, and find its generator function.
+
+    Attributes:
+        layers: names of the isolation layers to apply before the code runs.
+        module: name of the module.
+        name: path of the file in the module's folder.
+        path: path of the file, for tracebacks.
+        source: the file's bytes.
+        function: name of the generator function.
+        inputs: inputs of the skill by name, SI.
+    """
 
     layers: tuple[str, ...]
     module: str
@@ -55,7 +69,11 @@ class LoadSkill(WorkerMessage, frozen=True):
 
 
 class ResumeSkill(WorkerMessage, frozen=True):
-    """Request to run the skill up to its next action."""
+    """Request to run the skill up to its next action.
+
+    Attributes:
+        observation: values that the skill may sense, by name, SI.
+    """
 
     observation: dict[str, JsonValue | tuple[JsonValue, ...]]
 
@@ -69,32 +87,53 @@ class SkillLoaded(WorkerMessage, frozen=True):
 
 
 class SkillRejected(WorkerMessage, frozen=True):
-    """Response: the code cannot be run, with the reason."""
+    """Response: the code cannot be run.
+
+    Attributes:
+        reason: reason in words.
+    """
 
     reason: str
 
 
 class ActionRequested(WorkerMessage, frozen=True):
-    """Response: the skill asks for an action."""
+    """Response: the skill asks for an action.
+
+    Attributes:
+        kind: action kind.
+        parameters: parameters by name, SI.
+    """
 
     kind: str
     parameters: dict[str, JsonValue | list[JsonValue]]
 
 
 class SkillFinished(WorkerMessage, frozen=True):
-    """Response: the skill ran to its end, with the value it returned."""
+    """Response: the skill ran to its end.
+
+    Attributes:
+        outputs: outputs by name; None if it returned none.
+    """
 
     outputs: dict[str, JsonValue | list[JsonValue]] | None = None
 
 
 class SkillRaised(WorkerMessage, frozen=True):
-    """Response: the skill's code raised, with a description."""
+    """Response: the skill's code raised an exception.
+
+    Attributes:
+        reason: description of the exception.
+    """
 
     reason: str
 
 
 class SkillClosed(WorkerMessage, frozen=True):
-    """Response: the generator is closed, with a description of what its clean-up raised."""
+    """Response: the generator is closed.
+
+    Attributes:
+        error: description of the exception that its clean-up raised; None if it raised none.
+    """
 
     error: str | None
 

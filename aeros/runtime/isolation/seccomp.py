@@ -18,7 +18,12 @@ from aeros.runtime.isolation.kernel import process_control
 
 
 class CpuArchitecture(NamedTuple):
-    """Processor architecture for a filter: its audit number, and its system call numbers by name."""
+    """Processor architecture for a filter.
+
+    Attributes:
+        audit: its number in Linux's audit interface (AUDIT_ARCH_*).
+        calls: its system call numbers by name.
+    """
 
     audit: int
     calls: dict[str, int]

@@ -18,9 +18,10 @@ from aeros.spec.expr.types import RealType
 class Bound(NamedTuple):
     """An upper or lower bound on a quantity.
 
-    quantity: a real variable, or its absolute value.
-    is_upper: True if the quantity must be at most `value`, False if at least.
-    value: the bound, SI.
+    Attributes:
+        quantity: a real variable, or its absolute value.
+        is_upper: True if the quantity must be at most `value`, False if at least.
+        value: the bound, SI.
     """
 
     quantity: t.Variable | t.Absolute

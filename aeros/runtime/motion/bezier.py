@@ -12,8 +12,9 @@ Piece = tuple[JointVector, JointVector, JointVector, JointVector]
 class JointBox(NamedTuple):
     """A box of joint positions.
 
-    middle: the middle of each joint's values, rad.
-    width: their greatest distance from there, rad.
+    Attributes:
+        middle: the middle of each joint's values, rad.
+        width: their greatest distance from there, rad.
     """
 
     middle: JointVector
@@ -39,7 +40,13 @@ def joint_box(pieces: list[Piece]) -> JointBox:
 
 
 class PathChord(NamedTuple):
-    """Chord of a path: the joints are at middle + λ·half + ε, λ in [−1, 1], |ε| ≤ width for each joint."""
+    """Chord of a path: the joints are at middle + λ·half + ε, λ in [−1, 1], |ε| ≤ width for each joint.
+
+    Attributes:
+        middle: middle of the chord, for each joint, rad.
+        half: half of the chord from its start to its end, for each joint, rad.
+        width: greatest distance of the path from the chord, for each joint, rad.
+    """
 
     middle: JointVector
     half: JointVector
@@ -120,9 +127,10 @@ def _middle(a: JointVector, b: JointVector) -> JointVector:
 class Derivatives(NamedTuple):
     """Derivatives of a piece by its own parameter x in [0, 1], for each joint.
 
-    first, second: q' and q'' in the middle, at x = 1/2.
-    max_first, max_second: upper bounds of |q'| and |q''| on the whole piece.
-    third: |q'''|, which is constant.
+    Attributes:
+        first, second: q' and q'' in the middle, at x = 1/2.
+        max_first, max_second: upper bounds of |q'| and |q''| on the whole piece.
+        third: |q'''|, which is constant.
     """
 
     first: JointVector

@@ -150,7 +150,13 @@ def norm(v: Vec3) -> float:
 
 
 class MotionRates(NamedTuple):
-    """Bounds of speed, acceleration and jerk: m/s, m/s², m/s³, or rad/s, rad/s², rad/s³."""
+    """Bounds of a motion's rates; of a joint or a rotation in rad, of a translation in m.
+
+    Attributes:
+        speed: rad/s or m/s.
+        acceleration: rad/s² or m/s².
+        jerk: rad/s³ or m/s³.
+    """
 
     speed: float
     acceleration: float

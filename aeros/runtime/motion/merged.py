@@ -27,10 +27,11 @@ _PROGRESS_MARGIN = 1e-9
 class ConcurrentMotion(NamedTuple):
     """A motion under way while another one is to begin.
 
-    action: the action, parameters in SI.
-    plan: its motion.
-    elapsed_s: the time since it began, s.
-    is_halting: it comes to rest before its end.
+    Attributes:
+        action: the action, parameters in SI.
+        plan: its motion.
+        elapsed_s: the time since it began, s.
+        is_halting: it comes to rest before its end.
     """
 
     action: Action

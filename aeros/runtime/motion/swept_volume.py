@@ -33,11 +33,12 @@ _ROUNDING: Final = 1e-9
 class BarrierBox(NamedTuple):
     """A barrier in the form that the check needs.
 
-    id: the barrier's.
-    lower, upper: corners of its volume, in W or in the base's frame, m.
-    keep_inside: links must stay inside, instead of outside.
-    is_in_base_frame: the volume moves with the base.
-    links: the links that it applies to; None for all.
+    Attributes:
+        id: the barrier's.
+        lower, upper: corners of its volume, in W or in the base's frame, m.
+        keep_inside: links must stay inside, instead of outside.
+        is_in_base_frame: the volume moves with the base.
+        links: the links that it applies to; None for all.
     """
 
     id: str
@@ -51,11 +52,13 @@ class BarrierBox(NamedTuple):
 class SweptMotion(NamedTuple):
     """The possible positions of a robot from now on: joints near a path, base on a straight path.
 
-    paths: the pieces of each joint path that the motion may be on.
-    joint_tolerance: greatest distance of each joint from the path, rad.
-    base: position of the base at the start, in W, m.
-    base_path: its displacement, m.
-    is_synchronous: base and joints have always completed the same fraction of their paths.
+    Attributes:
+        body: the robot's chain and the balls that enclose its links.
+        paths: the pieces of each joint path that the motion may be on.
+        joint_tolerance: greatest distance of each joint from the path, rad.
+        base: position of the base at the start, in W, m.
+        base_path: its displacement, m.
+        is_synchronous: base and joints have always completed the same fraction of their paths.
     """
 
     body: RobotBody
@@ -69,8 +72,9 @@ class SweptMotion(NamedTuple):
 class RemainingMotion(NamedTuple):
     """The rest of a motion.
 
-    motion: the whole motion.
-    s: the fraction of its path that is behind it, from 0 to 1.
+    Attributes:
+        motion: the whole motion.
+        s: the fraction of its path that is behind it, from 0 to 1.
     """
 
     motion: Trajectory
@@ -78,7 +82,12 @@ class RemainingMotion(NamedTuple):
 
 
 class MergedMotion(NamedTuple):
-    """The motion of the joints and the motion of the base from now on; a single motion is both."""
+    """The motion of the joints and the motion of the base from now on; a single motion is both.
+
+    Attributes:
+        joints: the motion that the joints follow.
+        base: the motion that the base follows.
+    """
 
     joints: RemainingMotion
     base: RemainingMotion
@@ -140,7 +149,10 @@ def _add(a: Vec3, b: Vec3) -> Vec3:
 class BarrierBreach(NamedTuple):
     """A barrier and a link for which the motion could not be shown to be clear.
 
-    path_parameter: place on the path, s from 0 to 1.
+    Attributes:
+        barrier: id of the barrier.
+        link: name of the link.
+        path_parameter: place on the path, s from 0 to 1.
     """
 
     barrier: str
@@ -151,9 +163,10 @@ class BarrierBreach(NamedTuple):
 class Enclosure(NamedTuple):
     """Enclosure of a ball of the body, in B: all points within `radius` of a box.
 
-    centre: centre of the box, m.
-    edges: half edges of the box, m.
-    radius: m.
+    Attributes:
+        centre: centre of the box, m.
+        edges: half edges of the box, m.
+        radius: m.
     """
 
     centre: Vec3

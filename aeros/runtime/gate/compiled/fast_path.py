@@ -50,13 +50,14 @@ returns None if the failed rules may leave a reduced action.
 class DecisionCriteria:
     """The conditions that decide one skill's actions of one kind, apart from the form of values.
 
-    can_allow: False if the finite layers deny every such action.
-    envelope: the skill's envelope of the kind.
-    permission: the module's permission of the kind.
-    residual: the conditions, besides the envelope, that must be evaluated for ALLOW because the proof did not
-        show that the envelope implies them.
-    rule_conditions: all rules of Φ on the kind.
-    denial_for: makes the denial for the conditions that failed.
+    Attributes:
+        can_allow: False if the finite layers deny every such action.
+        envelope: the skill's envelope of the kind.
+        permission: the module's permission of the kind.
+        residual: the conditions, besides the envelope, that must be evaluated for ALLOW because the proof
+            did not show that the envelope implies them.
+        rule_conditions: all rules of Φ on the kind.
+        denial_for: makes the denial for the conditions that failed.
     """
 
     can_allow: bool

@@ -70,9 +70,10 @@ class CompiledRuleSet:
 class FastTickCheck(NamedTuple):
     """Check of control ticks that all measure the same variables; it outlasts an action.
 
-    decide: sets the parameters and the state that the action was decided on; raises KeyError if one is
-        missing.
-    holds: True if every measured value is well-formed and all rules hold; False if not, or in doubt.
+    Attributes:
+        decide: sets the parameters and the state that the action was decided on; raises KeyError if one is
+            missing.
+        holds: True if every measured value is well-formed and all rules hold; False if not, or in doubt.
     """
 
     decide: Callable[[Scalars], None]
