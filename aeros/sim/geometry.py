@@ -17,7 +17,12 @@ UPRIGHT: Final[Quaternion] = (0.0, 0.0, 0.0, 1.0)
 
 
 class Pose(NamedTuple):
-    """Position of a body in W, m, and its orientation, a quaternion (x, y, z, w)."""
+    """Pose of a body.
+
+    Attributes:
+        position: position of its origin in W, m.
+        orientation: its orientation in W, a unit quaternion (x, y, z, w).
+    """
 
     position: Vector3
     orientation: Quaternion

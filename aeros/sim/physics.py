@@ -54,7 +54,15 @@ class Viewer(Protocol):
 
 
 class PlantParts(NamedTuple):
-    """The parts of a physics plant that a disturbance can act on."""
+    """The parts of a physics plant that a disturbance can act on.
+
+    Attributes:
+        world: the simulated world.
+        robot: the robot.
+        scene: the scene with its objects.
+        sensors: sensor models between true values and readings.
+        people: simulated people.
+    """
 
     world: PhysicsWorld
     robot: Panda

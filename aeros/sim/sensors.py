@@ -68,7 +68,12 @@ class SensorModel:
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """True values at a tick, by vocabulary name, SI; not a mapping, so nothing can take it for readings."""
+    """True values at a tick; not a mapping, so nothing can take it for readings.
+
+    Attributes:
+        tick: number of the tick since the plant started.
+        values: values by vocabulary name, SI.
+    """
 
     tick: int
     values: Mapping[str, Any]

@@ -20,20 +20,33 @@ GREY: Final[Colour] = (0.7, 0.7, 0.7, 1.0)
 
 
 class Box(NamedTuple):
-    """A box by the full lengths of its edges, m."""
+    """A box.
+
+    Attributes:
+        edges: full lengths of its edges along its own x, y and z, m.
+    """
 
     edges: Vector3
 
 
 class Cylinder(NamedTuple):
-    """A cylinder about its own z axis, m."""
+    """A cylinder about its own z axis.
+
+    Attributes:
+        radius: m.
+        height: full height, m.
+    """
 
     radius: float
     height: float
 
 
 class UrdfModel(NamedTuple):
-    """A URDF file that `check_urdf` has accepted."""
+    """A URDF file that `check_urdf` has accepted.
+
+    Attributes:
+        path: path of the file.
+    """
 
     path: str
 

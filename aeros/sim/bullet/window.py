@@ -28,7 +28,13 @@ class WindowError(Exception):
 
 
 class WindowUpdate(NamedTuple):
-    """A message to the window: camera (if it changes), new shapes, and the poses of all shapes in W."""
+    """A message to the window.
+
+    Attributes:
+        camera: new position of the window's camera; None to leave it.
+        new: shapes that have appeared since the last message.
+        poses: poses in W of all shapes, in the order in which they appeared.
+    """
 
     camera: Camera | None
     new: list[Shape]

@@ -50,7 +50,11 @@ class CameraOpportunity:
 
 @dataclass(frozen=True, slots=True)
 class TimedOpportunity:
-    """An opportunity at the end of every `period_ticks` ticks of the plant's clock."""
+    """An opportunity at regular times of the plant's clock.
+
+    Attributes:
+        period_ticks: number of ticks between two opportunities.
+    """
 
     period_ticks: int
 
@@ -61,7 +65,11 @@ Opportunity = SkillOpportunity | CameraOpportunity | TimedOpportunity
 
 @dataclass(frozen=True, slots=True)
 class PersonEntersFault:
-    """A person who enters the scene and walks their path."""
+    """A person who enters the scene and walks their path.
+
+    Attributes:
+        person: the person, with their path.
+    """
 
     person: Person
 

@@ -106,7 +106,14 @@ class WrapperDetection(NamedTuple):
 
 
 class BenchLayout(NamedTuple):
-    """Initial poses in W: middles of tray and stand, of the wrapper's plate A, and of the filling."""
+    """Initial poses in W.
+
+    Attributes:
+        tray: pose of the tray's middle.
+        stand: middle of the stand, m.
+        wrapper: pose of the wrapper's plate A.
+        filling: pose of the filling.
+    """
 
     tray: Pose
     stand: Vector3
@@ -140,7 +147,13 @@ def sample_bench_layout(random: RandomSource) -> BenchLayout:
 
 
 class Dumpling(NamedTuple):
-    """True state of a dumpling: pose of plate A, fold angle (rad), and the filling's middle, in W."""
+    """True state of a dumpling.
+
+    Attributes:
+        plate: pose of plate A in W.
+        fold: angle of the fold, rad.
+        filling: middle of the filling in W, m.
+    """
 
     plate: Pose
     fold: float

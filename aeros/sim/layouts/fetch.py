@@ -152,7 +152,12 @@ def camera_at(name: str, base: Vector3, tool: Vector3, yaw: float) -> Camera:
 
 
 class LastDetection(NamedTuple):
-    """Position of the can in the last picture, in W, m, and the time of the picture, s."""
+    """The can as seen in the last picture.
+
+    Attributes:
+        place: its position in W, m.
+        time: plant time of the picture, s.
+    """
 
     place: Vector3
     time: float

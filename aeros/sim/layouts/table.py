@@ -69,7 +69,14 @@ OVERHEAD_CAMERA: Final = Camera(
 
 
 class TableLayout(NamedTuple):
-    """Initial poses in W: where the sponge belongs, then sponge, cube and can."""
+    """Initial poses in W.
+
+    Attributes:
+        rest: the place where the sponge belongs, m.
+        sponge: pose of the sponge.
+        cube: pose of the cube.
+        can: pose of the can.
+    """
 
     rest: Vector3
     sponge: Pose

@@ -53,7 +53,12 @@ Points = NDArray[np.float64]
 
 
 class BenchDetection(NamedTuple):
-    """Objects in a picture from above: the wrapper and the filling's middle; None for what is not visible."""
+    """Objects in a picture from above.
+
+    Attributes:
+        wrapper: the wrapper; None if it is not visible.
+        filling: middle of the filling in W, m; None if it is not visible.
+    """
 
     wrapper: WrapperDetection | None
     filling: Vector3 | None

@@ -33,6 +33,10 @@ class TableDetection(NamedTuple):
 
     `grip_yaw` of each is the heading of a hand whose fingers close on two of its sides, rad: for the sponge
     along its length in [-π/2, π/2), for a piece in [-π/4, π/4).
+
+    Attributes:
+        sponge: the sponge; None if it is not visible.
+        pieces: the visible pieces.
     """
 
     sponge: DetectedObject | None

@@ -122,7 +122,13 @@ class ActionParameters:
 
 
 class PreparedMotion(NamedTuple):
-    """A plan, the motion that follows it, and the parts of the robot that it moves (`arm`, `base`)."""
+    """A motion that is ready to start.
+
+    Attributes:
+        plan: the plan, for the check before it starts.
+        motion: the motion that follows the plan, tick by tick.
+        moved_parts: parts of the robot that it moves, of `arm` and `base`.
+    """
 
     plan: PlannedMotion
     motion: MotionTicks

@@ -77,7 +77,12 @@ _SAMPLES_PER_PIECE: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class JointProfile:
-    """A joint path and its duration in ticks."""
+    """A joint path and its duration in ticks.
+
+    Attributes:
+        path: the joint path, rad.
+        ticks: duration in ticks.
+    """
 
     path: JointPath
     ticks: int

@@ -33,7 +33,13 @@ class DrawEquivalence:
 
 @dataclass(frozen=True, slots=True)
 class BurstOutcomes:
-    """Outcome probabilities of a skill in either state of a Gilbert-Elliott chain, one step per run."""
+    """Outcome probabilities of a skill in either state of a Gilbert-Elliott chain, one step per run.
+
+    Attributes:
+        process: the chain, which makes one step at each run of the skill.
+        good: outcome probabilities in the good state.
+        bad: outcome probabilities in the bad state.
+    """
 
     process: GilbertElliottProcess
     good: OutcomeProbabilities
