@@ -21,7 +21,13 @@ class SatResult(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SolverAnswer:
-    """Result with the model by scalar variable if SAT, and the reason if UNKNOWN."""
+    """Answer of a solver to one question.
+
+    Attributes:
+        result: SAT, UNSAT or UNKNOWN.
+        model: value by scalar variable if SAT; otherwise empty.
+        reason: the solver's reason if UNKNOWN; otherwise empty.
+    """
 
     result: SatResult
     model: Mapping[str, ScalarValue]

@@ -22,7 +22,11 @@ Retry = Annotated[IntegerField, ValueBounds(0, 100)]
 
 @dataclass(frozen=True)
 class OutputReference:
-    """Source of an input: the output of a step that has succeeded."""
+    """Source of an input: the output of a step that has succeeded.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     from_: Annotated[TextField, Pattern("dotted")] = field(
@@ -32,7 +36,11 @@ class OutputReference:
 
 @dataclass(frozen=True)
 class Handler:
-    """A skill that runs before each retry of a failed step."""
+    """A skill that runs before each retry of a failed step.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     skill: Identifier = field(metadata={"doc": "the skill that runs, as in `skill: recover`"})
@@ -48,7 +56,11 @@ class Handler:
 
 @dataclass(frozen=True)
 class Part:
-    """One node of a composition graph: `seq`, `par`, `if` with `then`, or a step with its `skill`."""
+    """One node of a composition graph: `seq`, `par`, `if` with `then`, or a step with its `skill`.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     seq: tuple[Part, ...] | None = field(
@@ -85,7 +97,11 @@ class Part:
 
 @dataclass(frozen=True)
 class Composition:
-    """A graph of skills that is proved as a whole."""
+    """A graph of skills that is proved as a whole.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the composition's purpose, for people"})

@@ -37,7 +37,11 @@ class Input(Quantity):
 
 @dataclass(frozen=True)
 class Outcome:
-    """One possible end of a skill."""
+    """One possible end of a skill.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     effects: Named[ExpressionField] = field(
@@ -55,7 +59,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Skill:
-    """An atomic executable, and the actions that it may ask for."""
+    """An atomic executable, and the actions that it may ask for.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the skill's purpose, for people"})
@@ -97,7 +105,11 @@ class Skill:
 
 @dataclass(frozen=True)
 class Capability:
-    """An ability. A step that names it runs one of the skills that provide it, so each must suffice."""
+    """An ability. A step that names it runs one of the skills that provide it, so each must suffice.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the ability that it gives the robot, for people"})
@@ -108,7 +120,11 @@ class Capability:
 
 @dataclass(frozen=True)
 class PlanningRule:
-    """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`."""
+    """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     unless: ExpressionField = field(metadata={"doc": "the step is skipped if this condition holds"})
@@ -126,7 +142,11 @@ class PlanningRule:
 
 @dataclass(frozen=True)
 class TaskInvariant:
-    """Condition that holds from the start of a task to its end, for all outcomes of its skills."""
+    """Condition that holds from the start of a task to its end, for all outcomes of its skills.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "its name, as in `wrapped-before-cooked`"})
@@ -135,7 +155,11 @@ class TaskInvariant:
 
 @dataclass(frozen=True)
 class Task:
-    """A goal that a person can ask for, and the rules that lead to it from any state."""
+    """A goal that a person can ask for, and the rules that lead to it from any state.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the task's result, for people"})
@@ -156,7 +180,11 @@ class Task:
 
 @dataclass(frozen=True)
 class Tool:
-    """A model or tool adapter that skills use."""
+    """A model or tool adapter that skills use.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "its purpose, for people"})
@@ -178,7 +206,11 @@ class Permissions(Access):
 
 @dataclass(frozen=True)
 class Dependencies:
-    """Versions of AEROS and other modules that the module needs."""
+    """Versions of AEROS and other modules that the module needs.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     aeros: TextField = field(
@@ -191,7 +223,11 @@ class Dependencies:
 
 @dataclass(frozen=True)
 class Ecm:
-    """A whole `ecm.yaml`."""
+    """A whole `ecm.yaml`.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     schema: Literal["aeros/ecm/1"] = field(metadata={"doc": "`schema: aeros/ecm/1`"})

@@ -50,7 +50,12 @@ class _Mark:
 
 @dataclass(frozen=True)
 class Known(_Mark):
-    """Name of a known object; `among` is the field of `FaultContext` that lists them."""
+    """Name of a known object.
+
+    Attributes:
+        among: the field of `FaultContext` that lists the known names.
+        noun: noun for such an object in messages.
+    """
 
     among: Literal["things", "quantities"]
     noun: str
@@ -59,7 +64,12 @@ class Known(_Mark):
 
 @dataclass(frozen=True)
 class Amount(_Mark):
-    """Number with a unit, from 0 to `most` in SI."""
+    """Number with a unit, at least 0.
+
+    Attributes:
+        dimension: dimension that the unit must have.
+        most: greatest value, SI.
+    """
 
     dimension: Dimension
     most: int
@@ -136,7 +146,14 @@ _WAY: Final = Direction("direction in W; a random horizontal one if absent, as i
 
 @dataclass(frozen=True, slots=True)
 class ImpulseFault:
-    """A push: an impulse on an object, in one direction."""
+    """A push: an impulse on an object, in one direction.
+
+    Attributes:
+        thing: name of the scene object.
+        impulse: N·s.
+        over: duration of the push in ticks.
+        direction: unit vector in W; None for a random horizontal one.
+    """
 
     thing: Annotated[
         str, Known("the object that is pushed, as in `thing: wrapper`", "things", "scene object")
@@ -148,7 +165,12 @@ class ImpulseFault:
 
 @dataclass(frozen=True, slots=True)
 class PadFrictionFault:
-    """The finger pads are slippery for a while."""
+    """The finger pads are slippery for a while.
+
+    Attributes:
+        friction: the pads' friction meanwhile, as a share of what it is otherwise.
+        lasts: duration in ticks.
+    """
 
     friction: Annotated[float, Share("the pads' friction meanwhile (otherwise 1), as in `friction: 0.1`")]
     lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 500 ms`")]
@@ -156,7 +178,12 @@ class PadFrictionFault:
 
 @dataclass(frozen=True, slots=True)
 class GripForceFault:
-    """The fingers grip with less force for a while."""
+    """The fingers grip with less force for a while.
+
+    Attributes:
+        force: greatest grip force meanwhile, N.
+        lasts: duration in ticks.
+    """
 
     force: Annotated[
         float, Amount("the greatest grip force meanwhile, as in `force: 0 N`", FORCE, 10 * _STRONGEST)
@@ -166,7 +193,12 @@ class GripForceFault:
 
 @dataclass(frozen=True, slots=True)
 class TorqueFault:
-    """The arm's motors have less torque for a while."""
+    """The arm's motors have less torque for a while.
+
+    Attributes:
+        torque: share of the torque that remains, in [0, 1].
+        lasts: duration in ticks.
+    """
 
     torque: Annotated[float, Share("the remaining share of the torque, as in `torque: 0.2`")]
     lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
@@ -174,7 +206,12 @@ class TorqueFault:
 
 @dataclass(frozen=True, slots=True)
 class CommandDelayFault:
-    """The arm's motors follow commands late for a while."""
+    """The arm's motors follow commands late for a while.
+
+    Attributes:
+        by: delay in ticks.
+        lasts: duration in ticks.
+    """
 
     by: Annotated[int, Duration("the delay, as in `by: 100 ms`")]
     lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
@@ -187,7 +224,12 @@ class MissedDetectionFault:
 
 @dataclass(frozen=True, slots=True)
 class DisplacedDetectionFault:
-    """All objects in a picture are detected with the same displacement."""
+    """All objects in a picture are detected with the same displacement.
+
+    Attributes:
+        by: length of the displacement, m.
+        direction: unit vector in W; None for a random horizontal one.
+    """
 
     by: Annotated[float, Amount("the error of the position, as in `by: 60 mm`", LENGTH, _STRONGEST)]
     direction: Annotated[_UnitVector, _WAY] | None = None
@@ -195,7 +237,15 @@ class DisplacedDetectionFault:
 
 @dataclass(frozen=True, slots=True)
 class SensorFault:
-    """One measured quantity is noisy, late or interrupted for a while."""
+    """One measured quantity is noisy, late or interrupted for a while.
+
+    Attributes:
+        of: name of the measured quantity.
+        lasts: duration in ticks.
+        noise: standard deviation of each of its numbers, SI.
+        latency: additional latency, s.
+        dropout: share of ticks without a reading, in [0, 1].
+    """
 
     of: Annotated[
         str,
@@ -226,7 +276,11 @@ KINDS: Final[dict[str, type[Any]]] = {
 
 @dataclass(frozen=True)
 class FaultTrigger:
-    """Opportunities of a fault: exactly one of `skill`, `look` and `every`."""
+    """Opportunities of a fault: exactly one of `skill`, `look` and `every`.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     skill: Annotated[TextField, Pattern("dotted")] | None = field(
@@ -254,7 +308,11 @@ class FaultTrigger:
 
 @dataclass(frozen=True)
 class Bursts:
-    """Bursts of faults, by a Markov chain with two states (Gilbert–Elliott)."""
+    """Bursts of faults, by a Markov chain with two states (Gilbert–Elliott).
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     mean_length: Annotated[NumberField, ValueBounds(1, 1_000_000)] = field(
@@ -270,7 +328,12 @@ class Bursts:
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault: its opportunities, its rate, and exactly one kind of effect."""
+    """One fault: its opportunities, its rate, and exactly one kind of effect.
+
+    Attributes:
+        span: its place in the file.
+        key_span: place of its name.
+    """
 
     span: SourceSpan
     key_span: SourceSpan
@@ -316,7 +379,11 @@ class Fault:
 
 @dataclass(frozen=True)
 class Faults:
-    """A whole faults file."""
+    """A whole faults file.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     schema: Literal["aeros/faults/1"] = field(metadata={"doc": "`schema: aeros/faults/1`"})

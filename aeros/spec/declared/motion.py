@@ -15,7 +15,11 @@ from aeros.spec.text.fields import (
 
 @dataclass(frozen=True)
 class MotionKind:
-    """Meaning of an action kind's parameters for its motion."""
+    """Meaning of an action kind's parameters for its motion.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     tool_ends_at: Identifier | None = field(
@@ -38,7 +42,11 @@ class MotionKind:
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Names of constants with the limits of the joints, one value for each joint."""
+    """Names of constants with the limits of the joints, one value for each joint.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     lowest: Identifier = field(metadata={"doc": "lowest positions"})
@@ -50,7 +58,11 @@ class JointLimits:
 
 @dataclass(frozen=True)
 class ToolLimits:
-    """Names of constants with the limits of the tool point."""
+    """Names of constants with the limits of the tool point.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     speed: Identifier = field(metadata={"doc": "greatest speed"})
@@ -63,7 +75,11 @@ class ToolLimits:
 
 @dataclass(frozen=True)
 class BaseLimits:
-    """Names of constants with the limits of the base."""
+    """Names of constants with the limits of the base.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     speed: Identifier = field(metadata={"doc": "greatest speed"})
@@ -72,7 +88,11 @@ class BaseLimits:
 
 @dataclass(frozen=True)
 class Barrier:
-    """A volume that links must stay out of, or inside, during every motion."""
+    """A volume that links must stay out of, or inside, during every motion.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: into-the-bench`"})
@@ -91,7 +111,11 @@ class Barrier:
 
 @dataclass(frozen=True)
 class MotionPolicy:
-    """Limits that the gate checks on the whole trajectory of an action before it starts."""
+    """Limits that the gate checks on the whole trajectory of an action before it starts.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     on: Named[MotionKind] = field(metadata={"doc": "the action kinds that move the robot"})

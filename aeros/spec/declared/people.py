@@ -15,7 +15,11 @@ from aeros.spec.text.fields import LengthBounds, TextField
 
 @dataclass(frozen=True)
 class Waypoint:
-    """One place on a person's path, reached at a speed or at a given time."""
+    """One place on a person's path, reached at a speed or at a given time.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     at: Annotated[tuple[TextField, ...], LengthBounds(2, 2)] = field(
@@ -35,7 +39,11 @@ class Waypoint:
 
 @dataclass(frozen=True)
 class Person:
-    """An upright person, modelled as a capsule, and their path."""
+    """An upright person, modelled as a capsule, and their path.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     path: Annotated[tuple[Waypoint, ...], LengthBounds(1, 1000)] = field(
@@ -57,7 +65,11 @@ class Person:
 
 @dataclass(frozen=True)
 class People:
-    """A whole people file."""
+    """A whole people file.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     schema: Literal["aeros/people/1"] = field(metadata={"doc": "`schema: aeros/people/1`"})

@@ -18,7 +18,12 @@ from aeros.spec.text.fields import (
 
 @dataclass(frozen=True)
 class Access:
-    """Actuators, sensors, channels and computing devices that a module may be permitted to use."""
+    """Actuators, sensors, channels and computing devices that a module may be permitted to use.
+
+    Attributes:
+        span: its place in the file.
+        key_span: place of the key above it; None if it has none.
+    """
 
     span: SourceSpan
     key_span: SourceSpan | None
@@ -30,7 +35,11 @@ class Access:
 
 @dataclass(frozen=True)
 class OperatorOverride:
-    """An operator override: it blocks everything that matches, even if all other rules permit it."""
+    """An operator override: it blocks everything that matches, even if all other rules permit it.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: press-under-repair`"})
@@ -42,7 +51,11 @@ class OperatorOverride:
 
 @dataclass(frozen=True)
 class Quota:
-    """A limit on the number of actions within any time window."""
+    """A limit on the number of actions within any time window.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: grip-rate`"})
@@ -56,7 +69,11 @@ class Quota:
 
 @dataclass(frozen=True)
 class ModuleLimits:
-    """Limits on timeouts, retries, re-plans and planning time."""
+    """Limits on timeouts, retries, re-plans and planning time.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     skill_timeout: TextField = field(
@@ -76,7 +93,11 @@ class ModuleLimits:
 
 @dataclass(frozen=True)
 class AuditPolicy:
-    """Durability of the audit record."""
+    """Durability of the audit record.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     durability: ChoiceField[Literal["every-record", "before-motion", "batched"]] = field(
@@ -90,7 +111,11 @@ class AuditPolicy:
 
 @dataclass(frozen=True)
 class IsolationPolicy:
-    """Isolation of module code: its process, and the layers around it."""
+    """Isolation of module code: its process, and the layers around it.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     require: tuple[ChoiceField[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
@@ -112,7 +137,11 @@ class IsolationPolicy:
 
 @dataclass(frozen=True)
 class McpPolicy:
-    """Permissions of clients of `aeros mcp`, such as language models."""
+    """Permissions of clients of `aeros mcp`, such as language models.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     execute: ChoiceField[Literal["approval", "allowed", "denied"]] | None = field(
@@ -133,7 +162,11 @@ class McpPolicy:
 
 @dataclass(frozen=True)
 class Policy:
-    """The operator's policy (Π): access, risk ceiling, limits, overrides, quotas."""
+    """The operator's policy (Π): access, risk ceiling, limits, overrides, quotas.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     access: Access = field(metadata={"doc": "the access that every module may be permitted"})

@@ -17,7 +17,11 @@ Share = Annotated[NumberField, ValueBounds(0, 1)]
 
 @dataclass(frozen=True)
 class SceneBody:
-    """One body: exactly one of `box`, `cylinder` and `urdf`."""
+    """One body: exactly one of `box`, `cylinder` and `urdf`.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     at: Annotated[tuple[TextField, ...], LengthBounds(3, 3)] = field(
@@ -56,7 +60,11 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class Scene:
-    """A whole scene file."""
+    """A whole scene file.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     schema: Literal["aeros/scene/1"] = field(metadata={"doc": "`schema: aeros/scene/1`"})

@@ -25,7 +25,11 @@ from aeros.spec.text.fields import (
 
 @dataclass(frozen=True)
 class Quantity:
-    """A typed variable: its type, unit and bounds."""
+    """A typed variable: its type, unit and bounds.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     type: TextField = field(
@@ -55,7 +59,11 @@ class StateVariable(Quantity):
 
 @dataclass(frozen=True)
 class Constant:
-    """A named constant, or one for each member of an enum."""
+    """A named constant, or one for each member of an enum.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     value: ExpressionField | None = field(default=None, metadata={"doc": "the value, as in `value: 500 mm`"})
@@ -69,7 +77,11 @@ class Constant:
 
 @dataclass(frozen=True)
 class Volume:
-    """An axis-aligned box in the world frame W."""
+    """An axis-aligned box in the world frame W.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     lower: tuple[TextField, ...] = field(
@@ -83,7 +95,11 @@ class Volume:
 
 @dataclass(frozen=True)
 class ActionKind:
-    """One kind of action that a skill may ask for."""
+    """One kind of action that a skill may ask for.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the plant's reaction, for people"})
@@ -99,7 +115,11 @@ class ActionKind:
 
 @dataclass(frozen=True)
 class Invariant:
-    """A rule of the site (Φ): a condition that must hold for every state and action."""
+    """A rule of the site (Φ): a condition that must hold for every state and action.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: workspace`"})
@@ -117,7 +137,11 @@ class Invariant:
 
 @dataclass(frozen=True)
 class JointInvariant:
-    """A rule about two actions that are executed at the same time."""
+    """A rule about two actions that are executed at the same time.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     id: Slug = field(metadata={"doc": "a short name, as in `id: combined-speed`"})
@@ -133,7 +157,11 @@ class JointInvariant:
 
 @dataclass(frozen=True)
 class Site:
-    """A whole site file."""
+    """A whole site file.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     schema: Literal["aeros/site/1"] = field(metadata={"doc": "`schema: aeros/site/1`"})

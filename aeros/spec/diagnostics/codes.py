@@ -27,7 +27,14 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class DiagnosticCode:
-    """One kind of problem: a stable id, a readable slug, and the group of claims it belongs to."""
+    """One kind of problem.
+
+    Attributes:
+        id: its stable id, such as `AE104`.
+        slug: readable name, such as `missing-value`.
+        group: group of claims that it belongs to, such as `form`.
+        summary: the problem in a clause.
+    """
 
     id: str
     slug: str
@@ -387,7 +394,12 @@ CODES: Final[dict[str, DiagnosticCode]] = {code.id: code for code in _TABLE}
 
 @dataclass(frozen=True, slots=True)
 class SpanLabel:
-    """Place and the text shown next to it; `text` may be empty."""
+    """Place to show, with a text next to it.
+
+    Attributes:
+        span: the place.
+        text: the text; may be empty.
+    """
 
     span: SourceSpan
     text: str = ""
@@ -395,7 +407,12 @@ class SpanLabel:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Replacement for the text at `span`."""
+    """Replacement of a text.
+
+    Attributes:
+        span: the text to replace.
+        text: the new text.
+    """
 
     span: SourceSpan
     text: str

@@ -15,7 +15,12 @@ from aeros.spec.diagnostics.errors import MisuseError
 
 @dataclass(frozen=True, order=True)
 class Source:
-    """Text and the path it is shown under."""
+    """Text of a file.
+
+    Attributes:
+        path: path that messages show.
+        text: the text.
+    """
 
     path: str
     text: str = field(repr=False)
@@ -101,7 +106,13 @@ class Source:
 
 @dataclass(frozen=True, slots=True, order=True)
 class SourceSpan:
-    """Characters of `source` from `start` up to, not including, `end`; empty if these are equal."""
+    """Range of characters of a source.
+
+    Attributes:
+        source: the source.
+        start: index of the first character.
+        end: index after the last one; equal to `start` if it is empty.
+    """
 
     source: Source
     start: int

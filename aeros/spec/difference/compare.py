@@ -22,7 +22,12 @@ from aeros.spec.text.discovery import MANIFEST, module_folders
 
 @dataclass(frozen=True)
 class PolicyDifference:
-    """All changes; `problems` says why a side could not be read, and then nothing is compared."""
+    """All changes between two sides.
+
+    Attributes:
+        changes: the changes.
+        problems: reasons why a side could not be read; if there are any, nothing is compared.
+    """
 
     changes: tuple[PolicyChange, ...] = ()
     problems: tuple[Diagnostic, ...] = ()

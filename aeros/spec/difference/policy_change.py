@@ -30,9 +30,13 @@ class Relation(Enum):
 
 @dataclass(frozen=True)
 class PolicyChange:
-    """The change of one subject, such as `wrap/grip` or `policy/limits/retries`.
+    """The change of one subject.
 
-    `witnesses` holds, under `newly allowed` and `newly denied`, a state and an action that show it.
+    Attributes:
+        subject: path of it, such as `wrap/grip` or `policy/limits/retries`.
+        relation: relation of the new side to the old one.
+        diagnostics: diagnostics that show the change.
+        witnesses: a state and an action that show it, under `newly allowed` and `newly denied`.
     """
 
     subject: str

@@ -27,7 +27,12 @@ from aeros.spec.verification.witness import Witness
 
 @dataclass(frozen=True)
 class SetCondition:
-    """A condition that every member of a set meets, and its place in a file, if any."""
+    """A condition that every member of a set meets.
+
+    Attributes:
+        term: the condition.
+        span: its place in a file; None if it is not written in one.
+    """
 
     term: t.Term
     span: SourceSpan | None

@@ -28,7 +28,12 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class LoadedEcm:
-    """A module and the bytes of the Python files in its code digest, by path relative to its folder."""
+    """A module with its code.
+
+    Attributes:
+        ecm: the module.
+        code: bytes of the Python files in its code digest, by path relative to the module's folder.
+    """
 
     ecm: Ecm
     code: dict[str, bytes]

@@ -25,7 +25,13 @@ _HasId = declared.Invariant | declared.JointInvariant | OperatorOverride | Quota
 
 
 class ElaboratedRules(NamedTuple):
-    """Rules of a site, and the histories of their past-time conditions."""
+    """Rules of a site.
+
+    Attributes:
+        rules: rules on one action.
+        joint_rules: rules on two actions at the same time.
+        histories: histories of the rules' past-time conditions.
+    """
 
     rules: tuple[Rule, ...] = ()
     joint_rules: tuple[JointRule, ...] = ()

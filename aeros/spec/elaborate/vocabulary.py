@@ -25,6 +25,11 @@ class SiteVocabulary:
     """Named things of a site, to which its rules and its policy refer.
 
     Attributes:
+        enums: enumerations by name.
+        constants: constants as terms, SI, by name.
+        volumes: boxes in W, m, by name.
+        state: state variables by name.
+        kinds: action kinds by name.
         used_names: meaning of each name in use, such as `a state variable`, by name.
     """
 

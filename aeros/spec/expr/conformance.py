@@ -25,7 +25,13 @@ _NEAR_TIE_TOLERANCE = Fraction(1, 2**48)  # relative: sides nearer than this are
 
 @dataclass
 class CaseCoverage:
-    """Counts of the cases that a run met: conditions that are true, that are false, and near ties."""
+    """Numbers of the cases that a run met.
+
+    Attributes:
+        true: number of conditions that are true.
+        false: number of conditions that are false.
+        close: number of conditions with a comparison that is nearly a tie.
+    """
 
     true: int = 0
     false: int = 0

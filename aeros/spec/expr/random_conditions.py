@@ -46,7 +46,13 @@ _WHOLE_RANGES = tuple((Fraction(low), Fraction(high)) for low, high in ((0, 1), 
 
 @dataclass(frozen=True)
 class ConditionCase:
-    """Well-typed condition, ranges of its real scalars, and a value for each variable."""
+    """Well-typed condition with values at which it is evaluated.
+
+    Attributes:
+        term: the condition.
+        ranges: range of each real scalar variable, SI.
+        values: value of each variable, SI.
+    """
 
     term: t.Term
     ranges: Ranges

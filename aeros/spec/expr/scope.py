@@ -13,7 +13,12 @@ from aeros.spec.expr.types import EnumType
 
 @dataclass(frozen=True, slots=True)
 class AxisAlignedBox:
-    """Closed axis-aligned box in the world frame W. Corners in metres."""
+    """Closed axis-aligned box in the world frame W.
+
+    Attributes:
+        lower: corner with the least coordinates, m.
+        upper: corner with the greatest coordinates, m.
+    """
 
     lower: tuple[Fraction, Fraction, Fraction]
     upper: tuple[Fraction, Fraction, Fraction]

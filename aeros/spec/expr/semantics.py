@@ -23,7 +23,12 @@ Environment = Mapping[str, Value]
 
 
 class TimedState(NamedTuple):
-    """State measured at one time, in seconds."""
+    """State measured at one time.
+
+    Attributes:
+        time: plant time, s.
+        values: value of each variable, SI.
+    """
 
     time: Fraction
     values: Environment

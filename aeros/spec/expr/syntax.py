@@ -11,7 +11,12 @@ from aeros.spec.expr.units import Unit
 
 @dataclass(frozen=True, slots=True)
 class TextRange:
-    """Characters `start` (inclusive) to `end` (exclusive) of the expression's text."""
+    """Range of characters of the expression's text.
+
+    Attributes:
+        start: index of the first character.
+        end: index after the last one.
+    """
 
     start: int
     end: int
@@ -19,7 +24,13 @@ class TextRange:
 
 @dataclass(frozen=True, slots=True)
 class NumberLiteral:
-    """A numeral and its unit; the value is in SI."""
+    """A numeral and its unit.
+
+    Attributes:
+        value: the value in SI.
+        unit: the unit as written.
+        extent: its place in the text.
+    """
 
     value: Fraction
     unit: Unit
@@ -28,7 +39,12 @@ class NumberLiteral:
 
 @dataclass(frozen=True, slots=True)
 class BooleanLiteral:
-    """`true` or `false`."""
+    """`true` or `false`.
+
+    Attributes:
+        value: the truth value.
+        extent: its place in the text.
+    """
 
     value: bool
     extent: TextRange
@@ -36,7 +52,12 @@ class BooleanLiteral:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """Name that the type checker resolves."""
+    """Name that the type checker resolves.
+
+    Attributes:
+        text: the name as written.
+        extent: its place in the text.
+    """
 
     text: str
     extent: TextRange
@@ -44,7 +65,13 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """`base.name`."""
+    """`base.name`.
+
+    Attributes:
+        base: expression before the dot.
+        name: name after the dot.
+        extent: its place in the text.
+    """
 
     base: Node
     name: Name
@@ -53,7 +80,13 @@ class Attribute:
 
 @dataclass(frozen=True, slots=True)
 class Index:
-    """`base[index]`."""
+    """`base[index]`.
+
+    Attributes:
+        base: expression before the bracket.
+        index: expression inside the brackets.
+        extent: its place in the text.
+    """
 
     base: Node
     index: Node
@@ -62,7 +95,13 @@ class Index:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """`function(arguments)`."""
+    """`function(arguments)`.
+
+    Attributes:
+        function: name of the function.
+        arguments: expressions in the parentheses, in order.
+        extent: its place in the text.
+    """
 
     function: Name
     arguments: tuple[Node, ...]
@@ -71,7 +110,13 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Unary:
-    """`not operand` or `-operand`."""
+    """`not operand` or `-operand`.
+
+    Attributes:
+        op: `not` or `-`.
+        operand: expression after it.
+        extent: its place in the text.
+    """
 
     op: str
     operand: Node
@@ -80,7 +125,14 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """`left op right` for `implies`, `+`, `-`, `*`, `/`."""
+    """`left op right`.
+
+    Attributes:
+        op: `implies`, `+`, `-`, `*` or `/`.
+        left: expression before the operator.
+        right: expression after it.
+        extent: its place in the text.
+    """
 
     op: str
     left: Node
@@ -90,7 +142,13 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """`a and b and …` or `a or b or …`."""
+    """`a and b and …` or `a or b or …`.
+
+    Attributes:
+        op: `and` or `or`.
+        operands: at least two expressions, in order.
+        extent: its place in the text.
+    """
 
     op: str
     operands: tuple[Node, ...]
@@ -99,7 +157,13 @@ class Junction:
 
 @dataclass(frozen=True, slots=True)
 class ComparisonChain:
-    """A comparison chain, `a <= b < c`: each adjacent pair compared, all required."""
+    """A comparison chain, `a <= b < c`: each adjacent pair compared, all required.
+
+    Attributes:
+        operands: the compared expressions, in order.
+        ops: comparison operators between them, one fewer than `operands`.
+        extent: its place in the text.
+    """
 
     operands: tuple[Node, ...]
     ops: tuple[str, ...]
@@ -108,7 +172,14 @@ class ComparisonChain:
 
 @dataclass(frozen=True, slots=True)
 class Membership:
-    """`operand in volume` or `operand in {member, …}`, negated by `not in`."""
+    """`operand in volume` or `operand in {member, …}`, negated by `not in`.
+
+    Attributes:
+        operand: expression before `in`.
+        container: name of a volume, or the members of a set.
+        negated: True for `not in`.
+        extent: its place in the text.
+    """
 
     operand: Node
     container: Name | tuple[Name, ...]
@@ -118,7 +189,14 @@ class Membership:
 
 @dataclass(frozen=True, slots=True)
 class IfElse:
-    """`if condition then one else other`."""
+    """`if condition then one else other`.
+
+    Attributes:
+        condition: the condition.
+        then: value if it holds.
+        otherwise: value if it does not.
+        extent: its place in the text.
+    """
 
     condition: Node
     then: Node
@@ -128,7 +206,15 @@ class IfElse:
 
 @dataclass(frozen=True, slots=True)
 class Quantifier:
-    """`all(body for index in set)`, `any(…)`, `sum(…)` or `count(…)`."""
+    """`all(body for index in set)`, `any(…)`, `sum(…)` or `count(…)`.
+
+    Attributes:
+        kind: `all`, `any`, `sum` or `count`.
+        body: expression that is evaluated for each member.
+        index: name of the index.
+        set: name of the enumeration over which it ranges.
+        extent: its place in the text.
+    """
 
     kind: str
     body: Node
@@ -142,7 +228,10 @@ class PastOperator:
     """`previously`, `once`, `historically`, `since` or `count within` of conditions, oldest operand last.
 
     Attributes:
+        op: name of the operator.
+        operands: conditions it applies to.
         window: duration that it looks back; None to look back to the first state.
+        extent: its place in the text.
     """
 
     op: str

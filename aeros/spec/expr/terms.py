@@ -26,7 +26,12 @@ class VariableRole(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """Constant: bool, exact real in SI, or enum member."""
+    """Constant.
+
+    Attributes:
+        value: truth value, exact real in SI, or name of an enum member.
+        type: type of the value.
+    """
 
     value: bool | Fraction | str
     type: ScalarType
@@ -34,7 +39,13 @@ class Literal:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """Free variable. `name` is unique within one vocabulary and action kind."""
+    """Free variable.
+
+    Attributes:
+        name: name, unique within one vocabulary and action kind.
+        type: its type.
+        role: source of its value, such as the measured state or a parameter of the action.
+    """
 
     name: str
     type: Type
@@ -48,7 +59,12 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class BoundVariable:
-    """Index of a quantifier, which takes each member of its set."""
+    """Index of a quantifier, which takes each member of its set.
+
+    Attributes:
+        name: name of the index.
+        type: the set, whose members it takes.
+    """
 
     name: str
     type: EnumType
@@ -56,7 +72,13 @@ class BoundVariable:
 
 @dataclass(frozen=True, slots=True)
 class ConstantTable:
-    """Constant family: one SI value for each member of its index set, in order."""
+    """Constant family.
+
+    Attributes:
+        name: name of the constant.
+        type: its index set, and the type of its values.
+        values: one value for each member of the index set, in order, SI.
+    """
 
     name: str
     type: FamilyType
@@ -65,7 +87,12 @@ class ConstantTable:
 
 @dataclass(frozen=True, slots=True)
 class Select:
-    """`family[index]`."""
+    """`family[index]`.
+
+    Attributes:
+        family: family to select from.
+        index: term of the family's index type.
+    """
 
     family: Variable | ConstantTable
     index: Term
@@ -73,7 +100,11 @@ class Select:
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """`vec(x, y, z)`."""
+    """`vec(x, y, z)`.
+
+    Attributes:
+        x, y, z: components, reals of one dimension.
+    """
 
     x: Term
     y: Term
@@ -82,7 +113,12 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """`vector.x`, `.y` or `.z` as axis 0, 1 or 2."""
+    """Component of a vector: `vector.x`, `.y` or `.z`.
+
+    Attributes:
+        vector: the vector.
+        axis: 0 for x, 1 for y, 2 for z.
+    """
 
     vector: Term
     axis: int
@@ -90,28 +126,45 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Not:
-    """`not operand`."""
+    """`not operand`.
+
+    Attributes:
+        operand: a condition.
+    """
 
     operand: Term
 
 
 @dataclass(frozen=True, slots=True)
 class And:
-    """Conjunction. True if it has no operands."""
+    """Conjunction. True if it has no operands.
+
+    Attributes:
+        operands: conditions.
+    """
 
     operands: tuple[Term, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Or:
-    """Disjunction. False if it has no operands."""
+    """Disjunction. False if it has no operands.
+
+    Attributes:
+        operands: conditions.
+    """
 
     operands: tuple[Term, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Implies:
-    """`premise implies conclusion`."""
+    """`premise implies conclusion`.
+
+    Attributes:
+        premise: a condition.
+        conclusion: a condition.
+    """
 
     premise: Term
     conclusion: Term
@@ -119,7 +172,13 @@ class Implies:
 
 @dataclass(frozen=True, slots=True)
 class Compare:
-    """`left op right`: order on reals; equality on reals, booleans, enum members and vectors."""
+    """Comparison `left op right`.
+
+    Attributes:
+        op: `<` or `<=`, of reals; `==`, of reals, booleans, enum members and vectors.
+        left: term on the left.
+        right: term on the right, of the same type.
+    """
 
     op: OneOf["<", "<=", "=="]
     left: Term
@@ -128,7 +187,12 @@ class Compare:
 
 @dataclass(frozen=True, slots=True)
 class Add:
-    """Sum of two reals or two vectors."""
+    """Sum of two reals or two vectors.
+
+    Attributes:
+        left: first summand.
+        right: second summand, of the same type.
+    """
 
     left: Term
     right: Term
@@ -136,7 +200,12 @@ class Add:
 
 @dataclass(frozen=True, slots=True)
 class Multiply:
-    """Product of two reals, or of a real and a vector, the vector on the right."""
+    """Product of two reals, or of a real and a vector.
+
+    Attributes:
+        left: first factor, a real.
+        right: second factor, a real or a vector.
+    """
 
     left: Term
     right: Term
@@ -144,7 +213,13 @@ class Multiply:
 
 @dataclass(frozen=True, slots=True)
 class Extremum:
-    """`min(a, b)` or `max(a, b)` of two reals."""
+    """`min(a, b)` or `max(a, b)` of two reals.
+
+    Attributes:
+        kind: `min` or `max`.
+        left: first real.
+        right: second real, of the same dimension.
+    """
 
     kind: OneOf["min", "max"]
     left: Term
@@ -153,14 +228,24 @@ class Extremum:
 
 @dataclass(frozen=True, slots=True)
 class Absolute:
-    """`abs(operand)` of a real."""
+    """`abs(operand)` of a real.
+
+    Attributes:
+        operand: a real.
+    """
 
     operand: Term
 
 
 @dataclass(frozen=True, slots=True)
 class Conditional:
-    """`if condition then one else other`, both of one type."""
+    """`if condition then one else other`, both of one type.
+
+    Attributes:
+        condition: the condition.
+        then: value if it holds.
+        otherwise: value if it does not.
+    """
 
     condition: Term
     then: Term
@@ -169,7 +254,13 @@ class Conditional:
 
 @dataclass(frozen=True, slots=True)
 class Quantified:
-    """`all(body for index in SET)` or `any(body for index in SET)` over a finite set."""
+    """`all(body for index in SET)` or `any(body for index in SET)` over a finite set.
+
+    Attributes:
+        kind: `all` or `any`.
+        index: the index that `body` reads.
+        body: condition that is evaluated for each member.
+    """
 
     kind: OneOf["all", "any"]
     index: BoundVariable
@@ -178,7 +269,13 @@ class Quantified:
 
 @dataclass(frozen=True, slots=True)
 class Aggregate:
-    """`sum(body for index in SET)` of reals, or `count(body for index in SET)`: how many conditions hold."""
+    """`sum(body for index in SET)` of reals, or `count(body for index in SET)`: how many conditions hold.
+
+    Attributes:
+        kind: `sum` or `count`.
+        index: the index that `body` reads.
+        body: term that is evaluated for each member: a real for `sum`, a condition for `count`.
+    """
 
     kind: OneOf["sum", "count"]
     index: BoundVariable
@@ -187,7 +284,11 @@ class Aggregate:
 
 @dataclass(frozen=True, slots=True)
 class Previously:
-    """True if `operand` held in the previous state; false in the first state."""
+    """True if `operand` held in the previous state; false in the first state.
+
+    Attributes:
+        operand: a condition.
+    """
 
     operand: Term
 
@@ -199,6 +300,8 @@ class Since:
     `once c` is `true since c`, and `historically c` is `not once not c`.
 
     Attributes:
+        sustained: condition that must have held since then.
+        trigger: condition that held in some state.
         window_s: greatest age in seconds of the state in which `trigger` held; None for any age.
     """
 
@@ -209,7 +312,12 @@ class Since:
 
 @dataclass(frozen=True, slots=True)
 class Occurrences:
-    """Number of states at most `window_s` seconds ago in which `operand` held."""
+    """Number of recent states in which a condition held.
+
+    Attributes:
+        operand: the condition.
+        window_s: greatest age of a state that counts, s.
+    """
 
     operand: Term
     window_s: Fraction

@@ -18,7 +18,11 @@ class BoolType:
 
 @dataclass(frozen=True, slots=True)
 class RealType:
-    """An exact real number of SI dimension `dimension`."""
+    """An exact real number.
+
+    Attributes:
+        dimension: its SI dimension.
+    """
 
     dimension: Dimension
 
@@ -29,7 +33,11 @@ class RealType:
 
 @dataclass(frozen=True, slots=True)
 class IntegerType(RealType):
-    """Type of whole numbers. Variables are declared with it; expressions read it as a dimensionless real."""
+    """Type of whole numbers. Variables are declared with it; expressions read it as a dimensionless real.
+
+    Attributes:
+        dimension: the dimensionless one.
+    """
 
     dimension: Dimension = NUMBER
 
@@ -40,7 +48,11 @@ class IntegerType(RealType):
 
 @dataclass(frozen=True, slots=True)
 class VectorType:
-    """Three reals x, y, z of one dimension, in the world frame W."""
+    """Three reals x, y, z of one dimension, in the world frame W.
+
+    Attributes:
+        dimension: SI dimension of each component.
+    """
 
     dimension: Dimension
 
@@ -51,7 +63,12 @@ class VectorType:
 
 @dataclass(frozen=True, slots=True)
 class EnumType:
-    """One of `members`, a closed, ordered set; also the index set of families."""
+    """A closed, ordered set; also the index set of families.
+
+    Attributes:
+        name: name of the enumeration.
+        members: names of its members, in order.
+    """
 
     name: str
     members: tuple[str, ...]
@@ -63,7 +80,12 @@ class EnumType:
 
 @dataclass(frozen=True, slots=True)
 class FamilyType:
-    """One `element` for each member of `index`."""
+    """Type of families: one value for each member of an index set.
+
+    Attributes:
+        index: the index set.
+        element: type of each value.
+    """
 
     index: EnumType
     element: BoolType | RealType

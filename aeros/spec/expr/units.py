@@ -20,7 +20,11 @@ _PI = Fraction("3.14159265358979323846264338327950288")
 
 @dataclass(frozen=True, slots=True)
 class Dimension:
-    """Integer exponents over `BASES`; the empty product is the dimensionless number."""
+    """Dimension as a product of powers of base dimensions.
+
+    Attributes:
+        exponents: exponents of `BASES`, in order; all 0 for a dimensionless number.
+    """
 
     exponents: tuple[int, int, int, int] = (0, 0, 0, 0)
 
@@ -50,7 +54,13 @@ def _power(base: str, exponent: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """Unit, `text` as written: 1 unit is `factor` in SI units of `dimension`."""
+    """Unit of a number.
+
+    Attributes:
+        text: the unit as written.
+        factor: value of 1 unit in SI.
+        dimension: its dimension.
+    """
 
     text: str
     factor: Fraction

@@ -57,6 +57,7 @@ class Format:
     """One file format.
 
     Attributes:
+        name: name of the format in `schema`, such as `ecm`.
         title: kind of file, for people.
         files: patterns of file names, `ecm.yaml`; empty if any name will do.
         kind: place of the version.

@@ -25,8 +25,11 @@ _SCHEMA: Final = re.compile(r"schema[\"']?\s*:\s*[\"']?aeros/")
 class Rewritten:
     """A text in the current version of its format.
 
-    version: the version that it had.
-    changes: changes of the versions since then, the oldest first.
+    Attributes:
+        format: the format.
+        version: the version that it had.
+        text: the text in the current version.
+        changes: changes of the versions since then, the oldest first.
     """
 
     format: Format

@@ -21,7 +21,13 @@ STOP_ON_FAILURE = "stop"
 
 @dataclass(frozen=True)
 class OutputReference:
-    """Reference of an input to the output of an earlier step."""
+    """Reference of an input to the output of an earlier step.
+
+    Attributes:
+        step: id of the earlier step.
+        output: name of its output.
+        span: place in the manifest.
+    """
 
     step: str
     output: str

@@ -42,6 +42,9 @@ class ActionCondition:
     """Condition on actions of one kind, in an envelope or a permission.
 
     Attributes:
+        term: the condition.
+        text: its source text.
+        span: place in the manifest.
         conjuncts: the conditions that the term is the conjunction of.
     """
 
@@ -70,6 +73,9 @@ class Skill:
         timeout: seconds after which it is halted.
         runtime_checked: invariants that the envelope does not imply and the gate decides, and where each is
             listed.
+        span: place of its name.
+        risk_span: place of its `risk`.
+        entry_span: place of its `entry`.
         outputs: declared outputs by name.
         idempotent: by its author's word, running it twice does no more than running it once.
         hold_condition: condition that must be measured as long as it runs.
@@ -125,7 +131,14 @@ class PlanningRule:
 
 @dataclass(frozen=True)
 class TaskInvariant:
-    """Task invariant: a condition on the state that must hold from the start of a task to its end."""
+    """Task invariant: a condition on the state that must hold from the start of a task to its end.
+
+    Attributes:
+        id: name of the invariant in its task.
+        term: the condition.
+        text: its source text.
+        span: place in the manifest.
+    """
 
     id: str
     term: t.Term
@@ -173,17 +186,21 @@ class Ecm:
         id: name of the module.
         version: its version.
         folder: its folder.
-        capabilities: skills that provide each capability, by its name.
-        skills: skills by id.
-        tasks: tasks by id.
-        compositions: compositions by id.
-        requested_access: actuators, sensors, channels and computing devices that it asks for.
-        permitted_actions: condition on all its actions, by action kind.
         manifest_digest: SHA-256 of the manifest, in hexadecimal.
         code_digest: SHA-256 of its code files.
-        model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
+        capabilities: names of the skills and compositions that provide each capability, by its name.
+        skills: skills by id.
+        tasks: tasks by id.
+        requested_access: actuators, sensors, channels and computing devices that it asks for.
+        permitted_actions: condition on all its actions, by action kind.
         required_modules: other modules it depends on, by name, with a PEP 440 specifier.
+        requires_spans: place of the specifier of each required module, by the module's name.
         required_aeros_version: versions of AEROS it works with, a PEP 440 specifier.
+        runtime_span: place of the specifier of AEROS.
+        access_span: place of its permissions.
+        span: place of its name.
+        compositions: compositions by id.
+        model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
     """
 
     id: str

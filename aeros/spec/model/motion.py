@@ -28,10 +28,16 @@ class MotionKind:
 
 @dataclass(frozen=True)
 class Barrier:
-    """Volume that `links` (None: all) keep out of or, if `keep_inside`, inside of, in every motion.
+    """Volume that links keep out of, or stay inside, in every motion.
 
     Attributes:
+        id: name of the barrier.
+        volume: name of the site's volume.
+        box: corners of the volume, m.
+        keep_inside: True if links must stay inside, False if they must stay outside.
         is_in_base_frame: the corners of `box` are in the robot's base frame, not in W.
+        links: names of the links that it applies to; None for all.
+        rationale: the reason for the barrier.
     """
 
     id: str
@@ -45,7 +51,12 @@ class Barrier:
 
 @dataclass(frozen=True)
 class ToolLimits:
-    """Limits of the tool point: (speed, acceleration, jerk) of translation and of rotation, in SI."""
+    """Limits of the tool point in W.
+
+    Attributes:
+        translation: greatest speed (m/s), acceleration (m/s²) and jerk (m/s³).
+        rotation: greatest speed (rad/s), acceleration (rad/s²) and jerk (rad/s³).
+    """
 
     translation: tuple[Fraction, Fraction, Fraction]
     rotation: tuple[Fraction, Fraction, Fraction]
@@ -56,14 +67,17 @@ class MotionPolicy:
     """Limits by which the whole trajectory of an action is decided, in SI.
 
     Attributes:
+        kinds: meaning of the parameters of each action kind that moves the robot, by kind.
         start_variable: state variable, a family, that measures the joints.
         start_tolerance: greatest distance of a motion's start from the measured joints.
         end_tolerance: greatest distance of a motion's end from the requested target.
         lowest: lowest position of each joint.
         highest: highest position of each joint.
         joint_limits: speeds, accelerations and jerks, one of each per joint.
+        tool_limits: limits of the tool point.
         clearance: least distance of links from barriers: room for deviations from the path, as tracking
             error.
+        barriers: keep-out and keep-in volumes.
         base_limits: speed and acceleration of a mobile base.
     """
 

@@ -11,7 +11,14 @@ from aeros.spec.diagnostics.source import SourceSpan
 
 @dataclass(frozen=True)
 class Access:
-    """Actuators, sensors, channels and computing devices."""
+    """Access to parts of the robot.
+
+    Attributes:
+        actuators: names of actuators.
+        sensors: names of sensors.
+        channels: names of communication channels.
+        compute: names of computing devices.
+    """
 
     actuators: frozenset[str] = frozenset()
     sensors: frozenset[str] = frozenset()
@@ -75,9 +82,14 @@ class OperatorOverride:
 
 @dataclass(frozen=True)
 class Quota:
-    """Quota: at most `max_count` actions of `kinds` within any `window_s` seconds.
+    """Limit on the number of actions within any time window.
 
-    Its `id` is its name; `span` is its place in the site file.
+    Attributes:
+        id: name of the quota.
+        kinds: action kinds that count.
+        max_count: greatest number of actions in a window.
+        window_s: length of the window, s.
+        span: place in the site file.
     """
 
     id: str
@@ -142,6 +154,7 @@ class McpPolicy:
     """Permissions of clients of `aeros mcp`.
 
     Attributes:
+        execute: condition on which a verified plan is executed: approval, allowed or denied.
         max_steps: greatest number of steps of one plan.
         skills: skills (MODULE.SKILL) that a plan may have; None for all active ones.
     """

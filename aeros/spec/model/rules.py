@@ -42,7 +42,12 @@ class ActionKind:
 
 @dataclass(frozen=True)
 class Conjunct:
-    """One of the conditions that a larger one is the conjunction of, and where it is written."""
+    """One of the conditions that a larger one is the conjunction of.
+
+    Attributes:
+        term: the condition.
+        span: its place in the file.
+    """
 
     term: t.Term
     span: SourceSpan

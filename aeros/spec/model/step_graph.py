@@ -18,7 +18,11 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class Seq(Generic[S]):
-    """Parts that run one after the other; it does nothing if empty."""
+    """Parts that run one after the other; it does nothing if empty.
+
+    Attributes:
+        parts: parts in the order in which they run.
+    """
 
     parts: tuple[Part[S], ...]
 
@@ -28,7 +32,12 @@ class Seq(Generic[S]):
 
 @dataclass(frozen=True, slots=True)
 class Par(Generic[S]):
-    """Parts that run at the same time. It fails with the first branch that fails for good."""
+    """Parts that run at the same time. It fails with the first branch that fails for good.
+
+    Attributes:
+        branches: parts that start at the same time.
+        span: place in the manifest.
+    """
 
     branches: tuple[Part[S], ...]
     span: SourceSpan
@@ -42,7 +51,11 @@ class If(Generic[S]):
     """Choice: `then` if the condition is measured as true, `otherwise` if as false; else it fails.
 
     Attributes:
+        condition: the condition, on the state.
+        text: its source text.
+        then: part that runs if it is true.
         otherwise: None if the condition is claimed to be always true.
+        span: place in the manifest.
     """
 
     condition: t.Term

@@ -17,7 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TaskPhrase:
-    """Word that routes to a task, casefolded, and where it is written."""
+    """Word that routes an instruction to a task.
+
+    Attributes:
+        task: id of the task.
+        word: the word, casefolded.
+        span: place in the manifest.
+    """
 
     task: str
     word: str
@@ -29,13 +35,20 @@ class ModuleSummary:
     """Module as other modules see it.
 
     Attributes:
+        id: as in its model.
+        version: as in its model.
         manifest_digest: as in its model.
         code_digest: as in its model.
-        model_digests: as in its model.
+        span: as in its model.
         skills: names of its skills.
         capabilities: names of its capabilities.
         task_phrases: every word that routes to one of its tasks.
         effect_values: by state variable, the values that some skill leaves it with on success, as text.
+        requires: `required_modules` of its model.
+        requires_spans: as in its model.
+        runtime: `required_aeros_version` of its model.
+        runtime_span: as in its model.
+        model_digests: as in its model.
     """
 
     id: str
@@ -56,7 +69,14 @@ class ModuleSummary:
 
 @dataclass(frozen=True)
 class BlockSummary:
-    """Module, or skill of a module, that an operator override names, and where that is written."""
+    """Operator override that names a module or a skill.
+
+    Attributes:
+        id: name of the override.
+        module: name of the module.
+        skill: id of the module's skill; None if it blocks the module as a whole.
+        span: place in the site file.
+    """
 
     id: str
     module: str
@@ -69,8 +89,10 @@ class SiteSummary:
     """Site as claims about all modules together see it.
 
     Attributes:
+        id: as in its model.
         digest: as in its model.
         grants: modules that the site grants something, and where.
+        blocks: operator overrides that name a module.
     """
 
     id: str

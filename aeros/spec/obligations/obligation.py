@@ -48,7 +48,12 @@ class VariableSpace:
 
 @dataclass(frozen=True)
 class LabelledConjunct:
-    """A conjunct of an obligation's formula, and the label to show if it is at fault."""
+    """A conjunct of an obligation's formula, and the label to show if it is at fault.
+
+    Attributes:
+        term: the conjunct.
+        label: place and text to show if it is at fault.
+    """
 
     term: t.Term
     label: SpanLabel

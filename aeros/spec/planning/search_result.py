@@ -18,7 +18,12 @@ class PlanUndecidedError(Exception):
 
 @dataclass
 class AvoidSet:
-    """States without a path to the goal, and choices that may lead from a state to such a state."""
+    """States and choices from which the goal may become unreachable.
+
+    Attributes:
+        states: states without a path to the goal.
+        pairs: pairs of a state and a choice that may lead from it to such a state.
+    """
 
     states: set[State] = field(default_factory=set)
     pairs: set[tuple[State, GroundSkill]] = field(default_factory=set)

@@ -17,7 +17,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class TextField:
-    """Text as written, never interpreted."""
+    """Text as written, never interpreted.
+
+    Attributes:
+        value: the text.
+        span: its place in the file.
+        node: the YAML scalar it was read from.
+    """
 
     value: str
     span: SourceSpan
@@ -29,7 +35,13 @@ class TextField:
 
 @dataclass(frozen=True, slots=True)
 class ExpressionField:
-    """Text of an expression, not parsed yet."""
+    """Text of an expression, not parsed yet.
+
+    Attributes:
+        value: the text of the expression.
+        span: its place in the file.
+        node: the YAML scalar it was read from.
+    """
 
     value: str
     span: SourceSpan
@@ -41,7 +53,13 @@ class ExpressionField:
 
 @dataclass(frozen=True, slots=True)
 class BooleanField:
-    """`true` or `false`. Read `value`: the field itself has no truth value."""
+    """`true` or `false`. Read `value`: the field itself has no truth value.
+
+    Attributes:
+        value: the truth value.
+        span: its place in the file.
+        node: the YAML scalar it was read from.
+    """
 
     value: bool
     span: SourceSpan
@@ -53,7 +71,13 @@ class BooleanField:
 
 @dataclass(frozen=True, slots=True)
 class IntegerField:
-    """A whole number in decimal digits."""
+    """A whole number in decimal digits.
+
+    Attributes:
+        value: the number.
+        span: its place in the file.
+        node: the YAML scalar it was read from.
+    """
 
     value: int
     span: SourceSpan
@@ -62,7 +86,13 @@ class IntegerField:
 
 @dataclass(frozen=True, slots=True)
 class NumberField:
-    """The rational that a decimal literal denotes, exactly: `1.10` is 11/10."""
+    """A decimal literal.
+
+    Attributes:
+        value: the rational that it denotes, exactly: `1.10` is 11/10.
+        span: its place in the file.
+        node: the YAML scalar it was read from.
+    """
 
     value: Fraction
     span: SourceSpan
@@ -71,7 +101,13 @@ class NumberField:
 
 @dataclass(frozen=True, slots=True)
 class ChoiceField(Generic[T]):
-    """One of the words of `T`, a `Literal`."""
+    """One of the words of `T`, a `Literal`.
+
+    Attributes:
+        value: the word.
+        span: its place in the file.
+        node: the YAML scalar it was read from.
+    """
 
     value: T
     span: SourceSpan
@@ -80,7 +116,12 @@ class ChoiceField(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class MappingField(Generic[T]):
-    """Mapping whose keys the user names, in the order written."""
+    """Mapping whose keys the user names.
+
+    Attributes:
+        items: pairs of key and value, in the order written.
+        span: its place in the file; None if the file lacks it.
+    """
 
     items: tuple[tuple[TextField, T], ...] = ()
     span: SourceSpan | None = None
@@ -94,7 +135,11 @@ class MappingField(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """Form of a `TextField`, or of the keys of a `MappingField`, by its name in `PATTERNS`."""
+    """Form of a `TextField`, or of the keys of a `MappingField`.
+
+    Attributes:
+        name: name of the form in `PATTERNS`.
+    """
 
     name: str
 
@@ -105,7 +150,12 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True)
 class ValueBounds:
-    """Least and greatest `IntegerField` or `NumberField` allowed; None is no bound."""
+    """Bounds of an `IntegerField` or `NumberField`.
+
+    Attributes:
+        lo: least value; None for no bound.
+        hi: greatest value; None for no bound.
+    """
 
     lo: int | Fraction | None = None
     hi: int | Fraction | None = None
@@ -113,7 +163,12 @@ class ValueBounds:
 
 @dataclass(frozen=True, slots=True)
 class LengthBounds:
-    """Least and greatest number of entries of a list or `MappingField`; None is no bound."""
+    """Bounds of the number of entries of a list or `MappingField`.
+
+    Attributes:
+        lo: least number.
+        hi: greatest number; None for no bound.
+    """
 
     lo: int = 0
     hi: int | None = None

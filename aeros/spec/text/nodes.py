@@ -12,7 +12,13 @@ _NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
 
 @dataclass(frozen=True, slots=True)
 class ScalarNode:
-    """One piece of text. `style` is "" if plain, else the sign it opens with: ' " | >."""
+    """One piece of text.
+
+    Attributes:
+        text: the text, without quotes.
+        span: its place in the file.
+        style: "" if plain, else the sign it opens with: ' " | >.
+    """
 
     text: str
     span: SourceSpan
@@ -31,7 +37,12 @@ class ScalarNode:
 
 @dataclass(frozen=True, slots=True)
 class SequenceNode:
-    """Values in order."""
+    """List of values.
+
+    Attributes:
+        items: the values, in order.
+        span: its place in the file.
+    """
 
     items: tuple[Node, ...]
     span: SourceSpan
@@ -39,7 +50,12 @@ class SequenceNode:
 
 @dataclass(frozen=True, slots=True)
 class MappingNode:
-    """Keys with values, in the order written; no two keys have the same text."""
+    """Keys with values; no two keys have the same text.
+
+    Attributes:
+        entries: pairs of key and value, in the order written.
+        span: its place in the file.
+    """
 
     entries: tuple[tuple[ScalarNode, Node], ...]
     span: SourceSpan

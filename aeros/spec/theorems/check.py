@@ -70,7 +70,12 @@ class TheoremObligationResult:
 
 @dataclass(frozen=True)
 class MutantResult:
-    """The result of the obligation that a mutant must refute; the mutant survives if it is not refuted."""
+    """Result of a mutant, which survives if its obligation is not refuted.
+
+    Attributes:
+        mutant: the mutant.
+        checked: result of the obligation that it must refute.
+    """
 
     mutant: Mutant
     checked: TheoremObligationResult

@@ -26,7 +26,13 @@ _MAX_RUNS: Final = 2_000_000
 
 @dataclass(frozen=True, slots=True)
 class DecisionNode:
-    """A question, and the diagrams for both answers."""
+    """A question of the code, and its behaviour by the answer.
+
+    Attributes:
+        question: the question, as an SMT-LIB formula.
+        if_true: the diagram for the answer true.
+        if_false: the diagram for the answer false.
+    """
 
     question: str
     if_true: DecisionDiagram

@@ -76,9 +76,14 @@ def load_theorem(folder: Path) -> Theorem:
 
 @dataclass(frozen=True)
 class TheoremResult:
-    """The results of a theorem: its obligations and its mutants.
+    """The results of a theorem.
 
-    `seconds` is the wall time of the check (s).
+    Attributes:
+        theorem: the theorem.
+        solvers: names and versions of the solvers.
+        obligations: results of its obligations.
+        mutants: results of its mutants.
+        seconds: wall time of the check, s.
     """
 
     theorem: Theorem

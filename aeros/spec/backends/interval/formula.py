@@ -16,7 +16,12 @@ _ZERO: Final = Fraction(0)
 
 @dataclass(frozen=True, slots=True)
 class ValueConstraint:
-    """Condition that one scalar variable, or one linear sum, has one of these values."""
+    """Condition that a variable or a sum has one of some values.
+
+    Attributes:
+        subject: name of a scalar variable, or a linear sum of variables.
+        values: the values that meet the condition, SI.
+    """
 
     subject: str | LinearSum
     values: ValueSet
@@ -24,7 +29,12 @@ class ValueConstraint:
 
 @dataclass(frozen=True, slots=True)
 class OpaqueLiteral:
-    """Condition of any other kind: the term is true, or is not."""
+    """Condition of any other kind, which is not analysed further.
+
+    Attributes:
+        term: the condition.
+        is_true: True if it must be true, False if it must be false.
+    """
 
     term: t.Term
     is_true: bool
@@ -32,14 +42,22 @@ class OpaqueLiteral:
 
 @dataclass(frozen=True, slots=True)
 class Conjunction:
-    """Formula that holds where all parts hold."""
+    """Formula that holds where all parts hold.
+
+    Attributes:
+        parts: its parts.
+    """
 
     parts: tuple[Formula, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Disjunction:
-    """Formula that holds where some part holds."""
+    """Formula that holds where some part holds.
+
+    Attributes:
+        parts: its parts.
+    """
 
     parts: tuple[Formula, ...]
 

@@ -13,7 +13,14 @@ End: TypeAlias = Literal["low", "high"] | None
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Reals between two ends, each of which is closed, open, or None for unbounded."""
+    """Interval of reals.
+
+    Attributes:
+        low: lower end; None if it is unbounded below.
+        high: upper end; None if it is unbounded above.
+        low_open: True if `low` is not in it.
+        high_open: True if `high` is not in it.
+    """
 
     low: Fraction | None = None
     high: Fraction | None = None

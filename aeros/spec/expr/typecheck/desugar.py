@@ -20,7 +20,12 @@ ARITY = {"abs": 1, "norm": 1, "min": 2, "max": 2, "distance": 2, "dot": 2, "vec"
 
 @dataclass(frozen=True, slots=True)
 class Norm:
-    """Irrational value sqrt(squared). Only a comparison may consume it."""
+    """Irrational value, the root of a real. Only a comparison may consume it.
+
+    Attributes:
+        squared: term of the square of the value.
+        dimension: dimension of the value itself.
+    """
 
     squared: t.Term
     dimension: Dimension

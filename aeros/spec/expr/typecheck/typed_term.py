@@ -13,7 +13,13 @@ from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
 
 @dataclass(frozen=True, slots=True)
 class TypedTerm:
-    """Term of a checked expression, or its bare norm, with its type and its place in the text."""
+    """Term of a checked expression.
+
+    Attributes:
+        term: the term, or a norm that no comparison has consumed yet.
+        type: its type.
+        extent: its place in the text.
+    """
 
     term: t.Term | Norm
     type: Type
