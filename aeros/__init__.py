@@ -39,7 +39,11 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name):
-        """Import a public name from `aeros.api` when it is first used."""
+        """Import a public name from `aeros.api` when it is first used.
+
+        Raises:
+            AttributeError: the package has no such name.
+        """
         if name not in __all__:
             raise AttributeError(f"module 'aeros' has no attribute {name!r}")
         from importlib import import_module

@@ -59,10 +59,13 @@ def sync_folder(folder: Path) -> None:
 
 
 def try_lock(descriptor: int) -> bool:
-    """Take the exclusive lock of an open file; return False if another process holds it.
+    """Take the exclusive lock of an open file, without waiting.
 
     Args:
         descriptor: the file descriptor of the open file.
+
+    Returns:
+        True if the lock was taken; False if another process holds it.
 
     Raises:
         OSError: the file cannot be locked at all.

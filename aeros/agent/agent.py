@@ -167,7 +167,11 @@ class Agent:
     def _load_checkpoint(
         self, instruction: str, routed: RoutedTask
     ) -> tuple[TaskCheckpoint, Sequence[AuditEvent]] | None:
-        """Return the newest usable checkpoint and the runtime events since it; None if there is none."""
+        """Return the newest usable checkpoint and the runtime events since it; None if there is none.
+
+        Raises:
+            AgentError: steps of the task have begun, and no usable checkpoint of it is left.
+        """
         problems = []
         for kept in () if self._checkpoints is None else self._checkpoints.read():
             try:

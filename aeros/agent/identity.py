@@ -179,7 +179,11 @@ def _read(path: Path) -> Identity | None:
 
 
 def _write(path: Path, identity: Identity) -> None:
-    """Replace the file whole: after a power cut it holds the old identity or the new one."""
+    """Replace the file whole: after a power cut it holds the old identity or the new one.
+
+    Raises:
+        AgentError: the file cannot be written.
+    """
     kept = {
         "schema": IDENTITY.schema,
         "id": str(identity.id),

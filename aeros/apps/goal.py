@@ -29,6 +29,7 @@ def parse_goal(text: str, site: Site) -> ActionCondition:
 
     Raises:
         UserError: The text is not a condition; the diagnostics underline the error.
+        InternalError: A fault of AEROS: a condition was refused without a diagnostic.
     """
     sink = Diagnostics()
     expression = _argument("--goal", text)

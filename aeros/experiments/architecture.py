@@ -90,7 +90,11 @@ class TrialContext(Protocol):
         """
 
     def is_goal_reached(self) -> bool:
-        """Return true if the task's goal holds in the state that is measured now."""
+        """Measure the state and evaluate the task's goal.
+
+        Returns:
+            True if the goal holds.
+        """
 
     def plan(self) -> tuple[PlanStep, ...]:
         """Plan from the state that is measured now, by the task's planning rules.

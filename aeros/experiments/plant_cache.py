@@ -277,7 +277,11 @@ class ReplayingRuntime:
         return found.answer
 
     def _open_and_replay(self) -> _TraceRecorder:
-        """Open a plant of its own, and repeat all earlier calls on it."""
+        """Open a plant of its own, and repeat all earlier calls on it.
+
+        Raises:
+            InternalError: the plant is not deterministic.
+        """
         began = process_time()
         opening = self._opened()
         open_from = process_time()

@@ -31,10 +31,13 @@ class RandomStream(Protocol):
         """
 
     def reproduces(self, draws: Any) -> bool:
-        """Check whether this trial would draw the same.
+        """Compare this trial's random numbers with another trial's draws.
 
         Args:
             draws: of a plant that may be compared, from `observed_draws`.
+
+        Returns:
+            True if this trial would draw the same.
         """
 
     def equivalent_interval(self, draws: Any) -> tuple[float, float]:

@@ -119,7 +119,11 @@ class TrialContextImpl:
         return self._runtime
 
     def world(self) -> WorldModel:
-        """Implements `TrialContext.world`."""
+        """Implements `TrialContext.world`.
+
+        Raises:
+            CallLimitError: the architecture has used up its calls.
+        """
         self._asked += 1
         if self._asked > MAX_CALLS:
             raise CallLimitError
@@ -136,7 +140,11 @@ class TrialContextImpl:
         return self.world().evaluate(self._routed.task.goal) is True
 
     def is_goal_measured(self) -> bool:
-        """Check the goal for the harness, even where the architecture has used up its calls."""
+        """Evaluate the goal for the harness, even where the architecture has used up its calls.
+
+        Returns:
+            True if the goal holds in the measured state.
+        """
         self._asked = 0
         return self.is_goal_reached()
 
@@ -145,7 +153,11 @@ class TrialContextImpl:
         return self._planner.plan(self._routed, self.world(), self._runtime.active_modules()).steps
 
     def run(self, step: PlanStep) -> StepAssessment:
-        """Implements `TrialContext.run`; of a capability the first provider that may start runs."""
+        """Implements `TrialContext.run`; of a capability the first provider that may start runs.
+
+        Raises:
+            MisuseError: the module has no such skill.
+        """
         world, module = self.world(), self._runtime.active_modules()[step.module]
         providers = [module.skills[name] for name in module.providers(step.skill)]
         if not providers:

@@ -297,6 +297,8 @@ def local_executor(workers: int) -> Iterator[tuple[Executor, int]]:
 
     Raises:
         KeyboardInterrupt: the user interrupted while the workers were ending; they are killed.
+        BrokenExecutor: a worker process ended by itself.
+        SecondInterruptError: the user interrupted the block twice.
     """
     others = multiprocessing.active_children()
     pool = ProcessPoolExecutor(workers, initializer=_init_worker, initargs=(os.getpid(),))

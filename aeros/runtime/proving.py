@@ -101,7 +101,11 @@ def configuration_of(
 
 
 def _require_locks(report: Report) -> None:
-    """Raise `UserError` unless every module's `ecm.lock` equals the certificate that results."""
+    """Compare every module's `ecm.lock` with the certificate that results.
+
+    Raises:
+        UserError: some of them differ.
+    """
     problems = [
         problem
         for module in report.modules
@@ -120,7 +124,11 @@ def _policy(path: Path, blocks: Sequence[OperatorOverride]) -> Site:
 
 
 def _certified(report: SubjectReport, policy: Site) -> tuple[Ecm, Certificate]:
-    """Load a proved module and check that its files are still the ones that were proved."""
+    """Load a proved module and check that its files are still the ones that were proved.
+
+    Raises:
+        UserError: a file has changed since.
+    """
     found = load_ecm(report.path, policy, Diagnostics())
     certificate = report.certificate
     if found is None or certificate is None:

@@ -320,7 +320,11 @@ def _physics_import_errors() -> Iterator[None]:
 
 
 def _checked_scene(scene: str | None, scenes: Collection[str]) -> str:
-    """Return `scene` if it is one of `scenes`, else raise `PlantSetupError`."""
+    """Check that a plant has the scene.
+
+    Raises:
+        PlantSetupError: `scene` is not one of `scenes`.
+    """
     if scene is None or scene not in scenes:
         raise PlantSetupError(
             f"the task's scene is `{scene}`, but there is only {', '.join(scenes)}; or use `--plant symbolic`"

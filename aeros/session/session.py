@@ -92,6 +92,7 @@ class Session:
             SkillRefusedError: This host isolates skill code less than the site requires.
             AuditError: The audit log cannot be written, so nothing moves.
             MisuseError: A run is in progress, or the task needs another scene than the plant has.
+            AssertionError: A fault of AEROS: the run ended without a report.
 
         Example:
             >>> with aeros.open_session("ecms/", plant="symbolic") as session:
@@ -166,7 +167,11 @@ class Session:
             wait([run])
 
     def _opened(self, instruction: str) -> RobotThread[AgentSession]:
-        """Return the robot's thread, opened if this is the first task."""
+        """Return the robot's thread, opened if this is the first task.
+
+        Raises:
+            MisuseError: A run is under way, or the task takes place in another scene.
+        """
         if self._run is not None and not self._run.done():
             raise MisuseError("a run is under way: take its events to the end, or call `stop`")
         with rendered_errors():

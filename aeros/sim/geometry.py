@@ -154,11 +154,14 @@ def _rotated(q: Quaternion, point: Vector3) -> Vector3:
 
 
 def is_in_view(camera: Camera, point: Vector3) -> bool:
-    """Return True if a point projects into a camera's picture; occlusion is ignored.
+    """Project a point into a camera's picture; occlusion is ignored.
 
     Args:
         camera: the camera.
         point: in W, m.
+
+    Returns:
+        True if it lies inside the picture.
     """
     forward = _unit(subtract(camera.target, camera.eye))
     right = _unit(cross(forward, camera.up))

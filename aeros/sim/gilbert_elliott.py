@@ -61,10 +61,13 @@ class GilbertElliottSampler:
         self.alike = (0.0, MAX_MEAN_BURST)
 
     def is_bad(self, drawn: float) -> bool:
-        """Advance to the next opportunity and return True if the chain is in its bad state there.
+        """Advance to the next opportunity.
 
         Args:
             drawn: a uniform random number in [0, 1).
+
+        Returns:
+            True if the chain is in its bad state there.
         """
         before, process = self._is_bad, self._process
         if before is None:

@@ -50,7 +50,11 @@ class SensorModel:
     dropout: float = 0.0
 
     def __post_init__(self) -> None:
-        """Raise MisuseError for negative or infinite numbers and for a dropout above 1."""
+        """Check the numbers.
+
+        Raises:
+            MisuseError: a number is negative or infinite, or the dropout is above 1.
+        """
         amounts = (self.noise, self.resolution, self.latency, self.dropout)
         if not all(0.0 <= amount < inf for amount in amounts) or self.dropout > 1.0:
             raise MisuseError(f"invalid sensor model {self}")
@@ -121,10 +125,13 @@ class Sensors:
         self._last = _NO_READING
 
     def needs_sampling(self, names: Iterable[str]) -> bool:
-        """Return True if a quantity other than `names` must be sampled at every tick.
+        """Check if sensors need values of every tick.
 
         Args:
             names: quantities that are sampled anyway.
+
+        Returns:
+            True if a quantity other than `names` must be sampled at every tick.
         """
         if not self.models:
             return False

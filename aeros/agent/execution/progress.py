@@ -90,10 +90,13 @@ class PlanProgress:
         return self.attempts[at].last_result if at in self.attempts else None
 
     def is_done(self, at: StepPath) -> bool:
-        """Return True if nothing is left to do at a step path.
+        """Check if nothing is left to do at a step path.
 
         Args:
             at: step path.
+
+        Returns:
+            True if the path was marked as done, or its last attempt succeeded.
         """
         last = self.last_result(at)
         return at in self.done_paths or (last is not None and not last.failed)

@@ -184,7 +184,11 @@ class StepRunner:
         return world
 
     def has_planned_in_current_state(self) -> bool:
-        """Return True if a plan of this run was made with the same measured predicates as now."""
+        """Compare the measured predicates with those in which earlier plans of this run were made.
+
+        Returns:
+            True if some plan was made with the same ones.
+        """
         return self.world.predicates in self.planned_in
 
     def wait(self, until: float) -> EndedStep | None:

@@ -141,7 +141,11 @@ def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
 
 
 def _completion_text(body: bytes) -> str:
-    """Extract the text of a complete answer."""
+    """Extract the text of a complete answer.
+
+    Raises:
+        LlmError: the answer is cut off, refused or not a chat completion.
+    """
     try:
         choice = parse_strict_json(body)["choices"][0]
         reason, text = choice.get("finish_reason"), choice["message"]["content"]

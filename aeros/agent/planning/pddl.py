@@ -66,7 +66,11 @@ class OptimisticPlanFinder:
         self._asked = 0
 
     def __call__(self, domain: PlanningDomain, start: State, avoided: AvoidSet) -> PlanPath | None:
-        """Find a plan from `start` that avoids the given states and pairs; None if the engine finds none."""
+        """Find a plan from `start` that avoids the given states and pairs; None if the engine finds none.
+
+        Raises:
+            PlanUndecidedError: the engine gave no usable answer, or was asked too often.
+        """
         if start in avoided.states or domain.violated_invariant(start) is not None:
             return None
         actions = {
@@ -102,7 +106,11 @@ def _simulate(
     names: list[str],
     actions: Mapping[str, tuple[GroundSkill, Outcome]],
 ) -> PlanPath | tuple[State, str]:
-    """Return the path that these actions take, or the first action that must not be used, with its state."""
+    """Return the path that these actions take, or the first action that must not be used, with its state.
+
+    Raises:
+        PlanUndecidedError: the engine's plan is not a plan of this domain.
+    """
     path: PlanPath = []
     state = start
     for name in names:

@@ -140,7 +140,11 @@ class _Child:
         return not chunk or len(self._received) > MAX_ANSWER_BYTES
 
     def result(self) -> Any:
-        """Return the answer; raises `PlannerProcessError`."""
+        """Return the answer.
+
+        Raises:
+            PlannerProcessError: the process failed, ended without an answer, or gave too long an answer.
+        """
         if len(self._received) > MAX_ANSWER_BYTES:
             raise PlannerProcessError(f"its answer is longer than {MAX_ANSWER_BYTES} bytes")
         try:

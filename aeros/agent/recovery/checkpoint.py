@@ -229,7 +229,7 @@ def decode_checkpoint(content: bytes, path: Path) -> TaskCheckpoint:
         The checkpoint.
 
     Raises:
-        ValueError: the content is damaged or of another schema.
+        UnusableCheckpointError: the content is damaged or of another schema.
     """
     try:
         kept = json.loads(content)

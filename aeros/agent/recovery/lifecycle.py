@@ -78,10 +78,13 @@ class Lifecycle:
             self.apply(LifecycleEvent.CRASH)
 
     def is_allowed(self, change: LifecycleEvent) -> bool:
-        """Return True if the table has this event in the current phase.
+        """Look an event up in the table of the current phase.
 
         Args:
             change: the event.
+
+        Returns:
+            True if the table has it.
         """
         return (self.phase, change) in TRANSITIONS
 

@@ -67,7 +67,11 @@ class Quarantine:
         return f"this agent is in quarantine: {why}; run `aeros release` to lift it"
 
     def clear(self) -> bool:
-        """Release the agent and forget its crashes; return True if it was in quarantine."""
+        """Release the agent and forget its crashes.
+
+        Returns:
+            True if it was in quarantine.
+        """
         was = self._path.exists()
         for path in (self._crashes, self._path):
             path.unlink(missing_ok=True)

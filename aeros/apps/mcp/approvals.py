@@ -110,10 +110,13 @@ class Approvals:
         return Approval(str(id_), str(found.get("by")), found["at"])
 
     def is_rejected(self, id_: str | None) -> bool:
-        """Check if the operator rejected a request, or it expired.
+        """Check if a request can no longer be approved.
 
         Args:
             id_: Id of the request; None for no request.
+
+        Returns:
+            True if the operator rejected it, or it expired.
         """
         self._remove_expired()
         return id_ is not None and not (self._folder / f"{id_}.json").exists()

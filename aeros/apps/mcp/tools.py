@@ -194,7 +194,11 @@ class Tools:
         return _progress(execution)
 
     def _begin(self, name: str, client: str) -> PlanExecution | dict[str, Any]:
-        """Return the execution of a plan, started now or before, or an answer that names the request."""
+        """Return the execution of a plan, started now or before, or an answer that names the request.
+
+        Raises:
+            ToolCallError: The plan is unknown, may not be executed, or the robot is held.
+        """
         running = self._robot.running
         if running is not None and name == running.plan:
             return running

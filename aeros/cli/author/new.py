@@ -127,7 +127,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _check_name(name: str, site: Site) -> None:
-    """Reject a name that the site's policy mentions: a new module must not inherit another's grants."""
+    """Reject a name that the site's policy mentions: a new module must not inherit another's grants.
+
+    Raises:
+        _NewModuleError: The policy mentions the name.
+    """
     if name in site.grants or any(block.module == name for block in site.blocks):
         raise _NewModuleError(
             f"the policy of `{site.id}` already speaks of a module `{name}`; choose another name"
@@ -176,7 +180,11 @@ def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> 
 
 
 def _check_site_vocabulary(folder: Path, site: Site) -> None:
-    """Reject a site that lacks vocabulary of the templates; the message lists it."""
+    """Reject a site that lacks vocabulary of the templates; the message lists it.
+
+    Raises:
+        _NewModuleError: The site lacks some of the vocabulary.
+    """
     sink = Diagnostics()
     load_ecm(folder, site, sink)
     lacking = dict.fromkeys(escape_invisible(problem.headline) for problem in sink)

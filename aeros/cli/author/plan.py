@@ -107,7 +107,11 @@ def _setting(text: str) -> tuple[str, str]:
 
 
 def _parse_words(words: list[str]) -> tuple[Path | None, str | None]:
-    """Split the arguments into the plan to check, if any, and the instruction, if any."""
+    """Split the arguments into the plan to check, if any, and the instruction, if any.
+
+    Raises:
+        UsageError: There are several instructions, or the plan cannot be read.
+    """
     check = None
     if words[:1] == ["check"] and len(words) > 1:
         try:
@@ -214,6 +218,9 @@ def _load(
     """Load the site, the modules to plan with, and the inactive modules.
 
     Without options the robot's registry is used if there is one; files named by options are read, not proved.
+
+    Raises:
+        InternalError: A fault of AEROS: the site was refused without a diagnostic.
     """
     registry = Registry(arguments.state)
     if arguments.ecms is None and arguments.site is None and registry.exists:

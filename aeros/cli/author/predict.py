@@ -152,7 +152,11 @@ def _apply_overrides(
 
 
 def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:
-    """Compute a prediction as JSON."""
+    """Compute a prediction as JSON.
+
+    Raises:
+        UserError: The task has no prediction.
+    """
     try:
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
         values = initial_values(site, to_doubles(task.initial))

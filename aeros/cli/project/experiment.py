@@ -164,7 +164,11 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
 
 
 def _import_report_writer() -> Callable[..., dict[str, Any]]:
-    """Import the report writer before any trial runs; raise `UsageError` if a package is missing."""
+    """Import the report writer before any trial runs.
+
+    Raises:
+        UsageError: A package is missing.
+    """
     try:
         from aeros.experiments.report.results import compute_results
 
@@ -192,7 +196,11 @@ def _rerun_options(arguments: argparse.Namespace) -> str:
 
 
 def _folder(arguments: argparse.Namespace) -> Path:
-    """Return the output folder; raise `UsageError` if it holds trials and --resume is not given."""
+    """Return the output folder.
+
+    Raises:
+        UsageError: It holds trials and --resume is not given, or --resume is given without it.
+    """
     out: Path | None = arguments.out
     if out is None:
         if arguments.resume:

@@ -53,11 +53,14 @@ def _time(text: str) -> float:
 
 
 def matches_filters(record: Record, filters: argparse.Namespace) -> bool:
-    """Check if the options select a record.
+    """Compare a record with the options.
 
     Args:
         record: An audit record.
         filters: Parsed options of `add_filters`.
+
+    Returns:
+        True if the options select the record.
     """
     details = record["details"]
     module, skill = details.get("module"), details.get("skill")

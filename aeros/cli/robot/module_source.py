@@ -54,6 +54,9 @@ def _package_folder(found: EntryPoint) -> Path:
 
     Loading the package would execute it before it is proved.  So only its outermost package is located, which
     imports none of it.
+
+    Raises:
+        UserError: The entry point names no folder of a package.
     """
     outermost, *inner = found.value.split(".")
     try:

@@ -66,7 +66,11 @@ def build_planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Pla
 
 
 def _llm_planner(arguments: argparse.Namespace, site: Site) -> Planner:
-    """Build the planner that asks a language model and falls back on rules or search."""
+    """Build the planner that asks a language model and falls back on rules or search.
+
+    Raises:
+        AgentError: The packages for language models are not installed.
+    """
     try:
         from aeros.agent.planning.llm import LlmPlanner
         from aeros.agent.planning.llm_client import LlmEndpoint

@@ -277,7 +277,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _run_watchdog(arguments: argparse.Namespace) -> Exit:
-    """Run the task under a watchdog; there is at most one for each state folder."""
+    """Run the task under a watchdog; there is at most one for each state folder.
+
+    Raises:
+        UsageError: An option cannot be combined with --watchdog.
+        AgentError: The agent is in quarantine.
+    """
     if arguments.bag is not None or arguments.mcap is not None:
         raise UsageError("--bag and --mcap cannot be combined with --watchdog")
     with lock_folder(arguments.state / "watchdog", arguments.instruction):

@@ -71,10 +71,13 @@ class PlantSetup:
 
 
 def is_remote(arguments: argparse.Namespace) -> bool:
-    """Check if another process serves the plant.
+    """Check the options for a plant in another process.
 
     Args:
         arguments: Parsed options of `aeros run`.
+
+    Returns:
+        True if another process serves the plant.
     """
     return arguments.plant_at is not None and not arguments.serve_plant
 

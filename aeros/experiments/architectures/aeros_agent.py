@@ -75,6 +75,9 @@ class AerosAgent:
         """Implements `SelfPredicting.predict`: the shipped prediction, of rules with the same parts left out.
 
         If no plan can be ready in time, no step ever starts, however often the agent plans.
+
+        Raises:
+            StateSpaceError: a late plan is replaced by the rest of the previous one, which is not modelled.
         """
         first_delay_s, replan_delay_s = self._plan_delays_s
         replans = self._with_limits(model.site).limits.replans

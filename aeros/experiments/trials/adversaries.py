@@ -137,7 +137,11 @@ def _defence(layer: str, folder: Path, premises: TrialInputs) -> _Defence:
 
 
 def _unproved_configuration(folder: Path, site: Site) -> Configuration:
-    """Build a configuration without any proof: the gate has nothing to rely on."""
+    """Build a configuration without any proof: the gate has nothing to rely on.
+
+    Raises:
+        InternalError: the adversary's manifest is not well-formed.
+    """
     sink = Diagnostics()
     loaded = load_ecm(folder, site, sink)
     if loaded is None:

@@ -233,7 +233,13 @@ def _failing_modules(settings: Mapping[str, Any], premises: TrialInputs) -> tupl
 def _run_architecture(
     counting: CountingRuntime, routed: RoutedTask, settings: Mapping[str, Any], seed: int
 ) -> dict[str, Any]:
-    """Run the architecture and collect the counted findings; an architecture that raises has failed."""
+    """Run the architecture and collect the counted findings; an architecture that raises has failed.
+
+    Raises:
+        AuditError: the audit log cannot be written.
+        InternalError: a fault of AEROS.
+        KeyboardInterrupt: the user interrupted the trial.
+    """
     context = TrialContextImpl(counting, routed, seed)
     architecture = build_architecture(settings["architecture"], settings["options"])
     raised = ""

@@ -95,10 +95,13 @@ class AuditCheckpoint:
         return replace(self, signature=key.sign(self.signed_bytes()))
 
     def is_signed_by(self, key: PublicKey) -> bool:
-        """Return True if the signature is valid for exactly this statement.
+        """Verify the signature of this statement.
 
         Args:
             key: public key that must have signed.
+
+        Returns:
+            True if it is valid for exactly this statement.
         """
         return self.key == key.id and key.verify(self.signature, self.signed_bytes())
 

@@ -32,11 +32,14 @@ class PublicKey:
         self.id = hashlib.sha256(key.public_bytes_raw()).hexdigest()
 
     def verify(self, signature: str, message: bytes) -> bool:
-        """Return True if `signature` is this key's signature of `message`.
+        """Verify a signature of a message.
 
         Args:
             signature: in lower-case hexadecimal; other spellings are rejected.
             message: signed bytes.
+
+        Returns:
+            True if it is this key's signature of exactly these bytes.
         """
         from cryptography.exceptions import InvalidSignature
 

@@ -205,7 +205,11 @@ class AuditLog:
         self.close()
 
     def _open_existing(self) -> None:
-        """Take the lock, check the existing records, repair a torn tail, and sign what is there."""
+        """Take the lock, check the existing records, repair a torn tail, and sign what is there.
+
+        Raises:
+            AuditError: the log is not sound, cannot be read, or is in use.
+        """
         watch = self._check_signatures()
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -236,7 +240,11 @@ class AuditLog:
             self._sign(self._signing, closing=False)
 
     def _check_signatures(self) -> CheckpointVerifier | None:
-        """Return a check against key and anchor; without it the next checkpoint would hide tampering."""
+        """Return a check against key and anchor; without it the next checkpoint would hide tampering.
+
+        Raises:
+            AuditError: key or anchor cannot be read, or disagree with the log.
+        """
         if self._signing is None:
             return None
         key, anchor = self._signing.key.public, self._signing.anchor
@@ -280,7 +288,11 @@ class AuditLog:
         return to_canonical_json({**head, "details": dict(details)}, _ENCODED_EVENTS)
 
     def _sign(self, signing: SigningConfiguration, *, closing: bool) -> None:
-        """Append a checkpoint, then copy it to the anchor."""
+        """Append a checkpoint, then copy it to the anchor.
+
+        Raises:
+            AuditError: the anchor cannot be written.
+        """
         key, now = signing.key, self._clock()
         checkpoint = AuditCheckpoint(self._id, self._sequence, self._head, now, closing, key.public.id).sign(
             key

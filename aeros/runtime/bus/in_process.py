@@ -52,7 +52,11 @@ class InProcessBus:
     def serve(
         self, service: str, kinds: tuple[type[Q], type[R]], answer: Callable[[Q], R]
     ) -> Callable[[], None]:
-        """Implements `Bus.serve`."""
+        """Implements `Bus.serve`.
+
+        Raises:
+            BusError: the service has a server already.
+        """
         self._register_name(service, kinds)
         with self._changed:
             if service in self._services:
@@ -61,7 +65,11 @@ class InProcessBus:
         return lambda: self._remove(self._services, service, answer)
 
     def call(self, service: str, kinds: tuple[type[Q], type[R]], request: Q) -> R:
-        """Implements `Bus.call`."""
+        """Implements `Bus.call`.
+
+        Raises:
+            NoServerError: no server offers the service.
+        """
         self._register_name(service, kinds)
         request_type, response_type = kinds
         with self._changed:
@@ -74,7 +82,11 @@ class InProcessBus:
     def serve_action(
         self, action: str, kinds: tuple[type[G], type[F], type[R]], *, waiting: int = 10
     ) -> _ActionServer[G, F, R]:
-        """Implements `Bus.serve_action`."""
+        """Implements `Bus.serve_action`.
+
+        Raises:
+            BusError: the action has a server already.
+        """
         self._register_name(action, kinds)
         server = _ActionServer(self, action, kinds, waiting)
         with self._changed:
@@ -84,7 +96,11 @@ class InProcessBus:
         return server
 
     def send_goal(self, action: str, kinds: tuple[type[G], type[F], type[R]], goal: G) -> _Goal[G, F, R]:
-        """Implements `Bus.send_goal`."""
+        """Implements `Bus.send_goal`.
+
+        Raises:
+            NoServerError: no server offers the action.
+        """
         self._register_name(action, kinds)
         new_goal = _Goal(self, kinds, check_message(goal, kinds[0]))
         with self._changed:
@@ -169,7 +185,11 @@ class InProcessBus:
                 del offered[name]
 
     def _register_name(self, name: str, kinds: tuple[type[Message], ...]) -> None:
-        """Register a name with its message types; raises `BusError` if it is invalid or has other types."""
+        """Register a name with its message types.
+
+        Raises:
+            BusError: the name is invalid, or has other types.
+        """
         try:
             check_ros_name(name)
         except ValueError as wrong:
@@ -252,7 +272,11 @@ class _Goal(Generic[G, F, R]):
         self._bus.update(change)
 
     def set_result(self, status: GoalStatus, result: R) -> None:
-        """Implements `port.ServerGoal.set_result`."""
+        """Implements `port.ServerGoal.set_result`.
+
+        Raises:
+            BusError: the status does not end a goal, or the goal has ended.
+        """
         checked = check_message(result, self._kinds[2])
         if not status.is_over:
             raise BusError(f"{status.name} does not end a goal")
@@ -283,7 +307,11 @@ class _Goal(Generic[G, F, R]):
         return self._bus.wait_until(take_feedback, timeout)
 
     def result(self, timeout: float) -> R:
-        """Implements `port.ClientGoal.result`."""
+        """Implements `port.ClientGoal.result`.
+
+        Raises:
+            NoServerError: there was no result in time.
+        """
         received = self._bus.wait_until(lambda: self._result, timeout)
         if received is None:
             raise NoServerError(f"there is no result after {timeout:g} s; it is {self.status.name}")
@@ -312,7 +340,11 @@ class _ActionServer(Generic[G, F, R]):
         self._accepted: list[_Goal[G, F, R]] = []
 
     def accept(self, goal: _Goal[G, F, R]) -> None:
-        """Queue a goal; the caller holds the lock of the bus."""
+        """Queue a goal; the caller holds the lock of the bus.
+
+        Raises:
+            BusError: too many goals wait already.
+        """
         if len(self._waiting) >= self._max_waiting:
             raise BusError(f"`{self.action}` has {self._max_waiting} goals waiting already")
         self._waiting.append(goal)

@@ -157,7 +157,11 @@ def _finish_goal(goal: Goal, result: StepResult) -> None:
 
 
 def _parse_inputs(text: str) -> dict[str, Any]:
-    """Parse a JSON object without duplicate keys; the skill's declaration gives the types of its values."""
+    """Parse a JSON object without duplicate keys; the skill's declaration gives the types of its values.
+
+    Raises:
+        _MalformedError: the text is not such an object.
+    """
     try:
         inputs = json.loads(text, object_pairs_hook=_reject_duplicate_keys, parse_constant=_reject_constant)
     except RecursionError:

@@ -192,7 +192,11 @@ class Executor:
             return self._scheduler.enqueue(step)
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """Implements `Runtime.wait`."""
+        """Implements `Runtime.wait`.
+
+        Raises:
+            MisuseError: no step was started.
+        """
         if not self._table.steps and not self._table.results:
             if until == inf:
                 raise MisuseError("no step was started, so none can end")
@@ -262,7 +266,11 @@ class Executor:
 
 
 def _recount_sessions(audit: AuditLog, site: Site) -> SessionState:
-    """Rebuild counts and histories from the log; raises `AuditError` if another site was in force in it."""
+    """Rebuild counts and histories from the log.
+
+    Raises:
+        AuditError: another site was in force in it.
+    """
     records = audit.records_since(EMPTY_LOG_HEAD) or []
     opening = ("session-opened", "session-resumed", "configuration-changed")
     governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]

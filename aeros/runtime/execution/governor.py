@@ -145,14 +145,21 @@ class FollowedConfiguration:
         return generation
 
     def is_latest(self) -> bool:
-        """Follow, then return True if the followed configuration is the one in force."""
+        """Follow the governor's configuration, if that is possible now.
+
+        Returns:
+            True if the followed configuration is the one in force.
+        """
         return self.follow() == self._governor.generation
 
     def is_active(self, ecm: Ecm) -> bool:
-        """Return True if the same module, with the same manifest and code, is active now.
+        """Compare a module with the active ones.
 
         Args:
             ecm: the module as it was when its step started.
+
+        Returns:
+            True if the same module, with the same manifest and code, is active now.
         """
         now = self.configuration.modules.get(ecm.id)
         if now is ecm:
@@ -164,6 +171,9 @@ class FollowedConfiguration:
         """Keep changes of the configuration from completing until `release`.
 
         While a motion is active, an earlier `hold` does so already.
+
+        Returns:
+            True if the followed configuration is the one in force.
         """
         if self._is_moving():
             return self.is_latest()

@@ -69,7 +69,11 @@ def check_result_outputs(skill: Skill, ending: SkillRunResult) -> SkillRunResult
 
 
 def _find_skill(request: StepRequest, configuration: Configuration) -> tuple[Ecm, Skill]:
-    """Find the requested module and skill among the active ones; raises `StepRefusedError`."""
+    """Find the requested module and skill among the active ones.
+
+    Raises:
+        StepRefusedError: there is no such module or skill.
+    """
     if type(request.module) is not str or type(request.skill) is not str:
         raise StepRefusedError("module and skill are not both names")
     ecm = configuration.modules.get(request.module)

@@ -53,7 +53,11 @@ class StepControl:
         self._is_paused = False
 
     def actions_are_paused(self) -> bool:
-        """Return True if no action may begin: the operator paused, or a new configuration is pending."""
+        """Check if no action may begin.
+
+        Returns:
+            True if the operator paused, or a new configuration is pending.
+        """
         paused = self._governor.command is OperatorCommand.PAUSE
         if paused is not self._is_paused:
             self._is_paused = paused

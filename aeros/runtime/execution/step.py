@@ -215,7 +215,11 @@ class StepTable:
         return [step.active_motion for step in self.steps.values() if step.active_motion is not None]
 
     def is_moving(self) -> bool:
-        """Return True if any step has an active motion."""
+        """Check all steps for motions on the plant.
+
+        Returns:
+            True if any step has an active motion.
+        """
         for step in self.steps.values():  # noqa: SIM110  `any` takes three times as long, at every action
             if step.active_motion is not None:
                 return True

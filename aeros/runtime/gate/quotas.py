@@ -45,21 +45,27 @@ class TimeWindow:
         self.maybe = min(above, float_info.max)  # -inf, the time of what never happened, is in no window
 
     def contains(self, earlier: float, later: float) -> bool:
-        """Return True if `later` is at most `length` after `earlier`.
+        """Check if two times fall into one window.
 
         Args:
             earlier: a time, s; `-inf` is in no window.
             later: a time, s, not before `earlier`.
+
+        Returns:
+            True if `later` is at most `length` after `earlier`.
         """
         apart = later - earlier
         return apart < self.surely or (apart <= self.maybe and self.contains_exactly(earlier, later))
 
     def contains_exactly(self, earlier: float, later: float) -> bool:
-        """Return what `contains` returns, computed without rounding.
+        """Check as `contains` does, without rounding.
 
         Args:
             earlier: a finite time, s.
             later: a finite time, s, not before `earlier`.
+
+        Returns:
+            True if `later` is at most `length` after `earlier`.
         """
         apart = later - earlier
         if apart == self.surely == self.maybe:

@@ -17,7 +17,7 @@ _UNKNOWN_VALUE_CODES: Final = ("AE703", "AE706")
 
 
 def is_transient_denial(reasons: Iterable[Reason], kind: str, site: Site) -> bool:
-    """Return True if every reason depends on the state: a rule on it, an unknown value, displaced joints.
+    """Check if a denial may turn into an allowance by waiting.
 
     Rules on parameters alone, envelopes, permissions and operator overrides do not change by waiting.
 
@@ -25,6 +25,9 @@ def is_transient_denial(reasons: Iterable[Reason], kind: str, site: Site) -> boo
         reasons: the reasons of a denial.
         kind: the action kind that was denied.
         site: the site whose rules the reasons name.
+
+    Returns:
+        True if every reason depends on the state: a rule on it, an unknown value, displaced joints.
     """
     reading = {
         rule.id

@@ -57,7 +57,11 @@ class SkillRunFactory:
             raise
 
     def __call__(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
-        """Implements `OpenRun`."""
+        """Implements `OpenRun`.
+
+        Raises:
+            SkillRefusedError: the host lacks a required isolation layer.
+        """
         policy = site.isolation
         if ecm.id in policy.trusted_modules:
             return run_in_process(site, ecm, skill, inputs)

@@ -275,7 +275,11 @@ def _bundled_library_folders(packages: Sequence[Path]) -> list[str]:
 
 
 def _first_process_handle(info: int) -> int:
-    """Open a handle of the first process in the namespaces, from the JSON that bubblewrap writes about it."""
+    """Open a handle of the first process in the namespaces, from the JSON that bubblewrap writes about it.
+
+    Raises:
+        ZygoteError: bubblewrap wrote nothing about it.
+    """
     output = b""
     while not output.rstrip().endswith(b"}"):
         readable, _, _ = select.select([info], [], [], _START)

@@ -184,10 +184,13 @@ def rates_in_time(first: float, second: float, third: float, duration: float) ->
 
 
 def is_c2_continuous(path: JointPath) -> bool:
-    """Return True if neighbouring pieces meet with equal position, first and second derivative.
+    """Check a path for continuity up to the second derivative.
 
     Args:
         path: a joint path.
+
+    Returns:
+        True if neighbouring pieces meet with equal position, first and second derivative.
     """
     for left, right in pairwise(path):
         for _, b, c, d, e, f, g, _ in zip(*left, *right, strict=True):

@@ -88,10 +88,13 @@ def merge_motions(plan: Trajectory, concurrent_motions: Sequence[ConcurrentMotio
 
 
 def moves_base(motion: Trajectory) -> bool:
-    """Return True if the base travels.
+    """Check the base's displacement in a motion.
 
     Args:
         motion: a planned motion.
+
+    Returns:
+        True if the base travels.
     """
     return any(motion.base_path)
 

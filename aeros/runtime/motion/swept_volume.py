@@ -128,10 +128,13 @@ class MergedMotion(NamedTuple):
 
 
 def moves_joints(motion: Trajectory) -> bool:
-    """Return True if any joint leaves its position.
+    """Check the joint paths of a motion.
 
     Args:
         motion: a planned motion.
+
+    Returns:
+        True if any joint leaves its position.
     """
     start = motion.joint_paths[0][0][0]
     return motion.servo is not None or any(q != start for piece in motion.joint_paths[0] for q in piece)
@@ -278,7 +281,7 @@ _NO_DISPLACEMENT: Final = (0.0, 0.0, 0.0)
 
 
 def is_clear(box: BarrierBox, p: Vec3, edges: Vec3, way: Vec3, room: float) -> bool:
-    """Return True if a box around a moving point keeps its distance from a barrier.
+    """Check the distance of a box around a moving point from a barrier.
 
     A barrier holds the whole path inside iff it holds both ends. From outside, the path is enclosed by the
     box around its ends, and halved where that comes too near, unless its middle is too near itself.
@@ -289,6 +292,9 @@ def is_clear(box: BarrierBox, p: Vec3, edges: Vec3, way: Vec3, room: float) -> b
         edges: half edges of the box around the point, m.
         way: displacement of the point, m.
         room: distance to keep, m.
+
+    Returns:
+        True if the box keeps the distance on the whole way.
     """
     (x, y, z), (ex, ey, ez), (wx, wy, wz) = p, edges, way
     (lx, ly, lz), (ux, uy, uz) = box.lower, box.upper

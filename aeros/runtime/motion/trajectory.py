@@ -72,10 +72,13 @@ class MotionDecider:
         self._barriers = {barrier.id: barrier for barrier in policy.barriers}
 
     def covers_kind(self, kind: str) -> bool:
-        """Return True if actions of the kind are decided as whole motions.
+        """Look an action kind up among those that move the robot.
 
         Args:
             kind: an action kind.
+
+        Returns:
+            True if actions of the kind are decided as whole motions.
         """
         return self._policy is not None and kind in self._policy.kinds
 
@@ -351,7 +354,11 @@ def _limit_violations(
 
 
 def _other_numbers(plan: Trajectory) -> list[float]:
-    """Return every number of a plan except paths, base and duration."""
+    """Return every number of a plan except paths, base and duration.
+
+    Raises:
+        ValueError: a point does not have three coordinates.
+    """
     body, servo = plan.body, plan.servo
     if any(
         len(p) != 3

@@ -199,7 +199,12 @@ class LogReplay:
             self.mismatches.append(ReplayMismatch(record["sequence"], reason, recorded, again))
 
     def _decide(self, details: Mapping[str, Any]) -> dict[str, Any]:
-        """Decide again, return the outcome; raises `_IncompleteRecordError` and `GateDisagreementError`."""
+        """Decide again.
+
+        Raises:
+            _IncompleteRecordError: the record lacks what the decision depends on.
+            GateDisagreementError: two forms of the gate decide differently.
+        """
         used, wrong = self._recount(details)
         governing = self._session.decider
         if governing is None:
@@ -290,7 +295,11 @@ class LogReplay:
         )
 
     def _motion(self, details: Mapping[str, Any]) -> Any:
-        """Return the recorded motion; None if the record has none."""
+        """Return the recorded motion; None if the record has none.
+
+        Raises:
+            _IncompleteRecordError: the motion or its body is missing or altered.
+        """
         if "motion" not in details:
             return None
         motion = details["motion"]
@@ -303,7 +312,11 @@ class LogReplay:
     # Earlier records.
 
     def _active_action(self, record: int) -> tuple[int, Mapping[str, Any]]:
-        """Return number and details of an earlier decision whose action began."""
+        """Return number and details of an earlier decision whose action began.
+
+        Raises:
+            _IncompleteRecordError: that record is not an action that began.
+        """
         if record not in self._session.active_actions:
             raise _IncompleteRecordError(
                 f"it was decided together with record {record}, which is not an action that began"

@@ -94,12 +94,15 @@ class ControlPage:
             fcntl.flock(lock, fcntl.LOCK_UN)
 
     def is_idle(self, generation: int) -> bool:
-        """Return True if no action is active that was decided under `generation`.
+        """Check if all actions of a generation have ended.
 
         Also False for an action of another generation with the same lock.
 
         Args:
             generation: any generation.
+
+        Returns:
+            True if no action is active that was decided under `generation`.
         """
         # A second open file, because locks of the same open file do not exclude each other.
         lock = _open_file(self._folder / f"motion-{generation % 2}.lock")

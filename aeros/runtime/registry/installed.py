@@ -97,7 +97,11 @@ class InstalledModules:
     # Parts.
 
     def _policy_of(self, snapshot: RegistrySnapshot) -> Site:
-        """Load the site in force."""
+        """Load the site in force.
+
+        Raises:
+            UserError: the stored policy cannot be read.
+        """
         diagnostics = Diagnostics()
         site = load_site(self._site(snapshot), diagnostics)
         diagnostics.raise_if_errors()
@@ -108,7 +112,11 @@ class InstalledModules:
     def _prove_snapshot(
         self, new: RegistrySnapshot, sources: Mapping[str, Path], site: Path | None = None
     ) -> tuple[Configuration, Report]:
-        """Prove the configuration of `new`; `sources` has the folders of modules that are not stored yet."""
+        """Prove the configuration of `new`; `sources` has the folders of modules that are not stored yet.
+
+        Raises:
+            UserError: stored files were altered, a needed module is not active, or the proof fails.
+        """
         folders = {**self._folders(new), **sources}
         policy = self._site(new) if site is None else site
         blocks = tuple(new.blocks.values())

@@ -21,7 +21,11 @@ class PastConfigurations:
         self._adopted = recorded_configurations(registry.folder)
 
     def __call__(self, digest: str) -> Configuration:
-        """Implements `FindConfiguration`."""
+        """Implements `FindConfiguration`.
+
+        Raises:
+            UnknownConfigurationError: the configuration is not recorded, not stored, or no longer provable.
+        """
         snapshot = self._adopted.get(digest)
         if snapshot is None:
             log = self._registry.folder / LOG

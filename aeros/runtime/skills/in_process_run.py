@@ -120,7 +120,11 @@ class InProcessRun:
         self._body: SkillBody | None = None
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
-        """Implements `SkillRunProtocol.resume`; takes as long as the code does."""
+        """Implements `SkillRunProtocol.resume`; takes as long as the code does.
+
+        Raises:
+            KeyboardInterrupt: the user interrupted the code.
+        """
         del seconds  # cannot be enforced in this process
         try:
             if self._body is None:
@@ -139,7 +143,11 @@ class InProcessRun:
             return SkillRunResult(StepStatus.RAISED, describe_exception(failure))
 
     def close(self) -> str | None:
-        """Implements `SkillRunProtocol.close`."""
+        """Implements `SkillRunProtocol.close`.
+
+        Raises:
+            KeyboardInterrupt: the user interrupted the clean-up.
+        """
         if self._body is None:
             return None
         try:

@@ -77,7 +77,11 @@ class VideoRecorder:
 
 
 def _check_path(path: Path) -> None:
-    """Raise `VideoError` if the file exists or cannot be made; make its folder."""
+    """Make the folder of a video file.
+
+    Raises:
+        VideoError: the file exists already, or its folder cannot be made.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists():
@@ -89,7 +93,11 @@ def _check_path(path: Path) -> None:
 
 
 def _encoder_for(suffix: str) -> Encoder:
-    """Return the encoder for a file suffix."""
+    """Return the encoder for a file suffix.
+
+    Raises:
+        VideoError: the package for the format is not installed.
+    """
     if suffix == ".mp4":
         try:
             from aeros.sim.bullet.mp4 import encode_mp4

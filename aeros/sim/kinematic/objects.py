@@ -36,10 +36,13 @@ class Surface(NamedTuple):
     half: tuple[float, float]
 
     def is_under(self, place: Vector3) -> bool:
-        """Return True if a position is over the rectangle, up to 5 mm below its height.
+        """Compare a position with the rectangle.
 
         Args:
             place: in the frame that `centre` is in, m.
+
+        Returns:
+            True if it is over the rectangle, up to 5 mm below its height.
         """
         x, y, z = to_frame(self.centre, place)
         return abs(x) <= self.half[0] and abs(y) <= self.half[1] and z >= -_CONTACT_TOLERANCE
@@ -162,18 +165,24 @@ class ObjectSet:
             thing.drop_onto_support(self._support(thing.pose.position, thing))
 
     def holds(self, thing: GraspableObject) -> bool:
-        """Return True if the fingers hold an object, or one that it lies on.
+        """Check if an object is carried by the hand.
 
         Args:
             thing: one of the objects.
+
+        Returns:
+            True if the fingers hold it, or an object that it lies on.
         """
         return any(self._things[number] is thing for number in self._held)
 
     def is_lifted(self, thing: GraspableObject) -> bool:
-        """Return True if an object touches nothing under it.
+        """Check if an object is off its support.
 
         Args:
             thing: one of the objects.
+
+        Returns:
+            True if it touches nothing under it.
         """
         place = thing.pose.position
         return place[2] - thing.underside_depth > self._support(place, thing) + 1e-6

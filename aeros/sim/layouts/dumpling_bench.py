@@ -97,10 +97,13 @@ class WrapperDetection(NamedTuple):
         return to_world(Pose(self.hinge, yaw_orientation(self.yaw)), (HINGE_TO_PLATE, 0.0, 0.0))
 
     def carries(self, filling: Vector3) -> bool:
-        """Return True if a filling lies on plate A: its middle over the plate, within 6 mm of rest height.
+        """Compare the place of a filling with plate A.
 
         Args:
             filling: the filling's middle in W, m.
+
+        Returns:
+            True if its middle is over the plate, within 6 mm of its height at rest.
         """
         return _is_filling_on_plate(Pose(self.middle, yaw_orientation(self.yaw)), filling)
 

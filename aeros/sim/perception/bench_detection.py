@@ -110,12 +110,15 @@ def detect_bench(image: Image, camera: Camera) -> BenchDetection:
 
 
 def is_filling_visible(image: Image, camera: Camera, wrapper: WrapperDetection) -> bool:
-    """Return True if a side picture shows filling between a closed wrapper's plates and none outside.
+    """Look for filling at a closed wrapper, in a side picture.
 
     Args:
         image: the picture.
         camera: that took it.
         wrapper: the wrapper as seen from above.
+
+    Returns:
+        True if filling shows between the plates, and none outside.
     """
     points, _, _, green = _colour_masks(image, camera)
     x, y, z = wrapper.hinge

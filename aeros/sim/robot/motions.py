@@ -232,7 +232,11 @@ def plan_move_tool(
 
 
 def _relative_speed(speed: float, base_motion: Trajectory | None) -> float:
-    """Return the part of a tool speed in W that is left for the arm while the base drives, m/s."""
+    """Return the part of a tool speed in W that is left for the arm while the base drives, m/s.
+
+    Raises:
+        ActionRejectedError: the base alone is as fast as that.
+    """
     if base_motion is None:
         return speed
     carried = PEAK_TO_MEAN * hypot(*base_motion.base_path) / base_motion.duration

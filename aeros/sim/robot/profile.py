@@ -180,7 +180,11 @@ def joint_profile(q_start: Vector, q_end: Vector, peak_speed: float) -> JointPro
 
 
 def _within_limits(path: Vector, ticks: int) -> JointProfile:
-    """Return the path with so many ticks, or as many more as keep every joint inside its limits."""
+    """Return the path with so many ticks, or as many more as keep every joint inside its limits.
+
+    Raises:
+        UnreachableError: no duration is long enough.
+    """
     for _ in range(12):
         _, qd, qdd = _sample(path, ticks)
         excess = max(
@@ -224,7 +228,11 @@ def _line_geometry(start: tuple[Vector, float], end: tuple[Vector, float]) -> tu
 def _joint_path(
     q_start: Vector, start: tuple[Vector, float], end: tuple[Vector, float], pieces: int
 ) -> Vector:
-    """Solve joint waypoints (pieces + 1, 7) on the line, the first exactly `q_start`."""
+    """Solve joint waypoints (pieces + 1, 7) on the line, the first exactly `q_start`.
+
+    Raises:
+        UnreachableError: the target or the line to it is out of reach.
+    """
     (p_start, yaw_start), (p_end, yaw_end) = start, end
     q_end = solve_ik_one(p_end, yaw_end, q_start)
     if q_end is None:

@@ -310,7 +310,11 @@ class Robot(ABC):
         return hypot(state.base_position[0] - x, state.base_position[1] - y)
 
     def is_holding(self) -> bool:
-        """Return True if both fingers press on something, with more than `HOLDING_FORCE`."""
+        """Measure the contact forces at both fingers.
+
+        Returns:
+            True if both press on something, with more than `HOLDING_FORCE`.
+        """
         return min(self.finger_forces()) > HOLDING_FORCE
 
 

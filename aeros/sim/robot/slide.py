@@ -148,6 +148,9 @@ class _SlidePaths:
         """Return the sampled point nearest to `q` (largest joint distance), rad.
 
         Raises BlockedError if it is farther away than `_MAX_PATH_DEVIATION`.
+
+        Raises:
+            BlockedError: it is farther away than `_MAX_PATH_DEVIATION`.
         """
         # Each set point is queried twice: at the end of a tick and at the beginning of the next.
         if self._last_query is not None and self._last_query[0] is q:

@@ -35,9 +35,17 @@ class BareScene:
         return {}
 
     def body(self, name: str) -> int:
-        """Implement `Scene.body`: there are no objects."""
+        """Implement `Scene.body`: there are no objects.
+
+        Raises:
+            KeyError: always, as there are no objects.
+        """
         raise KeyError(name)
 
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """Implement `Scene.detect`: there is no camera."""
+        """Implement `Scene.detect`: there is no camera.
+
+        Raises:
+            KeyError: always, as there is no camera.
+        """
         raise KeyError(camera)

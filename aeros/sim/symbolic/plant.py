@@ -255,7 +255,11 @@ class SymbolicPlant:
     # Internals.
 
     def _motion_of(self, action: Action) -> SymbolicMotion:
-        """Compute the effects of `action`; raises `ActionRejectedError`."""
+        """Compute the effects of `action`.
+
+        Raises:
+            ActionRejectedError: there is no such action kind.
+        """
         kind = self._site.kinds.get(action.kind)
         if kind is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")

@@ -48,10 +48,13 @@ class PolicyDifference:
 
 
 def is_site(path: Path) -> bool:
-    """Return True if `path` is a site file: any file that is not a manifest.
+    """Tell a site file from a manifest by its path.
 
     Args:
         path: file or folder.
+
+    Returns:
+        True if it is a site file: any file that is not a manifest.
     """
     return path.is_file() and path.name != MANIFEST
 

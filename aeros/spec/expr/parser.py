@@ -75,7 +75,11 @@ def parse(text: str) -> s.Node:
 
 
 def _check_height(root: s.Node) -> None:
-    """Refuse trees that the later, recursive passes cannot walk; a long sum is as high as it is long."""
+    """Refuse trees that the later, recursive passes cannot walk; a long sum is as high as it is long.
+
+    Raises:
+        ExpressionSyntaxError: the tree is too high.
+    """
     pending = [(root, 1)]
     while pending:
         node, height = pending.pop()

@@ -97,6 +97,7 @@ def rewrite(path: PurePath, text: str, format_: Format) -> Rewritten:
     Raises:
         UnmigratableError: its version is newer or unknown, or a step cannot be done.
         UserError: a YAML file is not well-formed.
+        InternalError: a fault of AEROS: a version has no step, or its step leads elsewhere.
     """
     version = _version(text, format_, path)
     if version is None or version < format_.first:

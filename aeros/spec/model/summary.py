@@ -159,7 +159,11 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
 
 
 def _text(value: Any) -> str:
-    """Format a truth, a number or a member; different values of one type get different texts."""
+    """Format a truth, a number or a member; different values of one type get different texts.
+
+    Raises:
+        MisuseError: the value is none of these.
+    """
     if not isinstance(value, bool | Fraction | str):
         raise MisuseError(f"no effect has the value {value!r}")
     return str(value)

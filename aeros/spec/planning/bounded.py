@@ -98,7 +98,11 @@ class _Encoding:
         return t.Variable(f"{name} known after {at}", BOOL, t.VariableRole.STATE)
 
     def plan(self, length: int) -> PlanPath | None:
-        """Return a plan of `length` steps, if there is one."""
+        """Return a plan of `length` steps, if there is one.
+
+        Raises:
+            PlanUndecidedError: the solver gave up.
+        """
         answer = self._session.check_sat(self._encode_truth(self._domain.goal, length))
         if answer.result is SatResult.UNKNOWN:
             raise PlanUndecidedError(f"the solver gave up on plans of {length} steps: {answer.reason}")

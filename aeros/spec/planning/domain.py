@@ -143,11 +143,14 @@ class PlanningDomain:
         return tuple(known.get(name) for name in self.names)
 
     def can_start(self, choice: GroundSkill, state: State) -> bool:
-        """Return True if the condition of the choice is true in the state.
+        """Evaluate the condition of a choice in a state.
 
         Args:
             choice: skill with inputs.
             state: a state.
+
+        Returns:
+            True if it holds.
         """
         return choice.condition(state) is True
 

@@ -91,7 +91,11 @@ class _PlanSimulation:
         self._numbers = {id(step): number for number, step in enumerate(steps_of(plan), 1)}
 
     def simulate(self, part: Part[PlannedStep], states: States) -> States:
-        """Return the states in which `part` may end, from `states`; raises `_PlanProblemError`."""
+        """Compute the states in which `part` may end, from `states`.
+
+        Raises:
+            _PlanProblemError: the part cannot be carried out, or cannot be checked.
+        """
         there = {state: None for state in states if self._domain.goal(state) is True}
         pending = {state: None for state in states if state not in there}
         if not pending:

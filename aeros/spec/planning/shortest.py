@@ -145,10 +145,13 @@ class DeleteRelaxation:
             steps += 1
 
     def is_possible(self, condition: PartialCondition) -> bool:
-        """Return True if some combination of possible values makes the condition true.
+        """Check if a condition is reachable in the relaxation.
 
         Args:
             condition: condition on states; with more than `_MAX_VALUES` combinations it counts as possible.
+
+        Returns:
+            True if some combination of possible values makes it true.
         """
         if condition.missing:
             return False

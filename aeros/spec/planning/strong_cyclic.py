@@ -58,10 +58,13 @@ class StrongCyclicStrategy:
         self._solved: set[State] = set()
 
     def solves(self, start: State) -> bool:
-        """Return True if there is a strong cyclic strategy from `start`; then `chosen` has it.
+        """Search for a strong cyclic strategy from a state.
 
         Args:
             start: first state.
+
+        Returns:
+            True if there is one; then `chosen` has it.
 
         Raises:
             PlanUndecidedError: the search was given up.
@@ -90,6 +93,9 @@ class StrongCyclicStrategy:
 
         Returns:
             The minimum number of steps.
+
+        Raises:
+            InternalError: a fault of AEROS: the strategy does not lead to the goal.
         """
         seen, pending = {state}, deque([(state, 0)])
         while pending:

@@ -144,6 +144,9 @@ def _open_below(folder: str | Path, parts: Sequence[str]) -> int:
     """Open the regular file at `parts` below `folder`, if no part of the path is a link.
 
     Each part is examined before it is opened, since opening a device can already have an effect.
+
+    Raises:
+        OSError: it is outside the folder, reached through a link, or not a regular file.
     """
     if not parts or ".." in parts or parts[0] == "/":
         raise OSError(errno.EINVAL, "it is not in the module's folder")

@@ -23,7 +23,15 @@ class TextSolver(Protocol):
     @property
     def name(self) -> str: ...  # noqa: D102
 
-    def solve_script(self, script: str) -> SolverAnswer: ...  # noqa: D102
+    def solve_script(self, script: str) -> SolverAnswer:
+        """Solve a script with one `check-sat`.
+
+        Args:
+            script: SMT-LIB text.
+
+        Returns:
+            The answer.
+        """
 
 
 @dataclass(frozen=True)

@@ -192,7 +192,13 @@ class ProofCache:
         self._new[key] = (_dump_json({**head, "claims": file_digest(rows)}), rows)
 
     def _proof(self, key: str) -> tuple[Any, bytes]:
-        """Return a stored proof; raise LookupError, ValueError or TypeError if it is absent or damaged."""
+        """Return a stored proof.
+
+        Raises:
+            LookupError: it is absent.
+            ValueError: it is damaged.
+            TypeError: it is damaged.
+        """
         proof = self._store.proof(key)
         if proof is None:
             raise LookupError(key)

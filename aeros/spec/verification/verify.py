@@ -171,7 +171,11 @@ class _LazyProver:
 
     @cached_property
     def _site(self) -> Site:
-        """The site, which was found to be readable before."""
+        """The site, which was found to be readable before.
+
+        Raises:
+            InternalError: a fault of AEROS: the file cannot be read now.
+        """
         from aeros.spec.elaborate.load import elaborate_source
 
         site = elaborate_source(self._source, Diagnostics())

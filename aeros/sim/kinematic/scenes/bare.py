@@ -32,5 +32,9 @@ class KinematicBareScene:
         return {}
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """Implement `KinematicScene.detect`: there is no camera."""
+        """Implement `KinematicScene.detect`: there is no camera.
+
+        Raises:
+            KeyError: always, as there is no camera.
+        """
         raise KeyError(camera)
