@@ -51,7 +51,7 @@ OpenPlant = Callable[[Observer], AbstractContextManager[Plant]]
 class SessionSetup:
     """Everything that one session is made of.
 
-    Args:
+    Attributes:
         configuration: Proved modules and the site in force at the start.
         open_plant: Opens the plant, which is closed when the session ends.
         out: An existing folder for audit log, trace and samples.

@@ -145,7 +145,7 @@ class FollowedConfiguration:
         return generation
 
     def is_latest(self) -> bool:
-        """Follow the governor's configuration, if that is possible now.
+        """Follow the governor's configuration, unless a motion is active.
 
         Returns:
             True if the followed configuration is the one in force.

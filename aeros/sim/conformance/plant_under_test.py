@@ -66,7 +66,11 @@ class PlantUnderTest:
 
     @contextmanager
     def plant(self) -> Iterator[Plant]:
-        """Make a new plant, and close it at the end."""
+        """Make a new plant, and close it at the end.
+
+        Yields:
+            The plant, at the start of its clock.
+        """
         plant = self.make_plant()
         try:
             yield plant

@@ -18,10 +18,11 @@ RLIMIT = 20_000_000
 
 
 class TextSolver(Protocol):
-    """Port of solvers of SMT-LIB scripts with one `check-sat`, as `agreement.TextSolver`."""
+    """Port of solvers of SMT-LIB scripts with one `check-sat`, as `SecondSolver` of `verification`."""
 
     @property
-    def name(self) -> str: ...  # noqa: D102
+    def name(self) -> str:
+        """Name and version of the solver, for people."""
 
     def solve_script(self, script: str) -> SolverAnswer:
         """Solve a script with one `check-sat`.

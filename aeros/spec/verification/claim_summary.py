@@ -78,7 +78,8 @@ class OwnClaims(Protocol):
     """The claims about a module by itself, counted before they are read."""
 
     @property
-    def tally(self) -> ClaimCounts: ...  # noqa: D102
+    def tally(self) -> ClaimCounts:
+        """Counts of the claims."""
 
     def read(self) -> tuple[tuple[ClaimSummary, ...], tuple[ClaimSummary, ...]]:
         """Read the claims.

@@ -16,10 +16,11 @@ from aeros.spec.diagnostics.errors import DisagreementError
 
 
 class SecondSolver(Protocol):
-    """A solver that answers SMT-LIB scripts with one query; `name` is for people and includes the version."""
+    """A solver that answers SMT-LIB scripts with one query."""
 
     @property
-    def name(self) -> str: ...  # noqa: D102
+    def name(self) -> str:
+        """Name and version of the solver, for people."""
 
     def solve_script(self, script: str) -> SolverAnswer:
         """Solve a script with one `check-sat`.
