@@ -23,7 +23,7 @@ from tests.unit.agent.dumplings import SPAN, build, term
 
 NAMES = ("a", "b", "c")
 MATCHING_VERSIONS = {">=1": {1, 2, 3}, ">=2": {2, 3}, "<2": {1}, "==2.*": {2}, ">1,<3": {2}}
-"""What each specifier admits of the versions 1, 2 and 3."""
+"""Versions among 1, 2 and 3 that each specifier admits."""
 
 _ONE = st.fixed_dictionaries(
     {
@@ -172,7 +172,7 @@ def _configurations_are_judged(
         for name in {name for one in ones for name in one["requires"]}:
             asked = [MATCHING_VERSIONS[one["requires"][name]] for one in ones if name in one["requires"]]
             met = [name in versions and versions[name] in admitted for admitted in asked]
-            # What suits nobody is told of each module by itself.
+            # A version that suits nobody is reported for each module by itself.
             judge("AE884", f"dependency/{name}", name in versions and (all(met) or not any(met)))
         skills = {(one["id"], one["skill"]) for one in ones} | {(name, None) for name in ids}
         for name in grants:

@@ -13,7 +13,7 @@ _PATH = r"(?:aeros|tests|tools)/[\w./-]*"
 """A path below one of the folders that the page is about."""
 
 _PLACEHOLDER = r"/[A-Z]+/"
-"""What the reader names, such as `aeros/sim/NAME/`."""
+"""A part of a path that the reader chooses, such as NAME in `aeros/sim/NAME/`."""
 
 
 def _paths_in_code() -> list[str]:

@@ -15,7 +15,7 @@ PLACING = (
     "resetSimulation",
     "restoreState",
 )
-"""What of PyBullet puts a body somewhere, or gives it a speed, without a motor or a contact."""
+"""Calls of PyBullet that place a body or give it a speed, without a motor or a contact."""
 
 ALLOWED = {
     ("sim/bullet/panda.py", "_assemble"),  # before the clock starts

@@ -49,8 +49,8 @@ def test_there_are_at_most_twelve_names() -> None:
 
 
 def test_another_name_is_no_attribute() -> None:
-    with pytest.raises(AttributeError, match="module 'aeros' has no attribute 'told'"):
-        aeros.told  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match="module 'aeros' has no attribute 'absent'"):
+        aeros.absent  # type: ignore[attr-defined]  # noqa: B018
 
 
 def test_importing_aeros_imports_nothing_else() -> None:
@@ -104,7 +104,7 @@ def test_programs_pass_mypy_strict_and_a_wrong_one_does_not(tmp_path: Path) -> N
     wrong = tmp_path / "wrong.py"
     wrong.write_text(
         "import aeros\n"
-        "aeros.tell()\n"
+        "aeros.absent()\n"
         "aeros.load_gate(3)\n"
         'aeros.open_session("ecms", plant="symbolik")\n'
         'x: str = aeros.act("wait", duration=1.0)\n'

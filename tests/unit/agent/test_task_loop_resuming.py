@@ -33,7 +33,7 @@ from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, SPAN, module, o
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 STATE_OF_CHECKPOINT_2 = Path(__file__).parents[1] / "spec/migrations/data/state_of_checkpoint_2"
-"""What the fixture `left` was before 5d9039d: of the same agent, in checkpoints of version 2."""
+"""State of the same agent as in the fixture `left`, in checkpoints of version 2 (before 5d9039d)."""
 STATE_OF_CHECKPOINT_3 = Path(__file__).parents[1] / "spec/migrations/data/state_of_checkpoint_3"
 """The folder of an agent that d66fafc ran, which died amid its second try to wrap (checkpoint of version 3).
 

@@ -29,7 +29,7 @@ class Writing:
         self._count += 1
         self.write("audit.jsonl", json.dumps(line) + "\n")
 
-    def tell(self, time: float, kind: str, text: str, **details: Any) -> None:
+    def emit(self, time: float, kind: str, text: str, **details: Any) -> None:
         line = {"time": time, "kind": kind, "text": text, "details": details}
         self.write("trace.jsonl", json.dumps(line) + "\n")
 
@@ -81,7 +81,7 @@ def test_the_plan_shows_where_it_is(writing: Writing) -> None:
         run.read()
         return [part["how"] for part in run_view(run, None, is_there=True)["plan"]]
 
-    writing.tell(0.0, "plan", "a → b", steps=["m.a", "m.b (retry 2, on_failure c)", "m.c"])
+    writing.emit(0.0, "plan", "a → b", steps=["m.a", "m.b (retry 2, on_failure c)", "m.c"])
     assert shown() == ["to come"] * 3
     writing.record("step-began", module="m", skill="a", time=0.0)
     assert shown() == ["under way", "to come", "to come"]
@@ -91,7 +91,7 @@ def test_the_plan_shows_where_it_is(writing: Writing) -> None:
     writing.record("step-ended", module="m", skill="b", time=2.0, status="denied", reason="no")
     writing.record("note", event="step-ended", details={"skill": "m.b", "outcome": None, "failed": True})
     assert shown() == ["done", "failed", "to come"]
-    writing.tell(3.0, "plan", "b", steps=["m.b", "m.c"])
+    writing.emit(3.0, "plan", "b", steps=["m.b", "m.c"])
     assert shown() == ["to come", "to come"]
 
 
@@ -117,7 +117,7 @@ def test_lines_of_another_form_are_passed_over(odd: object, writing: Writing) ->
     for event in ("decision", "step-began", "step-ended", "note", "session-opened", "paused"):
         writing.record(event, time=odd, verdict=odd, asked=odd, state=odd, usage=odd, event=odd, details=odd)
     writing.record("decision", verdict="ALLOW", state={"x": odd}, usage=odd, reasons=odd)
-    writing.tell(0.0, "plan", "x", steps=odd)
+    writing.emit(0.0, "plan", "x", steps=odd)
     run.read()
     view = run_view(run, None, is_there=False)
     json.dumps(view)
@@ -131,7 +131,7 @@ def test_memory_does_not_grow_with_the_run(writing: Writing) -> None:
     for number in range(500):
         writing.record("decision", **decision(float(number)))
         writing.record("note", event="waiting", details={})
-        writing.tell(float(number), "waiting", "x")
+        writing.emit(float(number), "waiting", "x")
     run.read()
     assert run.counts["ALLOW"] == 500
     assert (len(run.last), len(run.events)) == (50, 50)

@@ -26,8 +26,8 @@ def wake(state: Path) -> None:
         pass
 
 
-def tell(*_: object) -> None:
-    """Where changes of phase would be recorded."""
+def ignore(*_: object) -> None:
+    """Stand in for a record of changes of phase."""
 
 
 def crash(state: Path) -> None:
@@ -45,7 +45,7 @@ IDENTITY = {"id": str(uuid4()), "name": "chef", "created": "2026", "sessions": 1
     ("name", "schema", "content", "read"),
     [
         ("identity.json", "aeros/identity/2", IDENTITY, wake),
-        ("phase.json", "aeros/phase/2", {"phase": "created"}, lambda state: Lifecycle(state, tell)),
+        ("phase.json", "aeros/phase/2", {"phase": "created"}, lambda state: Lifecycle(state, ignore)),
         ("crashes.json", "aeros/crashes/3", {"crashes": []}, crash),
         ("latest-run.json", "aeros/latest-run/2", {"out": "out", "pid": 1}, latest_run),
         ("run.json", "aeros/run/2", {"instruction": "it"}, lambda state: load_run_options(arguments(state))),

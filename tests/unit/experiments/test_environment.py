@@ -14,7 +14,7 @@ from aeros.experiments.environment import environment, package_versions
 
 
 class Git:
-    """A `git` that says what it is told to, for each command."""
+    """A `git` with a given output for each command."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **said: Any) -> None:
         self.said = said

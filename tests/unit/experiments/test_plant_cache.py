@@ -88,7 +88,7 @@ def _count() -> None:
 
 
 def trial(cached: list[PlantTrace], rate: float, asked: str, slips: float = 0.0) -> tuple[Any, ...]:
-    """What comes of asking `asked`, a letter for each skill; a stop takes it back."""
+    """Run the skills of `asked`, a letter for each, and return the results; a stop cancels."""
 
     with following(cached, rate, slips) as runtime:
         answers = list(answers_of(runtime, asked))

@@ -85,7 +85,7 @@ def test_on_physics_declared_faults_happen_at_their_rate_and_are_counted() -> No
 
 
 class Planning:
-    """A plant that plans what it is told to."""
+    """A plant that returns a given plan."""
 
     def __init__(self, *plans: PlannedMotion) -> None:
         self._plans = iter(plans)

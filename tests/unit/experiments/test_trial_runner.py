@@ -155,7 +155,7 @@ def test_a_later_run_shares_what_an_earlier_one_kept(tmp_path: Path) -> None:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Whoever runs tests in several processes has them ignore interruptions."""
+    """Let Ctrl-C interrupt; processes that run tests side by side ignore it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

@@ -26,7 +26,7 @@ DENIAL = Decision(DecisionKind.DENY, None, (Reason("AE750", "workspace", "outsid
 
 
 class FakeGate:
-    """Allows everything, unless told otherwise; remembers what it was asked."""
+    """Gate that allows everything, unless configured otherwise; remembers the requests."""
 
     def __init__(self, site: Site) -> None:
         self.monitor_rules = MonitorRules(site)

@@ -62,7 +62,7 @@ def roll(pace: float = 0.25) -> Action:
 
 
 class Cart:
-    """What the skills ask for is said by `bodies`, by skill."""
+    """A cart whose skills ask for the actions that `bodies` has, by skill."""
 
     def __init__(
         self,

@@ -16,7 +16,7 @@ from tests.unit.runtime import bench
 
 
 class Steered(FixedGovernor):
-    """A governor that asks for what it is told to."""
+    """A governor that has a given operator command."""
 
     asked = OperatorCommand.RUN
 

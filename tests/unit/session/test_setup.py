@@ -102,7 +102,7 @@ def test_a_module_that_is_installed_and_not_active_is_named_as_a_hint(tmp_path: 
 
 
 class Skills:
-    """A factory of skill runs on a host that isolates as it is told."""
+    """A factory of skill runs on a host with given isolation layers."""
 
     unavailable_reason: str | None = None
     weakness_warning: str | None = None

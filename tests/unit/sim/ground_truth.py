@@ -12,7 +12,7 @@ from aeros.sim.scenes.table import TableScene
 
 
 def is_done(plant: PhysicsPlant) -> bool:
-    """Whether the task of the plant's scene is."""
+    """Return True if the task of the plant's scene is done."""
     scene, world = plant._scene, plant._world
     if isinstance(scene, DumplingBenchScene):
         dumpling = scene._dumpling()

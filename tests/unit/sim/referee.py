@@ -40,17 +40,17 @@ def of_the_site(name: str) -> float:
 
 
 class Referee:
-    """Is told the truth of every tick; `breaches` says what was wrong."""
+    """Listener to the true values of every tick; `breaches` lists what was wrong."""
 
     def __init__(self) -> None:
-        self._told: list[GroundTruth] = []
+        self._truths: list[GroundTruth] = []
 
     def __call__(self, truth: GroundTruth) -> None:
-        self._told.append(truth)
+        self._truths.append(truth)
 
     def of(self, name: str) -> Vector:
-        """What was true of a variable, tick by tick."""
-        return np.array([truth.values[name] for truth in self._told])
+        """Return the true values of a variable, tick by tick."""
+        return np.array([truth.values[name] for truth in self._truths])
 
     @property
     def distances(self) -> Vector:
@@ -137,6 +137,6 @@ def points_of(q: Vector) -> Vector:
 
 
 def _runs(flags: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Where stretches of true begin and end."""
+    """Yield the first index of each run of True, and the one after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
     yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

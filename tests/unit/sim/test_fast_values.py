@@ -32,7 +32,7 @@ BOTH = pytest.mark.parametrize("make", [kinematic, pytest.param(physics, marks=p
 
 
 def followed(plant: Plant, *actions: Action) -> dict[str, np.ndarray[Any, Any]]:
-    """What the monitor saw of actions at the same time, tick by tick."""
+    """Run actions at the same time and return the values that the monitor saw, tick by tick."""
     for action in actions:
         assert not isinstance(plant.begin(action), MotionCompletion)
     # By time: where one of them ends, the same tick is looked at again.

@@ -173,7 +173,7 @@ def test_a_way_through_the_arms_own_column_is_denied(plant: PhysicsPlant, site: 
 
 
 def _runaway(rates: list[float]) -> Callable[[PhysicsPlant], None]:
-    """From 0.25 s on, an arm whose drives accelerate to these joint speeds whatever they are told."""
+    """From 0.25 s on, an arm whose drives accelerate to these joint speeds whatever their set points."""
 
     def fault(plant: PhysicsPlant) -> None:
         command = plant._robot.command

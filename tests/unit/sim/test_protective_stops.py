@@ -41,7 +41,7 @@ pytestmark = pytest.mark.physics
 
 FOREVER = 1e9
 BEGINS = 0.25
-"""When a disturbance begins, s: the arm is on its way by then."""
+"""Time at which a disturbance begins, s: the arm is on its way by then."""
 
 SLOWLY = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.1)
 
@@ -96,7 +96,7 @@ def turn(force: float) -> tuple[tuple[Vector3, Vector3], ...]:
 
 @dataclass(frozen=True)
 class Provocation:
-    """What happens, what then is violated by the numbers of record, and what is to be said of it.
+    """A disturbance, the rule that the true values then violate, and the reason expected for the stop.
 
     posture: where the arm begins, rad.
     """
@@ -182,7 +182,7 @@ KINDS = {
 
 @dataclass
 class Run:
-    """What came of an action, watched by the site's monitor.
+    """Result of an action, watched by the site's monitor.
 
     truths: of every tick; violated: the ticks in which the numbers of record are; stopped: when `stop` came.
     sent: set points from then on.
@@ -204,12 +204,12 @@ def site() -> Site:
 
 
 def run(kind: Provocation, site: Site) -> Run:
-    told, rough = Run(), kind.rough()
+    recorded, rough = Run(), kind.rough()
     plant = PhysicsPlant(
         Obstructed(kind.posture, kind.obstacle),
         0,
         people=kind.people,
-        referee=told.truths.append,
+        referee=recorded.truths.append,
         disturbance=rough,
     )
     watch = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
@@ -217,27 +217,27 @@ def run(kind: Provocation, site: Site) -> Run:
     halt, command = plant.stop, plant._robot.command
 
     def monitor(now: float, values: Values) -> str | None:
-        if kind.violated(told.truths[-1].values if told.truths else values):
-            told.violated.append(plant._world.ticks)
+        if kind.violated(recorded.truths[-1].values if recorded.truths else values):
+            recorded.violated.append(plant._world.ticks)
         return watch(now, values)
 
     def stop() -> None:
-        told.stopped.append(plant._world.ticks)
-        told.sent.append((plant._robot.q_command, plant._robot.qd_command))
+        recorded.stopped.append(plant._world.ticks)
+        recorded.sent.append((plant._robot.q_command, plant._robot.qd_command))
         if isinstance(rough, Rough):
             rough.is_over = True
         halt()
 
     def spy(q: Any, qd: Any) -> None:
-        if told.stopped:
-            told.sent.append((q, qd))
+        if recorded.stopped:
+            recorded.sent.append((q, qd))
         command(q, qd)
 
     plant.stop, plant._robot.command = stop, spy  # type: ignore[method-assign]
-    told.reason = execute(plant, kind.action, monitor, FOREVER).reason
-    told.said = str(watch.violation)
+    recorded.reason = execute(plant, kind.action, monitor, FOREVER).reason
+    recorded.said = str(watch.violation)
     plant.close()
-    return told
+    return recorded
 
 
 @pytest.fixture(scope="module", params=KINDS)
@@ -247,15 +247,15 @@ def provoked(request: pytest.FixtureRequest, site: Site) -> tuple[Provocation, R
 
 
 def test_each_kind_stops_in_the_tick_in_which_it_is_measured(provoked: tuple[Provocation, Run]) -> None:
-    kind, told = provoked
-    assert told.reason == f"monitor:{kind.rule}"
-    assert told.violated[0] >= BEGINS / TICK
-    assert told.stopped == told.violated
+    kind, recorded = provoked
+    assert recorded.reason == f"monitor:{kind.rule}"
+    assert recorded.violated[0] >= BEGINS / TICK
+    assert recorded.stopped == recorded.violated
 
 
 def test_a_stop_message_names_quantity_value_and_bound(provoked: tuple[Provocation, Run]) -> None:
-    kind, told = provoked
-    one = next(one for one in told.said.split(", ") if one.startswith(kind.said))
+    kind, recorded = provoked
+    one = next(one for one in recorded.said.split(", ") if one.startswith(kind.said))
     value, bound = re.fullmatch(r".* is (\S+) .*\(at (?:most|least) (\S+) .*\)", one).groups()  # type: ignore[union-attr]
     assert (float(value) < float(bound)) is ("at least" in one)
     assert float(value) != float(bound)
@@ -263,14 +263,14 @@ def test_a_stop_message_names_quantity_value_and_bound(provoked: tuple[Provocati
 
 def test_the_stop_keeps_to_the_limits_of_record_and_comes_to_rest(provoked: tuple[Provocation, Run]) -> None:
     """Of joints: acceleration as measured from tick to tick, torque, and speed after what it begins with."""
-    kind, told = provoked
-    stopping = [truth.values for truth in told.truths if truth.tick >= told.stopped[0]]
+    kind, recorded = provoked
+    stopping = [truth.values for truth in recorded.truths if truth.tick >= recorded.stopped[0]]
     rates = np.array([values["joint_velocity"] for values in stopping])
     if not kind.obstacle:  # which brakes the arm as hard as it likes
         assert (np.abs(np.diff(rates, axis=0)) / TICK <= QDD_MAX).all()
         assert (np.abs(rates) <= np.maximum(np.abs(rates[0]), 0.02)).all()
     # The first set point is that of the motion; of a joint that does not follow, the next is what it does.
-    commanded = np.array([rate for _, rate in told.sent])[1:]
+    commanded = np.array([rate for _, rate in recorded.sent])[1:]
     assert (np.abs(np.diff(commanded, axis=0)) / TICK <= 0.9001 * QDD_MAX).all()
     assert (np.abs([values["joint_torque"] for values in stopping]) <= TAU_MAX).all()
     assert np.abs(rates[-1]).max() < 0.02
@@ -310,5 +310,5 @@ def test_an_arm_that_sagged_through_its_stop_is_planned_from_where_it_is(site: S
 def test_nothing_stops_without_the_provocation(name: str, site: Site) -> None:
     people = (STANDING,) if KINDS[name].people else ()
     calm = replace(KINDS[name], rough=NoDisturbance, people=people, obstacle=False)
-    told = run(calm, site)
-    assert (told.reason, told.violated, told.stopped) == (None, [], [])
+    recorded = run(calm, site)
+    assert (recorded.reason, recorded.violated, recorded.stopped) == (None, [], [])

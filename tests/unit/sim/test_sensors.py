@@ -25,7 +25,7 @@ def truth(tick: int, **more: Any) -> GroundTruth:
 
 
 def followed(model: SensorModel, ticks: int = 2000, seed: int = 0) -> list[Reading | None]:
-    """What is read of `joint` at each tick."""
+    """Return the reading of `joint` at each tick."""
     sensors = Sensors(seed, {"joint": model})
     return [sensors.read(truth(tick)).get("joint") for tick in range(ticks)]
 
@@ -151,11 +151,11 @@ def test_no_truth_goes_past_the_sensors(scene: str) -> None:
     named.close()
     assert len(dead) >= 11
     plant = make_plant(scene, 0, sensors=dead)
-    told: list[Mapping[str, Any]] = []
-    execute(plant, act("move_tool", target=(0.5, 0.1, 0.6), yaw=0.0, speed=0.3), recording(told), 1.0)
+    monitored: list[Mapping[str, Any]] = []
+    execute(plant, act("move_tool", target=(0.5, 0.1, 0.6), yaw=0.0, speed=0.3), recording(monitored), 1.0)
     assert plant.observe() == {}
-    assert len(told) > 200
-    assert not any(told)
+    assert len(monitored) > 200
+    assert not any(monitored)
     plant.close()
 
 

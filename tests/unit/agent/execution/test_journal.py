@@ -12,20 +12,20 @@ from tests.differential.real_loop import Forgetful
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 
-class Told:
-    """Every place that is told something, in order."""
+class Listeners:
+    """Journal whose record, memory and observer note what they receive, in order."""
 
     def __init__(self, *, is_observed: bool = True, fails: str = "") -> None:
         self.places: list[tuple[str, Any]] = []
-        told = self
+        listeners = self
 
         class Runtime(FakeRuntime):
             def note(self, event: str, details: Mapping[str, Any]) -> None:
-                told.hear("record", (event, dict(details)))
+                listeners.hear("record", (event, dict(details)))
 
         class Memory(Forgetful):
             def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
-                told.hear("memory", (time, kind, dict(details)))
+                listeners.hear("memory", (time, kind, dict(details)))
 
         self.fails = fails
         observer = (lambda event: self.hear("observer", event)) if is_observed else None
@@ -38,10 +38,10 @@ class Told:
 
 
 def test_an_event_is_in_the_record_before_anybody_else_knows_of_it() -> None:
-    told = Told()
-    told.journal.record("re-plan", "re-plan 2: denied", number=2)
+    listeners = Listeners()
+    listeners.journal.record("re-plan", "re-plan 2: denied", number=2)
     event = AgentEvent("re-plan", "re-plan 2: denied", {"number": 2}, 100.0)
-    assert told.places == [
+    assert listeners.places == [
         ("record", ("re-plan", {"number": 2})),
         ("observer", event),
         ("memory", (100.0, "re-plan", {"number": 2})),
@@ -49,23 +49,23 @@ def test_an_event_is_in_the_record_before_anybody_else_knows_of_it() -> None:
 
 
 def test_memory_keeps_no_event_of_a_step_as_an_episode_holds_it() -> None:
-    told = Told()
-    told.journal.record_step("step-ended", "", skill="m.s")
-    assert told.places == [
+    listeners = Listeners()
+    listeners.journal.record_step("step-ended", "", skill="m.s")
+    assert listeners.places == [
         ("record", ("step-ended", {"skill": "m.s"})),
         ("observer", AgentEvent("step-ended", "", {"skill": "m.s"}, 100.0)),
     ]
 
 
 def test_without_an_observer_record_and_memory_are_written_all_the_same() -> None:
-    told = Told(is_observed=False)
-    told.journal.record("plan", "prepare")
-    assert [place for place, _ in told.places] == ["record", "memory"]
+    listeners = Listeners(is_observed=False)
+    listeners.journal.record("plan", "prepare")
+    assert [place for place, _ in listeners.places] == ["record", "memory"]
 
 
 @pytest.mark.parametrize(("place", "before"), [("record", []), ("memory", ["record", "observer"])])
 def test_a_place_that_cannot_be_written_stops_the_agent(place: str, before: list[str]) -> None:
-    told = Told(fails=place)
+    listeners = Listeners(fails=place)
     with pytest.raises(OSError, match="disk full"):
-        told.journal.record("plan", "prepare")
-    assert [one for one, _ in told.places] == before
+        listeners.journal.record("plan", "prepare")
+    assert [one for one, _ in listeners.places] == before

@@ -164,7 +164,7 @@ class Kitchen:
         return self.runner.finish(started.pending, ended.result)
 
     def note(self, kind: str) -> dict[str, Any]:
-        (details,) = [details for told, details in self.runtime.notes if told == kind]
+        (details,) = [details for event, details in self.runtime.notes if event == kind]
         return details
 
 

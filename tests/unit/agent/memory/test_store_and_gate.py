@@ -78,7 +78,7 @@ def remember(folder: Path, configuration: Configuration, tries: dict[str, tuple[
 def decisions(
     folder: Path, configuration: Configuration, tries: dict[str, tuple[int, int]]
 ) -> list[dict[str, Any]]:
-    """What was asked for and decided by an agent with these memories; each decided again by a gate alone."""
+    """Requests and decisions of an agent with these memories, each decided again by a gate alone."""
     folder.mkdir()
     remember(folder / "state", configuration, tries)
     initial = to_doubles(configuration.modules["clean_table"].tasks["clean_table"].initial)

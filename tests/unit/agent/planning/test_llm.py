@@ -78,10 +78,10 @@ def test_it_is_asked_for_structured_output_about_data_and_nothing_else() -> None
     assert asked["path"] == "/v1/chat/completions"
     assert headers["authorization"] == f"Bearer {KEY}"
     assert KEY not in json.dumps(asked)
-    told = json.loads(asked["messages"][1]["content"])
-    assert told["goal"] == "dumpling_cooked"
-    assert told["measured"]["wrapper_aligned"] is False
-    (wrap,) = [one for one in told["skills"] if one["skill"] == "dumpling.wrap"]
+    prompt = json.loads(asked["messages"][1]["content"])
+    assert prompt["goal"] == "dumpling_cooked"
+    assert prompt["measured"]["wrapper_aligned"] is False
+    (wrap,) = [one for one in prompt["skills"] if one["skill"] == "dumpling.wrap"]
     assert wrap["needs"] == "dough_on_workspace and filling_on_workspace and wrapper_aligned"
     assert {"outcome": "wrapped", "is_failure": False, "sets": {"dumpling_wrapped": True}} in wrap["outcomes"]
     form = asked["response_format"]["json_schema"]

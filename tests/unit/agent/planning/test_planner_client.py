@@ -46,7 +46,7 @@ class Sleeping:
         return TaskGraph(tuple(PlanStep("dumpling", skill) for skill in self.skills))
 
 
-def told(runtime: FakeRuntime, kind: str) -> list[dict[str, object]]:
+def notes_of(runtime: FakeRuntime, kind: str) -> list[dict[str, object]]:
     return [details for one, details in runtime.notes if one == kind]
 
 
@@ -65,7 +65,7 @@ def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> No
     with start_agent(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
         agent.run("Make dumplings!")
     assert runtime.clock == 100.5
-    (late,) = told(runtime, "plan-late")
+    (late,) = notes_of(runtime, "plan-late")
     assert late["reason"] == "the plan is late: there was no plan within 0.5 s"
 
 

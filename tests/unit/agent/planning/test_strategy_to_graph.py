@@ -44,7 +44,7 @@ def graph(*skills: Skill, retries: int = 3, goal: str = COOKED, **start: Any) ->
     return strategy_to_graph(strategy, begin, retries)
 
 
-def told(*skills: Skill, retries: int = 3, goal: str = COOKED, **start: Any) -> list[str]:
+def plan_lines(*skills: Skill, retries: int = 3, goal: str = COOKED, **start: Any) -> list[str]:
     return [str(part) for part in graph(*skills, retries=retries, goal=goal, **start).parts]
 
 
@@ -60,7 +60,7 @@ def test_where_the_goal_holds_nothing_is_to_be_done() -> None:
 
 
 def test_failures_that_the_strategy_covers_become_retries_and_a_recovery() -> None:
-    assert told(*SKILLS) == [
+    assert plan_lines(*SKILLS) == [
         "m.prepare",
         "m.recover",
         "m.wrap (retry 3, on_failure recover)",
@@ -69,8 +69,8 @@ def test_failures_that_the_strategy_covers_become_retries_and_a_recovery() -> No
 
 
 def test_no_step_is_retried_more_often_than_is_allowed() -> None:
-    assert told(*SKILLS, retries=1)[2] == "m.wrap (retry 1, on_failure recover)"
-    assert told(*SKILLS, retries=0) == ["m.prepare", "m.recover", "m.wrap", "m.boil"]
+    assert plan_lines(*SKILLS, retries=1)[2] == "m.wrap (retry 1, on_failure recover)"
+    assert plan_lines(*SKILLS, retries=0) == ["m.prepare", "m.recover", "m.wrap", "m.boil"]
 
 
 def test_a_step_that_failure_keeps_from_starting_is_tried_again_after_its_recovery() -> None:
@@ -117,7 +117,7 @@ def test_two_successes_are_followed_by_an_if_on_what_tells_them_apart() -> None:
 def test_two_successes_after_which_the_same_is_to_be_done_need_no_if() -> None:
     peek = skill("peek", outcome("left", {DOUGH: True}), outcome("right", {DOUGH: True, "area": "pot"}))
     cook = brings("cook", COOKED, needs=f"{DOUGH} and not (area == pot and {WRAPPED})")
-    assert told(peek, cook) == ["m.peek", "m.cook"]
+    assert plan_lines(peek, cook) == ["m.peek", "m.cook"]
 
 
 def test_three_successes_with_three_ways_are_told_apart_one_by_one() -> None:
@@ -185,12 +185,16 @@ def test_no_branch_is_nested_deeper_than_the_limit(monkeypatch: pytest.MonkeyPat
         ),
         brings("cook", COOKED, needs=f"{ALIGNED} or {WRAPPED}"),
     )
-    assert told(*skills) == ["m.start", "m.again", "(if not dumpling_wrapped then (m.align) else (m.cook))"]
+    assert plan_lines(*skills) == [
+        "m.start",
+        "m.again",
+        "(if not dumpling_wrapped then (m.align) else (m.cook))",
+    ]
 
 
 def test_a_graph_has_no_more_steps_than_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aeros.agent.planning.strategy_to_graph._MAX_STEPS", 2)
-    assert told(*SKILLS) == ["m.prepare", "m.recover"]
+    assert plan_lines(*SKILLS) == ["m.prepare", "m.recover"]
 
 
 def test_a_success_that_no_single_value_tells_from_the_others_is_recognised_by_several() -> None:

@@ -79,22 +79,22 @@ def spins() -> None:
         pass
 
 
-def starts_another(told: Path) -> None:
+def starts_another(pid_file: Path) -> None:
     with subprocess.Popen(["sleep", "1000"]) as other:
-        told.write_text(str(other.pid))
+        pid_file.write_text(str(other.pid))
 
 
 @pytest.mark.parametrize("thinks", [lambda _: spins(), lambda _: time.sleep(FOREVER), starts_another])
 def test_who_is_late_is_gone_with_all_that_it_started(thinks: Callable[[Path], None], tmp_path: Path) -> None:
-    told = tmp_path / "pid"
+    pid_file = tmp_path / "pid"
 
     def think() -> None:
-        told.write_text(str(os.getpid()))
-        thinks(told)
+        pid_file.write_text(str(os.getpid()))
+        thinks(pid_file)
 
     with pytest.raises(PlanningTimeoutError):
         PlannerProcess(FakeRuntime(), timeout_s=0.5)(think)
-    assert is_gone(int(told.read_text()))
+    assert is_gone(int(pid_file.read_text()))
 
 
 def is_gone(pid: int) -> bool:
@@ -147,13 +147,13 @@ def test_who_thinks_has_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_who_thinks_ends_with_the_agent(tmp_path: Path) -> None:
-    told = tmp_path / "pid"
-    agent = subprocess.Popen([sys.executable, "-c", AGENT, str(told)])
-    while not (told.exists() and told.read_text()):
+    pid_file = tmp_path / "pid"
+    agent = subprocess.Popen([sys.executable, "-c", AGENT, str(pid_file)])
+    while not (pid_file.exists() and pid_file.read_text()):
         time.sleep(0.02)
     agent.kill()
     agent.wait()
-    assert is_gone(int(told.read_text()))
+    assert is_gone(int(pid_file.read_text()))
 
 
 AGENT = """

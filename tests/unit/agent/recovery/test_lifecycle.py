@@ -1,4 +1,4 @@
-"""The agent's own life: its table, what is told of it, and what a session finds that follows a crash."""
+"""The agent's own life: its table, the reports of its changes, and the start of a session after a crash."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from aeros.agent.recovery.lifecycle import TRANSITIONS, Lifecycle, LifecycleEven
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.agent.fake_runtime import FakeRuntime
 
-Told = list[tuple[Phase, LifecycleEvent, Phase]]
+Transitions = list[tuple[Phase, LifecycleEvent, Phase]]
 
 
-def lifecycle(folder: Path) -> tuple[Lifecycle, Told]:
-    told: Told = []
-    return Lifecycle(folder, lambda *one: told.append(one)), told
+def lifecycle(folder: Path) -> tuple[Lifecycle, Transitions]:
+    transitions: Transitions = []
+    return Lifecycle(folder, lambda *one: transitions.append(one)), transitions
 
 
 def test_each_phase_is_reached_and_leads_back_to_running() -> None:
@@ -43,29 +43,29 @@ def test_whatever_was_under_way_a_crash_is_known_of_and_nothing_else_is_one() ->
 def test_what_the_table_does_not_hold_is_refused_and_neither_told_nor_kept(
     tmp_path: Path, phase: Phase, change: LifecycleEvent
 ) -> None:
-    life, told = lifecycle(tmp_path)
+    life, transitions = lifecycle(tmp_path)
     life.phase = phase
     if (phase, change) in TRANSITIONS:
         life.apply(change)
-        assert told == [(phase, change, TRANSITIONS[phase, change])]
+        assert transitions == [(phase, change, TRANSITIONS[phase, change])]
     else:
         with pytest.raises(InternalError):
             life.apply(change)
-        assert (told, life.phase) == ([], phase)
+        assert (transitions, life.phase) == ([], phase)
         assert not (tmp_path / "phase.json").exists()
 
 
 def test_a_session_that_ended_without_a_word_is_found_by_the_next(tmp_path: Path) -> None:
-    life, told = lifecycle(tmp_path)
+    life, transitions = lifecycle(tmp_path)
     assert life.phase is Phase.CREATED
     life.apply(LifecycleEvent.BEGIN)
-    again, told = lifecycle(tmp_path)
+    again, transitions = lifecycle(tmp_path)
     assert again.phase is Phase.RECOVERED
-    assert told == [(Phase.RUNNING, LifecycleEvent.CRASH, Phase.RECOVERED)]
+    assert transitions == [(Phase.RUNNING, LifecycleEvent.CRASH, Phase.RECOVERED)]
     again.apply(LifecycleEvent.BEGIN)
     again.apply(LifecycleEvent.END)
-    last, told = lifecycle(tmp_path)
-    assert (last.phase, told) == (Phase.STOPPED, [])
+    last, transitions = lifecycle(tmp_path)
+    assert (last.phase, transitions) == (Phase.STOPPED, [])
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"phase": "asleep"}'])
@@ -75,7 +75,7 @@ def test_a_phase_that_cannot_be_read_counts_as_a_crash(tmp_path: Path, text: str
     assert life.phase is Phase.RECOVERED
 
 
-def test_what_cannot_be_told_does_not_happen(tmp_path: Path) -> None:
+def test_a_change_that_cannot_be_reported_does_not_happen(tmp_path: Path) -> None:
     def unable(*_: object) -> None:
         raise AgentError("the record is full")
 

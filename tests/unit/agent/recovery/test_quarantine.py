@@ -19,9 +19,9 @@ def test_so_many_crashes_within_so_long_are_a_loop_and_survive_the_watchdog(tmp_
         assert Quarantine(tmp_path).record_crash(WHY, at, most=3, within=60.0) is None
     reason = Quarantine(tmp_path).record_crash(WHY, 1060.0, most=3, within=60.0)
     assert reason == "it crashed 3 times within 60 s; the last time, killed by SIGKILL"
-    told = Quarantine(tmp_path).reason()
-    assert told is not None
-    assert told.startswith(f"this agent is in quarantine: {reason} (since 1970-01-01T00:17:40+00:00)")
+    shown = Quarantine(tmp_path).reason()
+    assert shown is not None
+    assert shown.startswith(f"this agent is in quarantine: {reason} (since 1970-01-01T00:17:40+00:00)")
 
 
 def test_crashes_that_are_far_apart_are_none(tmp_path: Path) -> None:

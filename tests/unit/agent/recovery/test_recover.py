@@ -166,7 +166,7 @@ def test_a_step_later_than_the_checkpoint_ends_the_plan(sequence: int, is_known:
 
 
 def test_ends_are_matched_with_beginnings_in_order() -> None:
-    told = recorded_steps(
+    listed = recorded_steps(
         [
             began(1, "wrap", n=1),
             began(2, "look"),
@@ -177,11 +177,11 @@ def test_ends_are_matched_with_beginnings_in_order() -> None:
             ended(7, "look", StepStatus.FINISHED, found=True),
         ]
     )
-    results = [(one.sequence, one.skill, one.inputs, one.result and one.result.status) for one in told]
+    results = [(one.sequence, one.skill, one.inputs, one.result and one.result.status) for one in listed]
     assert results == [
         (1, "wrap", {"n": 1}, StepStatus.DENIED),
         (2, "look", {}, StepStatus.FINISHED),
         (3, "wrap", {"n": 2}, None),
     ]
-    assert cast("Any", told[0].result).reason == "no"
-    assert cast("Any", told[1].result).outputs == {"found": True}
+    assert cast("Any", listed[0].result).reason == "no"
+    assert cast("Any", listed[1].result).outputs == {"found": True}

@@ -247,7 +247,7 @@ def test_what_a_world_holds_is_never_replaced_but_why_steps_failed() -> None:
 def test_why_steps_failed_is_read_by_no_condition(readings: dict[str, Reading], condition: str) -> None:
     seen = world_from_readings(STATE, readings, NOW)
     part = UnmetBound("wrapper_aligned", True, "exactly", False)
-    told = replace(seen, failures=(Cause("rule", "r", "wrapper_aligned", shortfalls=(part,)),))
-    assert told.evaluate(term(condition)) is seen.evaluate(term(condition))
-    assert told.unmet_reason(term(condition)) == seen.unmet_reason(term(condition))
-    assert told.at_time(NOW + 1.0).failures == ()
+    explained = replace(seen, failures=(Cause("rule", "r", "wrapper_aligned", shortfalls=(part,)),))
+    assert explained.evaluate(term(condition)) is seen.evaluate(term(condition))
+    assert explained.unmet_reason(term(condition)) == seen.unmet_reason(term(condition))
+    assert explained.at_time(NOW + 1.0).failures == ()

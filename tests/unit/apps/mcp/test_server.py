@@ -31,7 +31,7 @@ def arguments(folder: Path) -> list[str]:
 
 
 def as_client(folder: Path, talk: Callable[[Any], Awaitable[None]]) -> list[dict[str, Any]]:
-    """What the record says after a client has talked to a server."""
+    """Return the audit records after a client has talked to a server."""
 
     async def session() -> None:
         server = mcp.StdioServerParameters(command=sys.executable, args=arguments(folder), cwd=ROOT)
@@ -105,17 +105,17 @@ def test_another_terminal_pauses_and_stops_what_a_client_began(tmp_path: Path) -
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.deep)])
 def test_a_signal_ends_a_server_whose_client_says_nothing(number: int, tmp_path: Path) -> None:
-    told = tmp_path / "stderr"
+    error_file = tmp_path / "stderr"
     with (
-        told.open("w") as errors,
+        error_file.open("w") as errors,
         subprocess.Popen(
             [sys.executable, *arguments(tmp_path)],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, cwd=ROOT,
         ) as server,
     ):  # fmt: skip
         latest = time.monotonic() + 60
-        while "serving MCP" not in told.read_text():
-            assert time.monotonic() < latest, told.read_text()
+        while "serving MCP" not in error_file.read_text():
+            assert time.monotonic() < latest, error_file.read_text()
             time.sleep(0.05)
         server.send_signal(number)
         assert server.wait(60) == Exit.INTERRUPTED

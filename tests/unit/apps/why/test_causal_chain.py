@@ -88,8 +88,8 @@ def test_a_denial_without_causes_has_its_reasons() -> None:
     reasons = [["AE742", "rate", "too often"], ["AE1", "short"], "no list"]
     denial = ("decision", {**SKILL, "verdict": "DENY", "reasons": reasons})
     ended = ("step-ended", {**SKILL, "status": "denied", "reason": "AE742"})
-    told = note("step-ended", skill="tidy.wipe", status="denied", failed=True, reason="denied")
-    found = run_log([STARTED, denial, ended, told, FAILED]).explain_end()
+    reported = note("step-ended", skill="tidy.wipe", status="denied", failed=True, reason="denied")
+    found = run_log([STARTED, denial, ended, reported, FAILED]).explain_end()
     assert said(found.chain)[1:] == [
         "step 1, tidy.wipe: denied",
         "runtime status: ended as denied: AE742",
@@ -107,8 +107,10 @@ def test_a_denial_before_the_last_decision_did_not_end_the_step() -> None:
 
 def test_a_step_that_ended_otherwise_has_the_runtimes_word() -> None:
     stopped = ("step-ended", {**SKILL, "status": "timed_out", "reason": "60 s are over"})
-    told = note("step-ended", skill="tidy.wipe", status="timed_out", failed=True, reason="too slow", **WHY)
-    found = run_log([STARTED, stopped, told, FAILED]).explain_end()
+    reported = note(
+        "step-ended", skill="tidy.wipe", status="timed_out", failed=True, reason="too slow", **WHY
+    )
+    found = run_log([STARTED, stopped, reported, FAILED]).explain_end()
     assert said(found.chain)[1:] == [
         "step 1, tidy.wipe: too slow",
         "runtime status: ended as timed out: 60 s are over",
@@ -118,8 +120,10 @@ def test_a_step_that_ended_otherwise_has_the_runtimes_word() -> None:
 
 def test_a_step_that_succeeded_is_explained_by_its_outcome_alone() -> None:
     ended = ("step-ended", {**SKILL, "status": "finished", "reason": ""})
-    told = note("step-ended", skill="tidy.wipe", status="finished", outcome="wiped", failed=False, reason="")
-    run = run_log([STARTED, ended, told])
+    reported = note(
+        "step-ended", skill="tidy.wipe", status="finished", outcome="wiped", failed=False, reason=""
+    )
+    run = run_log([STARTED, ended, reported])
     (step,) = run.steps
     assert step == StepTrace(1, "tidy.wipe", 0, 2, False, "")
     found = run.explain_step(step)
@@ -228,8 +232,11 @@ def test_whatever_a_log_holds_is_explained_without_a_traceback(
     listed: list[tuple[str, bool, dict[str, Any]]],
 ) -> None:
     records = [
-        {"event": "note" if noted else event, "details": {"event": event, "details": told} if noted else told}
-        for event, noted, told in listed
+        {
+            "event": "note" if noted else event,
+            "details": {"event": event, "details": reported} if noted else reported,
+        }
+        for event, noted, reported in listed
     ]
     run = RunLog(records)
     assert run.explain_end().headline is not None

@@ -113,7 +113,7 @@ def test_whole_numbers_are_in_the_middle_rounded_down() -> None:
 
 
 class Asked(NamedTuple):
-    """What a gate was asked."""
+    """A request to a gate."""
 
     caller: Caller
     readings: Readings

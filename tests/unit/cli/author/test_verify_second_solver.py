@@ -112,9 +112,9 @@ def test_what_is_beyond_the_second_solver_is_reported_and_z3_stands(
     assert re.search(r"^  safety/.*/slow-near-person \(.*ecm.yaml\): out of its depth$", shown, re.MULTILINE)
     assert (module / LOCK).exists()
     assert verify(module, "--format", "json") == Exit.SUCCESS
-    told = json.loads(capsys.readouterr().out)["second_solver"]
-    assert told["agreed"] == 0
-    assert len(told["undecided"]) == told["questions"] > 50
+    reported = json.loads(capsys.readouterr().out)["second_solver"]
+    assert reported["agreed"] == 0
+    assert len(reported["undecided"]) == reported["questions"] > 50
 
 
 def test_without_cvc5_the_cure_is_named(

@@ -49,7 +49,7 @@ def audit(command: str, folder: Path, *options: str) -> int:
 
 
 def decisions_in(folder: Path) -> int:
-    """How many decisions the log of the run holds, which has some."""
+    """Return the number of decisions in the log of the run, and check that there are some."""
     count = [json.loads(line)["event"] for line in lines_of(folder)].count("decision")
     assert count > 100
     return count

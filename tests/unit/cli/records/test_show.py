@@ -126,8 +126,8 @@ def line(one: Record) -> str:
 
 def test_a_line_has_number_time_event_and_summary() -> None:
     written = datetime.fromtimestamp(1000.0).astimezone().isoformat(" ", "milliseconds")
-    told = record(verdict="ALLOW", module="m", skill="s", asked=MOVE, time=2.0)
-    assert line(told) == (
+    entry = record(verdict="ALLOW", module="m", skill="s", asked=MOVE, time=2.0)
+    assert line(entry) == (
         f"     5  {written}  decision        ALLOW      m.s asks for"
         " move(speed=0.5, target=[0.25, 0.0, 1.0]) at 2.000 s"
     )

@@ -175,7 +175,7 @@ def test_isolated_or_trusted_the_same_seed_makes_the_same_decisions(tmp_path: Pa
 
 
 def _decided(log: Path) -> list[dict[str, object]]:
-    """What was decided, on which readings; the configuration's digest aside."""
+    """Return the decisions with their readings, without the configuration's digest."""
     records = [json.loads(line) for line in log.read_text().splitlines()]
     details = [record["details"] for record in records if record["event"] == "decision"]
     return [{name: value for name, value in one.items() if name != "configuration"} for one in details]

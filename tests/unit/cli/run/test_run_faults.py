@@ -1,4 +1,4 @@
-"""`aeros run --faults`: what goes wrong is told in the trace, and the agent puts it right."""
+"""`aeros run --faults`: the trace reports what goes wrong, and the agent puts it right."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ RECOVERED = {
 
 
 def truth_at_the_end(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """Whether bodies and joints, and not what the agent measures, say that the task is done, in the end."""
+    """Return a list that gets True at the end if bodies and joints, not measurements, show the task done."""
     from aeros.sim.physics import PhysicsPlant
     from tests.unit.sim.ground_truth import is_done
 
@@ -174,8 +174,8 @@ def test_the_agent_puts_right(case: str, tmp_path: Path, monkeypatch: pytest.Mon
     done = truth_at_the_end(monkeypatch)
     assert main(arguments(tmp_path, instruction, faults, "--seed", str(seed))) == Exit.SUCCESS
     trace = trace_of(tmp_path)
-    (fault_told,) = [event for event in trace if event["kind"] == "fault"]
-    assert fault_told["details"] == {"fault": "it", "opportunity": 1}
+    (fault_event,) = [event for event in trace if event["kind"] == "fault"]
+    assert fault_event["details"] == {"fault": "it", "opportunity": 1}
     assert [
         f"{event['details']['skill'].partition('.')[2]} {event['details']['outcome']}"
         for event in trace

@@ -39,7 +39,7 @@ def arguments(folder: Path, *more: str, task: str = "make dumplings") -> list[st
             "--out", str(folder / "out"), *more]  # fmt: skip
 
 
-def told_in(file: Path) -> dict[str, list[tuple[int, Any]]]:
+def messages_in(file: Path) -> dict[str, list[tuple[int, Any]]]:
     """Every message by topic, with the time under which it is kept, ns."""
     found: dict[str, list[tuple[int, Any]]] = defaultdict(list)
     with Reader(file) as reader:
@@ -59,7 +59,7 @@ def seconds(time_: Time) -> float:
 
 
 def value_of(message: Any, name: str) -> Any:
-    """What the message says of the name in the site's vocabulary."""
+    """Return the value that the message has of a name in the site's vocabulary."""
     if name.startswith("joint_"):
         return list(getattr(message, {"p": "position", "v": "velocity", "t": "effort"}[name[6]]))
     return [message.point.x, message.point.y, message.point.z] if "point" in dir(message) else message.value
@@ -68,9 +68,9 @@ def value_of(message: Any, name: str) -> Any:
 def check_against_the_records(
     file: Path, out: Path, least: int, goal: str
 ) -> dict[str, list[tuple[int, Any]]]:
-    """Whether the file says what trace and audit log say, of more decisions than that; what it says."""
-    told, records, trace = told_in(file), lines_of(out / "audit.jsonl"), lines_of(out / "trace.jsonl")
-    events = [message for _, message in told["/aeros/events"]]
+    """Check the file, with over `least` decisions, against trace and audit log; return its messages."""
+    received, records, trace = messages_in(file), lines_of(out / "audit.jsonl"), lines_of(out / "trace.jsonl")
+    events = [message for _, message in received["/aeros/events"]]
     assert [(one.record, one.event, json.loads(one.details)) for one in events] == [
         (record["sequence"], record["event"], record["details"]) for record in records
     ]
@@ -78,7 +78,7 @@ def check_against_the_records(
     assert len(decided) > least
     said = [
         (one.record, one.module, one.skill, one.verdict, json.loads(one.action), json.loads(one.reasons))
-        for _, one in told["/aeros/decisions"]
+        for _, one in received["/aeros/decisions"]
     ]
     names = ("module", "skill", "verdict", "decided", "reasons")
     assert said == [(record["sequence"], *(record["details"][name] for name in names)) for record in decided]
@@ -86,7 +86,7 @@ def check_against_the_records(
     at: dict[tuple[str, int], list[Any]] = defaultdict(
         list
     )  # several, where a plant is at two places at once
-    for topic, kept in told.items():
+    for topic, kept in received.items():
         for time_, message in kept:
             at[topic, time_].append(message)
     for record in decided:
@@ -103,10 +103,10 @@ def check_against_the_records(
     ended = trace[-1]
     assert ended["kind"] == "run-ended"
     for name, value in ended["details"]["measured"].items():
-        values = [message for _, message in told[f"/aeros/state/{name}"]]
+        values = [message for _, message in received[f"/aeros/state/{name}"]]
         assert (values[0].value, values[-1].value) == (False, value)
         assert seconds(values[-1].header.stamp) <= nextafter(ended["time"], 1e9) + 1e-9
-    return told
+    return received
 
 
 @pytest.mark.parametrize(
@@ -131,18 +131,18 @@ def test_an_mcap_file_says_what_trace_and_audit_log_say(
     assert main(arguments(tmp_path, *given, task=task)) == Exit.SUCCESS
     assert f"mcap       {file}\n" in capsys.readouterr().out
     assert list(file.parent.iterdir()) == [file]
-    told = check_against_the_records(file, tmp_path / "out", least, goal)
+    received = check_against_the_records(file, tmp_path / "out", least, goal)
     simulated = lines_of(tmp_path / "out" / "trace.jsonl")[-1]["time"]
     if plant == "symbolic":
-        assert "/tf" not in told
+        assert "/tf" not in received
         return
     ticks = round(simulated * 240)
-    assert len(told["/joint_states"]) == ticks + 1
+    assert len(received["/joint_states"]) == ticks + 1
     # The chain is known from the first motion on; a look of 24 ticks comes before it.
-    assert ticks - 25 <= len({time_ for time_, _ in told["/tf"]}) <= ticks + 1
-    # More than one at a time only where a plan told another chain.
-    assert len(told["/tf"]) <= ticks + 2 + len(told["/aeros/decisions"])
-    for time_, message in told["/tf"][:: ticks // 50]:
+    assert ticks - 25 <= len({time_ for time_, _ in received["/tf"]}) <= ticks + 1
+    # More than one at a time only where a plan came from another chain.
+    assert len(received["/tf"]) <= ticks + 2 + len(received["/aeros/decisions"])
+    for time_, message in received["/tf"][:: ticks // 50]:
         frames = [one.child_frame_id for one in message.transforms]
         assert frames[-8:] == [*(f"j{joint}_link" for joint in range(1, 8)), "tool"]
         assert round(seconds(message.transforms[0].header.stamp) * 1e9) == time_
@@ -151,7 +151,7 @@ def test_an_mcap_file_says_what_trace_and_audit_log_say(
 def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     assert main(arguments(tmp_path, "--plant", "symbolic", "--mcap", str(file))) == Exit.SUCCESS
-    ours = told_in(file)
+    ours = messages_in(file)
     counts: dict[str, int] = defaultdict(int)
     with file.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
@@ -166,7 +166,7 @@ def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
             for field in ("value", "verdict", "details", "event"):
                 if hasattr(own, field):
                     assert getattr(there, field) == getattr(own, field)
-    assert counts == {topic: len(told) for topic, told in ours.items()}
+    assert counts == {topic: len(received) for topic, received in ours.items()}
 
 
 @pytest.mark.parametrize(
@@ -254,9 +254,9 @@ def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_
     assert b"stopping the robot; press Ctrl-C again to exit at once" in said
     assert run.returncode == Exit.INTERRUPTED
     assert len(frames_of(tmp_path / name)) > 3
-    told = told_in(tmp_path / "run.mcap")
+    received = messages_in(tmp_path / "run.mcap")
     recorded = verify_log(tmp_path / "out" / "audit.jsonl").records
-    assert len(told["/aeros/events"]) == recorded
+    assert len(received["/aeros/events"]) == recorded
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["out", name, "run.mcap", "state"])
 
 

@@ -83,12 +83,12 @@ def digest(folder: Path, case: str, seed: int, hashes: int) -> str:
         check=False,
     )
     assert ended.returncode in (Exit.SUCCESS, Exit.REJECTED), ended.stderr
-    told = hashlib.sha256((out / "trace.jsonl").read_bytes())
+    combined = hashlib.sha256((out / "trace.jsonl").read_bytes())
     records = [json.loads(line) for line in (out / "audit.jsonl").read_text().splitlines()]
     assert sum(record["event"] == "decision" for record in records) >= 3
     for record in records:
-        told.update(json.dumps([record["event"], record["details"]], sort_keys=True).encode())
-    return told.hexdigest()
+        combined.update(json.dumps([record["event"], record["details"]], sort_keys=True).encode())
+    return combined.hexdigest()
 
 
 @pytest.mark.parametrize("case", CASES)

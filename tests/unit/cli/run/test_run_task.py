@@ -146,7 +146,7 @@ def test_a_task_that_had_ended_is_reported_again_and_not_done_again(
     assert (tmp_path / "state" / "run.json").exists() is is_supervised
 
 
-def test_the_end_in_another_log_is_not_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_end_in_another_log_is_not_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run(options(tmp_path), goal=HOLDS)
     capsys.readouterr()
     again = options(tmp_path, "--resume", "--out", str(tmp_path / "other"))

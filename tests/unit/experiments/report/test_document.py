@@ -109,8 +109,8 @@ def test_a_value_outside_its_interval_is_marked_and_one_without_interval_stands_
 
 
 def test_what_was_said_has_a_column_where_anything_was() -> None:
-    told = row("4/a", {"success": share(60.0)}, told=["AE750 x", "AE1 y"])
-    head, first, second = table_with(text_of(experiment(told, SUCCESS_ONLY)), "condition |  | ")
+    marked = row("4/a", {"success": share(60.0)}, told=["AE750 x", "AE1 y"])
+    head, first, second = table_with(text_of(experiment(marked, SUCCESS_ONLY)), "condition |  | ")
     assert (head[-1], first[-1], second[-1]) == ("what was said", "AE750 x, AE1 y", "")
 
 

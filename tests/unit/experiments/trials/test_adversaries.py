@@ -172,7 +172,7 @@ def test_events_are_counted_and_named_by_who_stopped_it() -> None:
 
 
 class Ending:
-    """An executor whose steps end as it is told."""
+    """An executor whose steps end with a given result."""
 
     def __init__(self, *results: StepResult | None) -> None:
         self.results = list(results)

@@ -276,7 +276,7 @@ class Process:
 
 @pytest.fixture
 def killed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
-    """What is killed, and with which signal, from here on; every process is there."""
+    """Collect the processes that are killed, with the signals; every process is alive."""
     seen: list[tuple[int, int]] = []
     Process.started.clear()
     monkeypatch.setattr("aeros.experiments.trials.kills.subprocess.Popen", Process)

@@ -1,4 +1,4 @@
-"""A bad sensor costs availability and not safety; what violates a rule is told, whatever decided."""
+"""A bad sensor costs availability and not safety; a violated rule is reported, whichever gate decided."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ REACTION, ARM, DECELERATION = (
 
 
 class Judged:
-    """A referee that finds what it is told to."""
+    """A referee with given findings."""
 
     def __init__(self) -> None:
         self.broken: tuple[str, ...] = ()

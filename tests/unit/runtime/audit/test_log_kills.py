@@ -50,7 +50,7 @@ def append_for_ever(log: Path, signing: SigningConfiguration | None, acknowledge
 def acknowledged_until_killed(
     log: Path, signing: SigningConfiguration | None, first: int, records: int, lives: float
 ) -> dict[int, int]:
-    """What a writer acknowledged, by sequence number, until killed `lives` seconds after `records` of it."""
+    """Kill a writer `lives` s after `records` records; return its acknowledgements by sequence number."""
     read, write = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the child touches nothing that threads share

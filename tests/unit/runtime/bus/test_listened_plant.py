@@ -1,4 +1,4 @@
-"""A watched plant is the plant that it wraps, and what it measures is told."""
+"""A watched plant is the plant that it wraps, and what it measures is published."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def trajectory(base: Vec3 = HERE, way: Vec3 = (0.0, 0.0, 0.0)) -> Trajectory:
 
 
 class Noted(BusFeed):
-    """Notes what it is told, with what is known of the chain."""
+    """Feed that keeps each call's values, and the state of the chain then."""
 
     def __init__(self, site: Site) -> None:
         super().__init__(InProcessBus(), site)
@@ -72,7 +72,7 @@ class Bench:
         assert not isinstance(begun, MotionCompletion)
         return begun
 
-    def told(self, plan: PlannedMotion) -> PlannedMotion:
+    def plan(self, plan: PlannedMotion) -> PlannedMotion:
         self.real.planned = plan
         return self.plant.plan(MOVE)
 
@@ -85,7 +85,7 @@ def bench(site: Site) -> Iterator[Bench]:
 
 def test_it_passes_everything_on(bench: Bench) -> None:
     plan = trajectory()
-    assert bench.told(plan) is plan
+    assert bench.plan(plan) is plan
     motion = bench.begin(plan)
     bench.plant.halt(motion)
     assert bench.plant.advance(lambda now, values: None, 7.0) == {motion: MotionCompletion(False, "halted")}
@@ -116,34 +116,34 @@ def test_the_monitors_answer_holds_and_listeners_get_each_tick(bench: Bench) -> 
 
 def test_the_chain_is_known_after_a_planned_trajectory(bench: Bench) -> None:
     assert bench.known() == RobotChain(None, None)
-    bench.told(NoMotion("it waits"))
+    bench.plan(NoMotion("it waits"))
     assert bench.known() == RobotChain(None, None)
-    bench.told(trajectory())
+    bench.plan(trajectory())
     assert bench.known() == RobotChain(BODY, HERE)
 
 
 def test_where_the_base_is_is_known_until_something_may_move_it(bench: Bench) -> None:
     for stays in (trajectory(), NoMotion("it waits")):
-        bench.told(trajectory())
+        bench.plan(trajectory())
         bench.begin(stays)
         bench.plant.advance(lambda now, values: None, FOREVER)
         assert bench.known() == RobotChain(BODY, HERE)
     for travels in (trajectory(way=(1.0, 0.0, 0.0)), None):
-        bench.told(trajectory())
+        bench.plan(trajectory())
         bench.begin(travels)
         assert bench.known() == RobotChain(BODY, None)
-        bench.told(trajectory())  # beside it: it says where the base was just then
+        bench.plan(trajectory())  # beside it: it says where the base was just then
         assert bench.known() == RobotChain(BODY, None)
         bench.plant.advance(lambda now, values: None, FOREVER)
         assert bench.known() == RobotChain(BODY, None)
-        bench.told(trajectory(THERE))
+        bench.plan(trajectory(THERE))
         assert bench.known() == RobotChain(BODY, THERE)
 
 
 def test_after_a_stop_the_next_plan_says_where_the_base_is(bench: Bench) -> None:
     bench.begin(trajectory(way=(1.0, 0.0, 0.0)))
     bench.plant.stop()
-    bench.told(trajectory(THERE))
+    bench.plan(trajectory(THERE))
     assert bench.known() == RobotChain(BODY, THERE)
 
 
@@ -167,15 +167,15 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
         assert ended == {}
     plant.close()
     assert feed.lost == 0
-    told = 0
+    count = 0
     while (frame := frames.receive()) is not None:
         place = places.receive()
         assert place is not None
         assert place.header.stamp == frame.transforms[0].header.stamp
         p = place.point
         assert placed_in_first(frame, (0.0, 0.0, 0.0)) == pytest.approx((p.x, p.y, p.z), abs=1e-6)
-        told += 1
-    assert told == 121  # before the first tick, and after each of those in half a second
+        count += 1
+    assert count == 121  # before the first tick, and after each of those in half a second
 
 
 def test_every_listener_receives_the_same(site: Site) -> None:

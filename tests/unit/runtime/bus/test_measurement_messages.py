@@ -127,12 +127,12 @@ def test_bools_numbers_and_enums_have_messages_of_their_types(site: Site) -> Non
         "count": Float64Stamped,
         "cell": StringStamped,
     }
-    told = [
+    sent = [
         scalar_message(Reading(value, 0.5), kinds[name])
         for name, value in {"open": True, "gap": 0.25, "count": 3, "cell": "left"}.items()
     ]
     header = Header(Time(0, 500_000_000))
-    assert told == [
+    assert sent == [
         BoolStamped(header, True),
         Float64Stamped(header, 0.25),
         Float64Stamped(header, 3.0),

@@ -1,4 +1,4 @@
-"""A run that is told on the bus is the same run, and told whole."""
+"""A run that is published on the bus is the same run, and is published completely."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def every(heard: Subscription[_M]) -> Iterator[_M]:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bus, dict[str, list[Message]], Path]:
-    folder = tmp_path_factory.mktemp("run") / "told"
+    folder = tmp_path_factory.mktemp("run") / "published"
     bus = InProcessBus()
     kinds: dict[str, type[Message]] = {
         "/aeros/events": Event,
@@ -51,8 +51,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bus, dict[str, list[M
 
 
 def test_the_bus_changes_no_digest_of_the_run(tmp_path: Path) -> None:
-    told = wipe_the_table(tmp_path / "told", InProcessBus())
-    assert told == wipe_the_table(tmp_path / "untold", None)
+    published = wipe_the_table(tmp_path / "published", InProcessBus())
+    assert published == wipe_the_table(tmp_path / "unpublished", None)
 
 
 def test_every_record_is_an_event_and_every_decision_one_too(

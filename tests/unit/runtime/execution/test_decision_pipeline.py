@@ -54,7 +54,7 @@ class Desk:
         return [one["details"] for one in lines if one["event"] == "decision"]
 
     def counted(self) -> list[int]:
-        """The use of the quota on moves that the gate was told of, time after time."""
+        """The use of the quota on moves that the gate received, decision by decision."""
         return [usage["move-rate"] for *_, usage in self.gate.asked]
 
 

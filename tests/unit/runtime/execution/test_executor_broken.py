@@ -107,7 +107,7 @@ def test_an_allowance_without_an_action_is_an_internal_error(make_bench: MakeBen
 
 
 @pytest.mark.parametrize("method", ["begin", "advance", "observe", "skill_began", "stop"])
-def test_a_plant_that_raises_is_stopped_and_told(make_bench: MakeBench, method: str) -> None:
+def test_a_plant_that_raises_is_stopped_and_reported(make_bench: MakeBench, method: str) -> None:
     ends: list[str] = []
     bench = make_bench(watched(ends))
     bench.gate.answers = [Decision(DecisionKind.ALLOW, act("move"), ()), DENIAL]

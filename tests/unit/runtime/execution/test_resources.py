@@ -76,7 +76,7 @@ def test_who_comes_later_takes_nothing_that_one_waits_for(
     needs: frozenset[str],
     later: list[frozenset[str]],
 ) -> None:
-    """What is granted when to those who are there is the same, whoever else comes after them."""
+    """Later requests do not change what earlier ones are granted, and when."""
     alone, crowded = ResourceQueue(capacities), ResourceQueue(capacities)
     first = [move for move in moves if not isinstance(move, int)]
     for who, wanted in enumerate([*first, needs]):

@@ -37,7 +37,7 @@ INPUTS = {"height": 0.1}
 
 
 class FakeNursery:
-    """A host that lacks what it is told to; it is never asked for a worker."""
+    """A host that lacks given layers; it is never asked for a worker."""
 
     def __init__(self, **missing: str) -> None:
         self.missing = {layer: missing.get(layer.value) for layer in IsolationLayer}

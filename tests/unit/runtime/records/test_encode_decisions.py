@@ -76,7 +76,7 @@ def _said(
 
 def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
     chance = Random(7)  # noqa: S311 - a test, the same every time
-    teller, one_by_one = IncrementalDecisionEncoder(), IncrementalReadingsEncoder()
+    encoder, one_by_one = IncrementalDecisionEncoder(), IncrementalReadingsEncoder()
     callers = [
         Caller("dumplings", "wrap", {}),
         Caller("é", "wrap", {"aim": (0.1, 0.2), "float": 1.0}),
@@ -84,7 +84,10 @@ def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
         Caller("dumplings", "wrap", {"pieces": 2}),
     ]
     as_text = 0
-    with AuditLog(tmp_path / "told", lambda: 1.5) as told, AuditLog(tmp_path / "usual", lambda: 1.5) as usual:
+    with (
+        AuditLog(tmp_path / "incremental", lambda: 1.5) as incremental,
+        AuditLog(tmp_path / "usual", lambda: 1.5) as usual,
+    ):
         for _ in range(3000):
             asked, time = Action("move", _mapping(chance)), chance.choice((0.0, -0.0, 2.5, 2.5, nan))
             decision, readings, caller = (
@@ -99,16 +102,16 @@ def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
             beside = chance.choice(([], [], [3]))
             moved = chance.random() < 0.5
             before = Decision(DecisionKind.ALLOW, asked, ()) if chance.random() < 0.2 else decision
-            motion = teller.encode_motion(plan, "", before, decision) if moved else {}
+            motion = encoder.encode_motion(plan, "", before, decision) if moved else {}
             same = motion_details(before, decision, motion_to_json(plan, "")) if moved else {}
             said = _said(time, readings, caller, asked, usage, beside)
-            details = teller.encode(DecisionRecord(decision, **said, motion=motion))
+            details = encoder.encode(DecisionRecord(decision, **said, motion=motion))
             as_text += type(details) is Encoded
-            told.append("decision", details)
+            incremental.append("decision", details)
             usually = DecisionRecord(decision, **said, motion=same)
             usual.append("decision", decision_details(usually, one_by_one.encode))
-    assert (tmp_path / "told").read_bytes() == (tmp_path / "usual").read_bytes()
-    assert verify_log(tmp_path / "told").is_sound
+    assert (tmp_path / "incremental").read_bytes() == (tmp_path / "usual").read_bytes()
+    assert verify_log(tmp_path / "incremental").is_sound
     assert 200 < as_text < 2700
 
 
@@ -118,7 +121,9 @@ def test_an_encoded_decision_takes_as_much_room_as_it_needs_at_most() -> None:
     said = _said(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])
     decision = Decision(DecisionKind.ALLOW, asked, ())
     made = DecisionRecord(decision, **said)
-    told = IncrementalDecisionEncoder().encode(made)
-    assert type(told) is Encoded
-    assert told.text.encode() == to_canonical_json({"details": decision_details(made)}, ["state"])[11:-1]
-    assert told.size >= len(told.text)
+    incremental = IncrementalDecisionEncoder().encode(made)
+    assert type(incremental) is Encoded
+    assert (
+        incremental.text.encode() == to_canonical_json({"details": decision_details(made)}, ["state"])[11:-1]
+    )
+    assert incremental.size >= len(incremental.text)

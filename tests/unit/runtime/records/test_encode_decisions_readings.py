@@ -33,19 +33,19 @@ def _moment(chance: Random, before: Readings) -> dict[str, Reading]:
 
 def test_incremental_encoding_of_readings_equals_encode_readings() -> None:
     chance = Random(5)  # noqa: S311 - a test, the same every time
-    teller = IncrementalReadingsEncoder()
+    encoder = IncrementalReadingsEncoder()
     moment: dict[str, Reading] = {}
     for _ in range(3000):
         moment = _moment(chance, moment)
-        assert teller.encode(moment) == encode_readings(moment)
+        assert encoder.encode(moment) == encode_readings(moment)
 
 
 def test_a_changed_list_is_encoded_anew() -> None:
-    teller, place = IncrementalReadingsEncoder(), [1.0]
+    encoder, place = IncrementalReadingsEncoder(), [1.0]
     moment = {"place": Reading(place, 0.0), "lid": Reading(True, 0.0)}
-    first = teller.encode(moment)
+    first = encoder.encode(moment)
     place[0] = 2.0
-    assert teller.encode(moment) == encode_readings(moment) != first
+    assert encoder.encode(moment) == encode_readings(moment) != first
 
 
 @pytest.mark.parametrize(
@@ -57,13 +57,13 @@ def test_readings_with_odd_names_are_encoded_by_the_definition(strange: Any) -> 
 
 def test_readings_larger_than_a_record_are_marked_as_too_large() -> None:
     moment = {name: Reading(name * (MAX_SIZE // 2), 0.0) for name in "abc"}
-    teller = IncrementalReadingsEncoder()
-    assert teller.encode(moment) == teller.encode(moment) == encode_readings(moment)
-    assert "too large" in teller.encode(moment).text
+    encoder = IncrementalReadingsEncoder()
+    assert encoder.encode(moment) == encoder.encode(moment) == encode_readings(moment)
+    assert "too large" in encoder.encode(moment).text
 
 
 def test_names_without_end_leave_no_more_behind_than_is_needed() -> None:
-    teller = IncrementalReadingsEncoder()
+    encoder = IncrementalReadingsEncoder()
     for number in range(30_000):
-        teller.encode({f"name {number}": Reading(1.0, 0.0), "lid": Reading(True, 0.0)})
-    assert len(teller._texts) == 2
+        encoder.encode({f"name {number}": Reading(1.0, 0.0), "lid": Reading(True, 0.0)})
+    assert len(encoder._texts) == 2

@@ -29,15 +29,15 @@ def servo() -> ServoBounds:
     return ServoBounds(row, row, row, row, 0.1, 0.2, 0.3)
 
 
-def told(plan: Any) -> tuple[Any, dict[str, Any]]:
-    """What a log says of it, and the bodies in the log by digest."""
+def encoded(plan: Any) -> tuple[Any, dict[str, Any]]:
+    """Return the JSON of a plan in a log, and the bodies in the log by digest."""
     held = body_to_json(plan.body) if type(plan) is Trajectory else None
     said = motion_to_json(plan, digest_of(held))
     return json.loads(to_canonical_json(said)), {digest_of(held): json.loads(to_canonical_json(held))}
 
 
 def read(plan: Any) -> Any:
-    return motion_from_json(*told(plan))
+    return motion_from_json(*encoded(plan))
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -49,7 +49,7 @@ def test_a_motion_comes_back_as_it_was(seed: int) -> None:
     again = read(joined)
     assert again == joined
     assert repr(again) == repr(joined)
-    assert all(type(path) is dict for path in told(joined)[0]["paths"])
+    assert all(type(path) is dict for path in encoded(joined)[0]["paths"])
 
 
 def _joined(path: Any) -> Any:
@@ -144,7 +144,7 @@ def test_any_planned_motion_can_be_encoded() -> None:
     ids=str,
 )
 def test_what_nobody_tells_is_no_motion_or_a_malformed_one(changed: dict[str, Any]) -> None:
-    said, bodies = told(motion())
+    said, bodies = encoded(motion())
     try:
         found = motion_from_json({**said, **changed}, bodies)
     except (KeyError, TypeError, ValueError):
@@ -162,4 +162,4 @@ def test_a_path_takes_eleven_characters_for_each_number() -> None:
     one = motion(pieces=40)
     one = replace(one, joint_paths=tuple(map(_joined, one.joint_paths)))
     numbers = motions.JOINTS * (1 + 3 * 40)
-    assert len(to_canonical_json(told(one)[0])) < 11 * numbers + 300
+    assert len(to_canonical_json(encoded(one)[0])) < 11 * numbers + 300

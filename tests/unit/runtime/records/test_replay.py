@@ -31,7 +31,7 @@ CALLER = Caller("handling", "quickly", {})
 
 
 def decided(parameters: Mapping[str, Any], **state: Any) -> tuple[Decision, dict[str, Any]]:
-    """What the gate says of a `move`, and what the record says of that."""
+    """Decide a `move`; return the decision and its record."""
     readings = bench.measured({**bench.STATE, **state})
     action = Action("move", dict(parameters))
     usage = dict.fromkeys((quota.id for quota in bench.configuration().site.quotas), 0)

@@ -141,8 +141,8 @@ def decisions(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def says(plan: Trajectory, name: str = "motion") -> dict[str, Any]:
-    told = motion_to_json(plan, digest_of(body_to_json(plan.body)))
-    return {name: told, "motion_digest": digest_of(told)}
+    encoded = motion_to_json(plan, digest_of(body_to_json(plan.body)))
+    return {name: encoded, "motion_digest": digest_of(encoded)}
 
 
 def allowed_after_all(records: list[dict[str, Any]]) -> None:
@@ -197,7 +197,7 @@ def another_body(records: list[dict[str, Any]]) -> None:
     body["body"]["tool"] = [0.0, 0.0, 0.0]
 
 
-def a_body_told_later(records: list[dict[str, Any]]) -> None:
+def a_body_recorded_later(records: list[dict[str, Any]]) -> None:
     place = next(n for n, record in enumerate(records) if record["event"] == "body")
     records.append(records.pop(place))
 
@@ -207,8 +207,8 @@ def a_speed_never_stated(records: list[dict[str, Any]]) -> None:
 
 
 def said_to_be_impossible(records: list[dict[str, Any]]) -> None:
-    told = {"completed": False, "reason": "too far"}
-    decisions(records)[1].update(motion=told, motion_digest=digest_of(told))
+    encoded = {"completed": False, "reason": "too far"}
+    decisions(records)[1].update(motion=encoded, motion_digest=digest_of(encoded))
 
 
 LACKS = "no record before it holds the body that the motion names"
@@ -231,7 +231,7 @@ WITHOUT = "a motion must be recorded exactly if one was to be decided"
         (no_motion, [WITHOUT]),
         (a_motion_of_the_old_form, [OTHER]),
         (another_body, [LACKS, LACKS]),
-        (a_body_told_later, [LACKS, LACKS]),
+        (a_body_recorded_later, [LACKS, LACKS]),
         (a_speed_never_stated, [""]),
         (said_to_be_impossible, [""]),
     ],
@@ -258,7 +258,7 @@ def test_an_action_that_is_no_motion_has_none(tmp_path: Path) -> None:
 
 
 def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Where in it a value stands that holds no other, or something empty."""
+    """Yield the path of each value inside that holds no other one."""
     inner = value.items() if type(value) is dict else enumerate(value) if type(value) is list else ()
     found = [place for key, one in inner for place in leaves(one, (*path, key))]
     yield from found or [path]

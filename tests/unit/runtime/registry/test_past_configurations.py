@@ -34,7 +34,7 @@ def _now(registry: Registry) -> Configuration:
 
 @pytest.fixture
 def lived(registry: Registry, write: Author, tmp_path: Path) -> list[Configuration]:
-    """What was in force, one after the other, until nothing was installed any more."""
+    """Configurations in force, one after the other, until nothing was installed any more."""
     looser = tmp_path / "looser.yaml"
     looser.write_text((BASE / "site.yaml").read_text().replace("force <= 30 N", "force <= 25 N"))
     was = []

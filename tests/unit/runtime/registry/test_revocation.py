@@ -1,4 +1,4 @@
-"""When a change returns, nothing that it revokes acts any more: also not what was under way.
+"""Once a change returns, nothing that it revokes acts any more, not even actions that were under way.
 
 The plant is slow in real time and shows the monitor a tick every millisecond, as a motion would.
 """
@@ -199,7 +199,7 @@ def test_a_change_announced_by_one_who_was_killed_before_keeping_it_is_no_change
     assert robot.executor.active_modules() == {}
 
 
-def test_nothing_begins_between_telling_of_a_change_and_keeping_it(
+def test_nothing_begins_between_reporting_a_change_and_storing_it(
     robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replace = RegistryStore.replace

@@ -1,4 +1,4 @@
-"""A mirror shows what a world shows, and moves only as it is told."""
+"""A mirror shows what a world shows, and moves only with it."""
 
 from __future__ import annotations
 

@@ -95,11 +95,11 @@ def test_without_anybody_in_range_the_scanner_reads_its_range() -> None:
 
 def test_a_person_inside_the_robot_is_at_distance_zero_and_exerts_no_force() -> None:
     def positions(plant: PhysicsPlant) -> list[Any]:
-        told = []
+        joint_positions = []
         for action in (move(0.5, 0.2, 0.3), move(0.4, -0.2, 0.2)):
             assert execute(plant, action, allow, 99.0).completed
-            told.append(plant.observe()["joint_position"].value)
-        return told
+            joint_positions.append(plant.observe()["joint_position"].value)
+        return joint_positions
 
     alone, amid = make_plant("bare", 0), standing((0.5, 0.0))
     assert positions(alone) == positions(amid)
@@ -113,30 +113,30 @@ def test_the_incremental_distance_equals_a_search_over_all_links() -> None:
     plant = make_plant("bare", 0, people=[Person("a", way)])
     people = plant._people
     (walker,) = people._walkers
-    told: list[tuple[float, float]] = []
+    joint_positions: list[tuple[float, float]] = []
 
     def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        told.append((values["human_distance"], walker._query_distance(people._robot, 20.0)))
+        joint_positions.append((values["human_distance"], walker._query_distance(people._robot, 20.0)))
         return None
 
     execute(plant, move(0.5, -0.3, 0.3), monitor, 99.0)
     execute(plant, move(0.5, 0.3, 0.3), monitor, 99.0)
-    assert len(told) > 500
-    assert min(told)[0] < 0.5
-    assert all(found == max(0.0, searched) for found, searched in told)
+    assert len(joint_positions) > 500
+    assert min(joint_positions)[0] < 0.5
+    assert all(found == max(0.0, searched) for found, searched in joint_positions)
     plant.close()
 
 
 def test_the_same_seed_repeats_bit_for_bit_with_people_and_another_does_not() -> None:
-    def told(seed: int) -> list[Any]:
+    def joint_positions(seed: int) -> list[Any]:
         log: list[Mapping[str, Any]] = []
         plant = make_plant("table", seed, people=read_people("at_the_table"))
         execute(plant, act("wait", duration=13.0), recording(log), 99.0)
         plant.close()
         return log
 
-    assert told(3) == told(3)
-    assert told(3)[-1]["human_distance"] != told(4)[-1]["human_distance"]
+    assert joint_positions(3) == joint_positions(3)
+    assert joint_positions(3)[-1]["human_distance"] != joint_positions(4)[-1]["human_distance"]
 
 
 def test_people_walk_no_faster_than_declared() -> None:

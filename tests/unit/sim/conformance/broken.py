@@ -54,7 +54,7 @@ class ReadingsThatAreNeverTakenAnew(Twin):
 
 
 class ReadingsThatStandStillAtRest(Twin):
-    """What was measured when motion ended goes on being shown."""
+    """A plant that keeps showing the readings of the end of its motion."""
 
     shown: Readings | None = None
 
@@ -99,7 +99,7 @@ class PlanThatMoves(Twin):
 
 
 class PlanThatSees(Twin):
-    """What a plan would look at is seen already."""
+    """A plant that shows an action's detection as soon as the action is planned."""
 
     planned = False
 
@@ -222,7 +222,7 @@ class SkillsThatMove(Twin):
 
 
 class RulesAreHeededATickLater(Twin):
-    """What is named is heeded once it is named twice."""
+    """A plant that obeys the monitor one tick late."""
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         before: str | None = None

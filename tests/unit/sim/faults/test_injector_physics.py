@@ -68,8 +68,8 @@ class Cube(BareScene):
         return {"cube_position": self.world.pose(self.cube).position}
 
 
-class Told:
-    """A plant with faults, and what it was told of them."""
+class FaultyPlant:
+    """A plant with faults, and the events that it reported."""
 
     def __init__(self, *faults: Fault, seed: int = 0) -> None:
         self.happened: list[FaultEvent] = []
@@ -93,15 +93,15 @@ class Told:
         assert self.value("holding")
 
 
-Make = Callable[..., Told]
+Make = Callable[..., FaultyPlant]
 
 
 @pytest.fixture
-def told() -> Iterator[Make]:
-    made: list[Told] = []
+def faulty_plant() -> Iterator[Make]:
+    made: list[FaultyPlant] = []
 
-    def make(*faults: Fault, seed: int = 0) -> Told:
-        made.append(Told(*faults, seed=seed))
+    def make(*faults: Fault, seed: int = 0) -> FaultyPlant:
+        made.append(FaultyPlant(*faults, seed=seed))
         return made[-1]
 
     yield make
@@ -118,12 +118,12 @@ def fault(
     return Fault(name, SkillOpportunity(SKILL, 0, from_first_grip=False) if on is None else on, process, kind)
 
 
-def begun(one: Told) -> list[float]:
+def begun(one: FaultyPlant) -> list[float]:
     return [happening.time for happening in one.happened if happening.event == "fault"]
 
 
-def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(told: Make) -> None:
-    one = told(fault(ImpulseFault("cube", 0.06, 12, (1.0, 0.0, 0.0))))
+def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(faulty_plant: Make) -> None:
+    one = faulty_plant(fault(ImpulseFault("cube", 0.06, 12, (1.0, 0.0, 0.0))))
     before = one.value("cube_position")
     one.do("wait", duration=0.5)
     assert dist(one.value("cube_position"), before) < 1e-4
@@ -137,8 +137,8 @@ def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(told: Make) -> N
 
 
 @pytest.mark.parametrize("kind", [PadFrictionFault(0.0, 240), GripForceFault(0.0, 240)])
-def test_a_held_thing_falls_out_of_slippery_or_loose_fingers(kind: PhysicalFault, told: Make) -> None:
-    one = told(fault(kind))
+def test_a_held_thing_falls_out_of_slippery_or_loose_fingers(kind: PhysicalFault, faulty_plant: Make) -> None:
+    one = faulty_plant(fault(kind))
     one.hold_cube()
     one.do("wait", duration=1.0)
     assert one.value("holding")
@@ -148,8 +148,8 @@ def test_a_held_thing_falls_out_of_slippery_or_loose_fingers(kind: PhysicalFault
     assert not one.value("holding")
 
 
-def test_a_weak_arm_has_no_more_than_its_share_of_torque_and_is_strong_again(told: Make) -> None:
-    one = told(fault(TorqueFault(0.15, 24)))
+def test_a_weak_arm_has_no_more_than_its_share_of_torque_and_is_strong_again(faulty_plant: Make) -> None:
+    one = faulty_plant(fault(TorqueFault(0.15, 24)))
 
     def most(now: float, values: Mapping[str, Any]) -> None:
         one.torques.append(max(map(abs, values["joint_torque"])))
@@ -168,9 +168,9 @@ def test_a_weak_arm_has_no_more_than_its_share_of_torque_and_is_strong_again(tol
     assert one.move(0.5, 0.0, 0.4)
 
 
-def test_a_delayed_arm_follows_earlier_commands_and_catches_up(told: Make) -> None:
+def test_a_delayed_arm_follows_earlier_commands_and_catches_up(faulty_plant: Make) -> None:
     def places(*faults: Fault) -> list[tuple[float, ...]]:
-        one, passed = told(*faults), []
+        one, passed = faulty_plant(*faults), []
         one.plant.skill_began(SKILL)
 
         def note(now: float, values: Mapping[str, Any]) -> None:
@@ -187,8 +187,8 @@ def test_a_delayed_arm_follows_earlier_commands_and_catches_up(told: Make) -> No
     assert dist(late[180], in_time[180]) < 1e-3
 
 
-def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Make) -> None:
-    one = told(fault(SensorFault("tool_position", 120, noise=0.01)))
+def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(faulty_plant: Make) -> None:
+    one = faulty_plant(fault(SensorFault("tool_position", 120, noise=0.01)))
     one.do("wait", duration=0.25)
     calm = one.value("tool_position")
     one.plant.skill_began(SKILL)
@@ -202,17 +202,17 @@ def test_a_misread_quantity_is_noisy_while_it_lasts_and_others_are_not(told: Mak
     assert dist(one.value("tool_position"), calm) < 1e-4
 
 
-def test_a_dropout_leaves_the_previous_reading_which_ages(told: Make) -> None:
-    one = told(fault(SensorFault("finger_gap", 240, dropout=1.0)))
+def test_a_dropout_leaves_the_previous_reading_which_ages(faulty_plant: Make) -> None:
+    one = faulty_plant(fault(SensorFault("finger_gap", 240, dropout=1.0)))
     one.do("wait", duration=0.1)
     one.plant.skill_began(SKILL)
     one.do("wait", duration=0.5)
     assert one.plant.now() - one.plant.observe()["finger_gap"].time > 0.4
 
 
-def test_somebody_enters_when_the_fault_begins(told: Make) -> None:
+def test_somebody_enters_when_the_fault_begins(faulty_plant: Make) -> None:
     person = Person("it", (Waypoint((3.0, 0.0)), Waypoint((1.5, 0.0), speed=1.0)))
-    one = told(fault(PersonEntersFault(person)))
+    one = faulty_plant(fault(PersonEntersFault(person)))
     one.do("wait", duration=0.5)
     assert one.value("human_distance") == 20.0
     one.plant.skill_began(SKILL)
@@ -288,8 +288,8 @@ def test_the_camera_at_the_press_can_miss_too() -> None:
     assert [type(one) for one in asked] == [DetectedObject]
 
 
-def test_a_fault_waits_for_something_held_and_passes_with_its_skill(told: Make) -> None:
-    one = told(fault(PadFrictionFault(0.5, 12), SkillOpportunity(SKILL, 24, from_first_grip=True)))
+def test_a_fault_waits_for_something_held_and_passes_with_its_skill(faulty_plant: Make) -> None:
+    one = faulty_plant(fault(PadFrictionFault(0.5, 12), SkillOpportunity(SKILL, 24, from_first_grip=True)))
     one.plant.skill_began(SKILL)
     one.do("wait", duration=0.5)
     one.plant.skill_ended(SKILL, finished=True)
@@ -301,12 +301,12 @@ def test_a_fault_waits_for_something_held_and_passes_with_its_skill(told: Make) 
     assert events == ["fault-passed", "fault", "fault-over"]
 
 
-def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(told: Make) -> None:
+def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(faulty_plant: Make) -> None:
     rate, runs = 0.4, 40
     kind = ImpulseFault("cube", 0.06, 12, None)
     moved = 0
     for seed in range(runs):
-        one = Told(fault(kind, process=GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, rate)), seed=seed)
+        one = FaultyPlant(fault(kind, process=GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, rate)), seed=seed)
         before = one.value("cube_position")
         one.plant.skill_began(SKILL)
         one.do("wait", duration=0.25)
@@ -317,13 +317,13 @@ def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(told: Make) -> None:
     assert abs(moved / runs - rate) < 1.96 * sqrt(rate * (1.0 - rate) / runs)
 
 
-def test_faults_act_together_and_none_changes_when_another_happens(told: Make) -> None:
+def test_faults_act_together_and_none_changes_when_another_happens(faulty_plant: Make) -> None:
     process = GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, 0.5)
     first = fault(ImpulseFault("cube", 0.02, 12, None), TimedOpportunity(60), "first", process)
     second = fault(TorqueFault(0.9, 12), TimedOpportunity(48), "second", process)
 
     def times(*faults: Fault) -> dict[str, list[float]]:
-        one = told(*faults)
+        one = faulty_plant(*faults)
         one.do("wait", duration=5.0)
         return {
             each.name: [h.time for h in one.happened if h.event == "fault" and h.fault == each.name]
@@ -336,8 +336,8 @@ def test_faults_act_together_and_none_changes_when_another_happens(told: Make) -
     assert all(5 < len(one) < 20 for one in both.values())
 
 
-def test_of_several_faults_on_one_part_the_worst_counts_until_it_is_over(told: Make) -> None:
-    one = told(fault(PadFrictionFault(0.5, 24), name="a"), fault(PadFrictionFault(0.2, 12), name="b"))
+def test_of_several_faults_on_one_part_the_worst_counts_until_it_is_over(faulty_plant: Make) -> None:
+    one = faulty_plant(fault(PadFrictionFault(0.5, 24), name="a"), fault(PadFrictionFault(0.2, 12), name="b"))
     frictions: list[float] = []
     robot = one.plant._robot
     assert isinstance(robot, Panda)

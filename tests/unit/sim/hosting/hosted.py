@@ -28,17 +28,17 @@ def once_it_listens(connect: Callable[[], _Made]) -> _Made:
             time.sleep(0.001)
 
 
-Told = list[Mapping[str, Any]]
+Notes = list[Mapping[str, Any]]
 
 
 class Hosting:
-    """A host at work; `told` is what it tells, `plant` what it hosts."""
+    """A running host of `plant`; `notes` holds its reports."""
 
     def __init__(self, plant: Plant, patience: float = AGENT_TIMEOUT_S, linger: float = 60.0) -> None:
         self._folder = tempfile.TemporaryDirectory()
         self.path = Path(self._folder.name) / "plant.sock"
         self.plant = plant
-        self.told: Told = []
+        self.notes: Notes = []
         self.thread = Thread(target=self._serve, args=(patience, linger), daemon=True)
         self.thread.start()
 
@@ -47,18 +47,18 @@ class Hosting:
         return once_it_listens(lambda: RemotePlant(self.path))
 
     def events(self) -> list[str]:
-        return [one["event"] for one in self.told]
+        return [one["event"] for one in self.notes]
 
     def until(self, event: str) -> Mapping[str, Any]:
-        """What is told of the first such event, once it is."""
+        """Wait for the first such event, and return its report."""
         latest = time.monotonic() + 20.0
         while event not in self.events():
             assert time.monotonic() < latest
             time.sleep(0.001)
-        return self.told[self.events().index(event)]
+        return self.notes[self.events().index(event)]
 
     def _serve(self, patience: float, linger: float) -> None:
-        PlantHost(self.plant, self.told.append, patience, linger).serve(self.path)
+        PlantHost(self.plant, self.notes.append, patience, linger).serve(self.path)
         self.plant.close()
         self._folder.cleanup()
 

@@ -170,7 +170,7 @@ def test_what_happens_is_reported_with_what_was_measured_then() -> None:
     plant.skill_ended("m.a", finished=True)
     plant.shut_down_host()
     hosting.thread.join(20.0)
-    assert hosting.told == [
+    assert hosting.notes == [
         {"event": "connected", "time": 4.0, "measured": {"near": 1.5}},
         {"event": "skill-began", "time": 4.0, "skill": "m.a", "measured": {"near": 1.5}},
         {"event": "skill-ended", "time": 4.0, "skill": "m.a", "finished": True, "measured": {"near": 0.5}},

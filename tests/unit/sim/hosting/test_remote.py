@@ -52,9 +52,9 @@ def test_a_monitor_that_fails_has_stopped_the_plant_first() -> None:
 def test_a_plan_arrives_as_it_was_stated() -> None:
     hosting, beside = Hosting(kinematic()), kinematic()
     plant = hosting.join()
-    stated, told = beside.plan(REACH), plant.plan(REACH)
-    assert isinstance(told, Trajectory)
-    assert told == stated
+    stated, received = beside.plan(REACH), plant.plan(REACH)
+    assert isinstance(received, Trajectory)
+    assert received == stated
     assert plant.plan(REACH) == stated
     plant.shut_down_host()
 

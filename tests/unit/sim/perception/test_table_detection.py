@@ -100,23 +100,23 @@ MOVED = (
     ("dumpling_bench", "wrapper", "wrapper_position", 15.0),
     ("dumpling_bench", "filling", "filling_position", 4.0),
 )
-"""A scene, a thing that is pushed there, what tells where it is, and a force for one tick, N."""
+"""A scene, a thing to push, the variable of its place, and a force for one tick, N."""
 
 
 @pytest.mark.parametrize(("scene", "thing", "name", "force"), MOVED)
 def test_a_moved_object_is_not_noticed_before_the_next_picture(
     scene: str, thing: str, name: str, force: float
 ) -> None:
-    """Nothing but cameras, contacts and encoders tells skills and planner of the world."""
+    """Skills and planner know the world by cameras, contacts and encoders alone."""
     plant, onlooker = made(scene, 0)
-    before, was = told(plant), onlooker.pose(thing).position
+    before, was = readings_of(plant), onlooker.pose(thing).position
     onlooker.push(thing, force)
     assert execute(plant, act("wait", duration=0.5), allow, 9.0).completed
     assert dist(onlooker.pose(thing).position, was) > 0.02
-    unmoved = {key: value for key, value in told(plant).items() if key.split("_")[0] not in ROBOT}
+    unmoved = {key: value for key, value in readings_of(plant).items() if key.split("_")[0] not in ROBOT}
     assert unmoved == {key: before[key] for key in unmoved}
     assert execute(plant, act("look", camera="overhead"), allow, 9.0).completed
-    assert dist(told(plant)[name], before[name]) > 0.02
+    assert dist(readings_of(plant)[name], before[name]) > 0.02
     plant.close()
 
 
@@ -124,5 +124,5 @@ ROBOT = {"joint", "tool", "link", "contact", "finger", "grip", "base", "holding"
 """First words of what is measured of the robot itself and of people."""
 
 
-def told(plant: PhysicsPlant) -> dict[str, Any]:
+def readings_of(plant: PhysicsPlant) -> dict[str, Any]:
     return {name: reading.value for name, reading in plant.observe().items()}

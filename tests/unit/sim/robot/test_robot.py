@@ -15,7 +15,7 @@ from aeros.sim.robot.robot import BASE_ACCELERATION_MAX, Robot, RobotOptions, Ro
 
 
 class Scripted(Robot):
-    """Notes its set points; senses what it is told to, by default its set points."""
+    """Arm that notes its set points, and measures given positions, by default its set points."""
 
     def __init__(self, *, carriage: bool = True) -> None:
         super().__init__(RobotOptions(carriage=carriage, base=(1.0, 2.0, 0.5)))

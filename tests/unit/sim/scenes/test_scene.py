@@ -1,4 +1,4 @@
-"""What a working camera does with a detection: nothing."""
+"""A working camera leaves a detection unchanged."""
 
 from __future__ import annotations
 

@@ -318,16 +318,16 @@ def test_a_reset_plant_is_in_its_initial_state() -> None:
 def test_a_plant_lists_the_outcomes_it_has_drawn() -> None:
     plant = SymbolicPlant(site(), module(LIFTED, SLIPPED), seed=7)
     assert plant.drawn_outcomes() == ()
-    told = []
+    expected = []
     for run in range(20):
         run_skill(plant)
-        told.append(("handling.lift", run, "lifted" if values(plant)["holding"] else "slipped"))
-    assert plant.drawn_outcomes() == tuple(told)
-    assert {outcome for *_, outcome in told} == {"lifted", "slipped"}
+        expected.append(("handling.lift", run, "lifted" if values(plant)["holding"] else "slipped"))
+    assert plant.drawn_outcomes() == tuple(expected)
+    assert {outcome for *_, outcome in expected} == {"lifted", "slipped"}
     # A skill that was halted has none of its outcomes.
     plant.skill_began("handling.lift")
     plant.skill_ended("handling.lift", finished=False)
-    assert plant.drawn_outcomes() == tuple(told)
+    assert plant.drawn_outcomes() == tuple(expected)
     assert plant.reset(7).drawn_outcomes() == ()
 
 

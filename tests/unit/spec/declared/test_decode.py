@@ -86,7 +86,7 @@ def refused(text: str) -> list[Diagnostic]:
     return found
 
 
-def told(text: str) -> tuple[str, str, str]:
+def problem_in(text: str) -> tuple[str, str, str]:
     """Code, headline and underlined text of the only problem."""
     (found,) = refused(text)
     assert found.primary is not None
@@ -124,11 +124,11 @@ def test_every_form_is_decoded_with_its_place() -> None:
 def test_a_union_is_decided_by_the_kind_of_node() -> None:
     assert isinstance(accepted("name: a\nretry: {times: 2}\n").retry, Retry)
     assert isinstance(accepted("name: a\nretry: [1, 2]\n").retry, tuple)
-    assert told("name: a\nretry: x\n") == ("AE107", "`retry`: expected an integer, found `x`", "x")
-    assert told("name: a\nspeed: [1]\n") == ("AE103", "`speed`: expected a number, found a list", "[1]")
-    assert told("name: a\nsteps: {do: b}\n")[1] == "`steps`: expected a list, found a mapping"
-    assert told("[name]\n")[:2] == ("AE103", "expected a mapping, found a list")
-    assert told("inputs: 3\nname: a\n")[1] == "`inputs`: expected a mapping, found a single value"
+    assert problem_in("name: a\nretry: x\n") == ("AE107", "`retry`: expected an integer, found `x`", "x")
+    assert problem_in("name: a\nspeed: [1]\n") == ("AE103", "`speed`: expected a number, found a list", "[1]")
+    assert problem_in("name: a\nsteps: {do: b}\n")[1] == "`steps`: expected a list, found a mapping"
+    assert problem_in("[name]\n")[:2] == ("AE103", "expected a mapping, found a list")
+    assert problem_in("inputs: 3\nname: a\n")[1] == "`inputs`: expected a mapping, found a single value"
 
 
 @pytest.mark.parametrize("text", ["0", "5", "-3"])
@@ -142,7 +142,7 @@ def test_integers_are_decimal_digits(text: str) -> None:
     "text", ["0x10", "010", "1_000", "1.0", "1e3", "+1", "٣", "9" * 65, "9" * 900_000, "5 s", "true", ".inf"]
 )
 def test_nothing_else_is_an_integer(text: str) -> None:
-    assert told(f"name: a\nretry: {text}\n")[0] == "AE107"
+    assert problem_in(f"name: a\nretry: {text}\n")[0] == "AE107"
 
 
 @pytest.mark.parametrize(
@@ -174,12 +174,12 @@ def test_numbers_are_exact(text: str, value: Fraction) -> None:
     ],
 )
 def test_nothing_else_is_a_number(text: str) -> None:
-    assert told(f"name: a\nspeed: {text}\n")[0] == "AE108"
+    assert problem_in(f"name: a\nspeed: {text}\n")[0] == "AE108"
 
 
 @pytest.mark.parametrize("text", ["yes", "no", "on", "True", "TRUE", "1", "y"])
 def test_only_true_and_false_are_booleans(text: str) -> None:
-    assert told(f"name: a\nguarded: {text}\n") == (
+    assert problem_in(f"name: a\nguarded: {text}\n") == (
         "AE106",
         f"`guarded`: expected `true` or `false`, found `{text}`",
         text,
@@ -208,11 +208,11 @@ help: remove the quotes
 
 def test_bounds_and_lengths_are_inclusive() -> None:
     accepted("name: a\nspeed: 0\nretry: {times: 5}\ntags: [a, b]\n")
-    assert told("name: a\nspeed: -0.1\n") == ("AE111", "`speed`: `-0.1` is outside its bounds", "-0.1")
+    assert problem_in("name: a\nspeed: -0.1\n") == ("AE111", "`speed`: `-0.1` is outside its bounds", "-0.1")
     assert refused("name: a\nretry: {times: 6}\n")[0].help == ("write a value from 0 to 5",)
     assert refused("name: a\nspeed: -1\n")[0].help == ("write a value of at least 0",)
-    assert told("name: a\ntags: []\n") == ("AE112", "`tags`: 0 entries are not allowed here", "tags")
-    assert told("name: a\ntags: [a, b, c]\n")[0] == "AE112"
+    assert problem_in("name: a\ntags: []\n") == ("AE112", "`tags`: 0 entries are not allowed here", "tags")
+    assert problem_in("name: a\ntags: [a, b, c]\n")[0] == "AE112"
 
 
 def test_a_missing_field_is_reported_at_the_key_with_an_example() -> None:
@@ -227,9 +227,13 @@ error[AE102] missing-field: the field `name` is missing
 help: add `name: move_tool` (what plans call it)
 """
     )
-    assert told("name: a\nretry: {}\n") == ("AE102", "the field `times` is missing in `retry`", "retry")
-    assert told("name: a\nsteps:\n- then: []\n") == ("AE102", "the field `do` is missing in `steps`", "then")
-    assert told("{}")[2] == "{}"
+    assert problem_in("name: a\nretry: {}\n") == ("AE102", "the field `times` is missing in `retry`", "retry")
+    assert problem_in("name: a\nsteps:\n- then: []\n") == (
+        "AE102",
+        "the field `do` is missing in `steps`",
+        "then",
+    )
+    assert problem_in("{}")[2] == "{}"
 
 
 def test_an_unknown_field_is_underlined_with_the_near_name_and_all_names() -> None:
@@ -246,36 +250,44 @@ help: the fields are `times`, `wait`
 """
     )
     for filled in ("span", "key_span", "from_"):
-        assert told(f"name: a\n{filled}: x\n")[0] == "AE101"
+        assert problem_in(f"name: a\n{filled}: x\n")[0] == "AE101"
 
 
 def test_a_field_without_a_value_is_refused_even_when_it_may_be_left_out() -> None:
-    assert told("name: a\nwhen:\n") == ("AE104", "`when`: expected an expression, found nothing", "when")
-    assert told("name: a\nwhen: null\n")[2] == "null"
-    assert told("name: a\ninputs:\n")[:2] == ("AE104", "`inputs`: expected a mapping, found nothing")
-    assert told("---\n")[:2] == ("AE104", "expected a mapping, found nothing")
+    assert problem_in("name: a\nwhen:\n") == (
+        "AE104",
+        "`when`: expected an expression, found nothing",
+        "when",
+    )
+    assert problem_in("name: a\nwhen: null\n")[2] == "null"
+    assert problem_in("name: a\ninputs:\n")[:2] == ("AE104", "`inputs`: expected a mapping, found nothing")
+    assert problem_in("---\n")[:2] == ("AE104", "expected a mapping, found nothing")
 
 
 def test_names_have_their_form() -> None:
-    assert told("name: Pick-Up\n") == (
+    assert problem_in("name: Pick-Up\n") == (
         "AE105",
         "`name`: `Pick-Up` is not a well-formed identifier",
         "Pick-Up",
     )
-    assert told("name: a\ninputs: {X: {times: 1}}\n") == (
+    assert problem_in("name: a\ninputs: {X: {times: 1}}\n") == (
         "AE105",
         "`inputs`: `X` is not a well-formed identifier",
         "X",
     )
-    assert told('name: "a\\n"\n')[0] == "AE105"
+    assert problem_in('name: "a\\n"\n')[0] == "AE105"
 
 
 def test_a_choice_names_the_allowed_words() -> None:
     (found,) = refused("name: a\non_failure: replna\n")
     assert found.code == "AE110"
     assert found.help == ("did you mean `replan`?", "write one of `halt`, `replan`")
-    assert told("name: a\nrisk: Low\n") == ("AE110", "`risk`: `Low` is not one of the allowed words", "Low")
-    assert told("name: a\nrisk: []\n")[1] == "`risk`: expected one of `low`, `high`, found a list"
+    assert problem_in("name: a\nrisk: Low\n") == (
+        "AE110",
+        "`risk`: `Low` is not one of the allowed words",
+        "Low",
+    )
+    assert problem_in("name: a\nrisk: []\n")[1] == "`risk`: expected one of `low`, `high`, found a list"
 
 
 def test_every_problem_is_reported() -> None:

@@ -84,6 +84,6 @@ def test_two_modules_of_one_name_on_one_side_are_refused(old: Path, new: Path) -
     shutil.copytree(new / "tidy", new / "zz")
     found = compare(old, new, BASE / "site.yaml")
     assert found.changes == ()
-    (told,) = found.problems
-    assert (told.code, told.headline) == ("AE120", "two modules are called `tidy`")
-    assert [one.text for one in told.secondary] == ["first here"]
+    (problem,) = found.problems
+    assert (problem.code, problem.headline) == ("AE120", "two modules are called `tidy`")
+    assert [one.text for one in problem.secondary] == ["first here"]

@@ -87,7 +87,10 @@ def test_an_input_of_another_type_cannot_be_compared(old: Path, new: Path) -> No
 def test_both_lines_are_shown_and_the_witness_is_in_one_set_alone(old: Path, new: Path) -> None:
     change(new / "tidy" / "ecm.yaml", "force <= 10 N", "force <= 11 N")
     one = named(modules(old, new), "tidy/pick_cloth/grip")
-    (told,) = one.diagnostics
-    assert told.primary is not None
-    assert (told.primary.span.text, told.secondary[0].span.text) == ("force <= 11 N", "force <= 10 N")
+    (diagnostic,) = one.diagnostics
+    assert diagnostic.primary is not None
+    assert (diagnostic.primary.span.text, diagnostic.secondary[0].span.text) == (
+        "force <= 11 N",
+        "force <= 10 N",
+    )
     assert Fraction(10) < one.witnesses["newly allowed"].values["force"] <= Fraction(11)  # type: ignore[operator]

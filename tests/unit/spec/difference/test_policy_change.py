@@ -67,9 +67,14 @@ def test_names_added_and_removed_are_reported_in_order() -> None:
 )
 def test_the_new_lines_come_first(relation: Relation, code: str, severity: Severity) -> None:
     old, new = (SpanLabel(OLD, "old"), SpanLabel(OLD, "older")), (SpanLabel(NEW, "new"),)
-    told = diagnostic_for(relation, "it changed", old, new, ("why",))
-    assert (told.code, told.severity, told.headline, told.notes) == (code, severity, "it changed", ("why",))
-    assert (told.primary, told.secondary) == (new[0], old)
+    diagnostic = diagnostic_for(relation, "it changed", old, new, ("why",))
+    assert (diagnostic.code, diagnostic.severity, diagnostic.headline, diagnostic.notes) == (
+        code,
+        severity,
+        "it changed",
+        ("why",),
+    )
+    assert (diagnostic.primary, diagnostic.secondary) == (new[0], old)
     assert diagnostic_for(relation, "it changed").primary is None
 
 

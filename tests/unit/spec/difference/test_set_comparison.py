@@ -198,10 +198,10 @@ def test_a_difference_is_shown_at_the_conditions_that_changed_with_the_values_th
     kept = _below(_DISTANCE, 3)
     old = _set(_FORCE, _DISTANCE, conditions=(kept, _below(_FORCE, 1)))
     new = _set(_FORCE, _DISTANCE, conditions=(kept, _below(_FORCE, 2, _NEW)), source=_NEW)
-    (told,) = compare_sets("x", "a `grip`", old, new, LIMIT).diagnostics
-    assert told.primary == SpanLabel(_NEW.span(2, 3), "new")
-    assert told.secondary == (SpanLabel(_OLD.span(1, 2), "old"),)
-    first, second = told.notes
+    (diagnostic,) = compare_sets("x", "a `grip`", old, new, LIMIT).diagnostics
+    assert diagnostic.primary == SpanLabel(_NEW.span(2, 3), "new")
+    assert diagnostic.secondary == (SpanLabel(_OLD.span(1, 2), "old"),)
+    first, second = diagnostic.notes
     assert first.startswith("for example, with\n")
     assert "force" in first
     assert "distance" not in first
@@ -210,9 +210,9 @@ def test_a_difference_is_shown_at_the_conditions_that_changed_with_the_values_th
 
 def test_a_side_whose_conditions_are_all_kept_is_shown_as_a_whole() -> None:
     old, new = _set(_FORCE), _set(_FORCE, conditions=(_below(_FORCE, 2, _NEW),), source=_NEW)
-    (told,) = compare_sets("x", "a `grip`", old, new, LIMIT).diagnostics
-    assert told.secondary == (SpanLabel(_OLD.span(9, 10), "old"),)
-    assert len(told.notes) == 1
+    (diagnostic,) = compare_sets("x", "a `grip`", old, new, LIMIT).diagnostics
+    assert diagnostic.secondary == (SpanLabel(_OLD.span(9, 10), "old"),)
+    assert len(diagnostic.notes) == 1
 
 
 def test_places_are_labelled_once_and_a_condition_without_a_place_is_left_out() -> None:

@@ -56,16 +56,19 @@ def test_a_change_of_a_site_is_shown_where_it_is_written(
 ) -> None:
     change(new / "site.yaml", before, after)
     for one in sites(old, new).changes:
-        for told in one.diagnostics:
-            assert told.primary is not None, (one.subject, expected)
-            assert told.primary.span.source.path.endswith("site.yaml")
+        for diagnostic in one.diagnostics:
+            assert diagnostic.primary is not None, (one.subject, expected)
+            assert diagnostic.primary.span.source.path.endswith("site.yaml")
 
 
 def test_a_limit_is_shown_as_it_was_and_as_it_is(old: Path, new: Path) -> None:
     change(new / "site.yaml", "skill_timeout: 60 s", "skill_timeout: 61 s")
-    (told,) = (one for change_ in sites(old, new).changes for one in change_.diagnostics)
-    assert told.primary is not None
-    assert [told.primary.span.text, *(label.span.text for label in told.secondary)] == ["61 s", "60 s"]
+    (diagnostic,) = (one for change_ in sites(old, new).changes for one in change_.diagnostics)
+    assert diagnostic.primary is not None
+    assert [diagnostic.primary.span.text, *(label.span.text for label in diagnostic.secondary)] == [
+        "61 s",
+        "60 s",
+    ]
 
 
 def test_what_is_new_in_the_vocabulary_is_said_and_may_have_any_value(old: Path, new: Path) -> None:

@@ -33,7 +33,7 @@ AT: dict[str, Any] = {
 }
 
 
-def told(text: str) -> list[str]:
+def lines_of(text: str) -> list[str]:
     return [str(one) for one in unmet_bounds(term_of(text), AT)]
 
 
@@ -63,38 +63,42 @@ def told(text: str) -> list[str]:
     ],
 )  # fmt: skip
 def test_an_unmet_bound_says_value_and_bound(text: str, lines: list[str]) -> None:
-    assert told(text) == lines
+    assert lines_of(text) == lines
 
 
 def test_a_condition_that_holds_has_nothing_unmet() -> None:
-    assert told("a and x <= 1 m and mode == move") == []
+    assert lines_of("a and x <= 1 m and mode == move") == []
 
 
 def test_of_a_conjunction_the_parts_that_fail_are_reported_each_once() -> None:
-    assert told("x <= 1 m and b and x > 1 m and b") == ["b is false", "x is 0.5 m (above 1 m)"]
+    assert lines_of("x <= 1 m and b and x > 1 m and b") == ["b is false", "x is 0.5 m (above 1 m)"]
 
 
 def test_of_a_disjunction_every_part_is_reported_and_of_an_implication_both_sides() -> None:
-    assert told("b or x > 1 m") == ["b is false", "x is 0.5 m (above 1 m)"]
-    assert told("a implies b") == ["a is true", "b is false"]
+    assert lines_of("b or x > 1 m") == ["b is false", "x is 0.5 m (above 1 m)"]
+    assert lines_of("a implies b") == ["a is true", "b is false"]
 
 
 def test_a_measured_quantity_is_reported_before_a_requested_one_and_that_before_a_constant() -> None:
-    # `k` is measured, `speed` is a parameter and `inputs.pace` an input: of these two, the left one is told.
-    assert told("speed <= k * 0.1 m/s") == ["`k * 0.1 m/s` is 0.2 m/s (at least 0.25 m/s)"]
-    assert told("k * 0.1 m/s >= speed") == ["`k * 0.1 m/s` is 0.2 m/s (at least 0.25 m/s)"]
-    assert told("speed <= inputs.pace * 0.1") == ["speed is 0.25 m/s (at most 0.1 m/s)"]
-    assert told("speed <= 0.1 m/s") == told("0.1 m/s >= speed") == ["speed is 0.25 m/s (at most 0.1 m/s)"]
+    # `k` is measured, `speed` is a parameter and `inputs.pace` an input: of these, the left is reported.
+    assert lines_of("speed <= k * 0.1 m/s") == ["`k * 0.1 m/s` is 0.2 m/s (at least 0.25 m/s)"]
+    assert lines_of("k * 0.1 m/s >= speed") == ["`k * 0.1 m/s` is 0.2 m/s (at least 0.25 m/s)"]
+    assert lines_of("speed <= inputs.pace * 0.1") == ["speed is 0.25 m/s (at most 0.1 m/s)"]
+    assert (
+        lines_of("speed <= 0.1 m/s")
+        == lines_of("0.1 m/s >= speed")
+        == ["speed is 0.25 m/s (at most 0.1 m/s)"]
+    )
 
 
 def test_a_constant_beside_the_measured_quantity_is_moved_to_the_bound() -> None:
-    assert told("x + 1 m <= 1.2 m") == ["x is 0.5 m (at most 0.2 m)"]
-    assert told("1.2 m >= x + 1 m - 25 cm") == ["x is 0.5 m (at most 0.45 m)"]
+    assert lines_of("x + 1 m <= 1.2 m") == ["x is 0.5 m (at most 0.2 m)"]
+    assert lines_of("1.2 m >= x + 1 m - 25 cm") == ["x is 0.5 m (at most 0.45 m)"]
 
 
 def test_each_member_of_a_family_is_reported_by_itself() -> None:
-    assert told("all(ready[i] for i in Joint)") == ["ready[j2] is false"]
-    assert told("all(joint[i] <= 2 m for i in Joint)") == [
+    assert lines_of("all(ready[i] for i in Joint)") == ["ready[j2] is false"]
+    assert lines_of("all(joint[i] <= 2 m for i in Joint)") == [
         "joint[j2] is 5 m (at most 2 m)",
         "joint[j3] is 3 m (at most 2 m)",
     ]

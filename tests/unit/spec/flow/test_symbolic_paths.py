@@ -60,10 +60,10 @@ def explored(body: Part, precondition: str = "true", **handlers: Step) -> PathEx
 
 def known(states: SymbolicStates) -> dict[str, tuple[str, ...]]:
     """Of each situation what is set and assumed, with the trace that leads to it."""
-    return {_told(one): trace for one, trace in states.items()}
+    return {_format_state(one): trace for one, trace in states.items()}
 
 
-def _told(state: SymbolicState) -> str:
+def _format_state(state: SymbolicState) -> str:
     assigned = sorted(f"{name}={value}" for name, value in state.assignment)
     return ", ".join([*assigned, *sorted(map(str, state.path_condition))])
 

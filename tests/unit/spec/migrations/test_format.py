@@ -1,4 +1,4 @@
-"""A format tells its version, and what to do with a file of another."""
+"""A format recognises its version, and says what to do with a file of another one."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def settled(ecm: Ecm) -> dict[str, StaticClaim]:
 
 
 def refutation(found: StaticClaim, code: str) -> tuple[str, ...]:
-    """The lines of the trace, the states of which are told by what is true in them."""
+    """The lines of the trace, with each state written as the predicates that are true in it."""
     assert found.verdict is Verdict.REFUTED
     assert found.diagnostic is not None
     assert found.diagnostic.code == code
@@ -314,7 +314,7 @@ def test_a_provider_that_may_not_start_is_named() -> None:
 
 
 def test_skills_that_provide_a_capability_only_together_are_no_choice() -> None:
-    """Whoever always chooses to wait never cooks, though every state has a way to the goal by the other."""
+    """Choosing to wait every time never cooks, though each state has a way to the goal by the other skill."""
     wait = skill("wait", outcome("waited", {}))
     eager = skill("boil", outcome("cooked", {COOKED: True}))
     found = settled(with_capability(("boil", "wait"), (eager, wait), rule(COOKED, "cooking")))

@@ -99,8 +99,8 @@ def test_an_override_for_an_absent_module_is_reported() -> None:
     claims = configuration_obligations(
         [summarize_module(one.ecm) for one in ecms if one], summarize_site(replace(site, blocks=blocks))
     )
-    told = {one.id: one.diagnostic for one in claims if one.id.form is ClaimForm.BLOCK_IS_USED}
-    assert {id_.name_of("block"): one and one.headline for id_, one in told.items()} == {
+    reported = {one.id: one.diagnostic for one in claims if one.id.form is ClaimForm.BLOCK_IS_USED}
+    assert {id_.name_of("block"): one and one.headline for id_, one in reported.items()} == {
         "a-module": None,
         "a-skill": None,
         "no-module": "the operator override `no-module` blocks `gone`, which is not in this set",

@@ -51,7 +51,7 @@ def test_a_circle_is_found_wherever_in_it_the_module_stands(ecm: Ecm) -> None:
     outside = needing(replace(ecm, id="outside"), first="")
     assert faults(first, second) == ["AE303"]
     assert faults(second, first) == ["AE303"]
-    assert faults(outside, first, second) == []  # the circle is theirs, and told of them
+    assert faults(outside, first, second) == []  # the cycle is theirs, and reported for them
     assert faults(needing(outside, third="", first=""), first, second, replace(ecm, id="third")) == []
     tail = needing(replace(ecm, id="tail"), leaf="", head="")
     head, leaf = needing(replace(ecm, id="head"), tail=""), replace(ecm, id="leaf")

@@ -129,7 +129,9 @@ def test_joint_rules_are_claimed_of_each_two_steps_once() -> None:
 def test_what_both_branches_use_is_shown_in_each() -> None:
     ecm = module(par("{skill: sweep_arm}", "{skill: sweep_arm, id: again}"))
     claims = interference_claims(ecm.compositions["both"], ecm.skills, site())
-    told = [one.diagnostic for one in claims if one.diagnostic is not None]
-    texts = [(one.primary.text if one.primary else "", *(two.text for two in one.secondary)) for one in told]
+    reported = [one.diagnostic for one in claims if one.diagnostic is not None]
+    texts = [
+        (one.primary.text if one.primary else "", *(two.text for two in one.secondary)) for one in reported
+    ]
     assert texts == [("holds `arm`", "holds `arm`"), ("moves `arm`", "moves it too")]
-    assert told[0].headline == "these branches need 2 of `arm` at the same time; the site has 1"
+    assert reported[0].headline == "these branches need 2 of `arm` at the same time; the site has 1"

@@ -74,7 +74,7 @@ def test_a_change_of_the_module_fails_these_claims_alone(change: Change, expecte
         ((GRANTED, GRANTED.replace(", camera", "")), {"access/sensors": "AE404"}),
         (("risk_ceiling: medium", "risk_ceiling: low"),
          {f"{name}/risk-ceiling": "AE406" for name in ("fetch", "scrub", "sweep_arm", "roll")}),
-        # An override of the module is told, and refutes nothing.
+        # An override of the module is reported, and refutes nothing.
         ((BLOCK, "    - {id: brush-lent, module: tidier, action: wipe"), {"unblocked/brush-lent": "AE408?"}),
         ((BLOCK, "    - {id: brush-lent, action: wipe"), {"unblocked/brush-lent": "AE408?"}),
         ((BLOCK, "    - {id: brush-lent, module: tidier, action: knock"), {}),
@@ -94,9 +94,9 @@ def test_what_is_asked_for_of_channels_and_computing_devices_must_be_granted_too
 def test_a_refusal_names_all_that_is_missing_in_order() -> None:
     place = site((GRANTED, "    sensors: [panel, scanner, encoders, camera]\n"))
     claims = permission_obligations(module(at=place), place)
-    (told,) = [one.diagnostic for one in claims if str(one.id) == "permission/access/actuators"]  # type: ignore[union-attr]
-    assert told is not None
-    assert told.headline == "the site does not grant `tidier` the actuators `arm`, `turntable`"
+    (reported,) = [one.diagnostic for one in claims if str(one.id) == "permission/access/actuators"]  # type: ignore[union-attr]
+    assert reported is not None
+    assert reported.headline == "the site does not grant `tidier` the actuators `arm`, `turntable`"
 
 
 def test_a_risk_is_reported_by_its_word() -> None:
@@ -105,13 +105,13 @@ def test_a_risk_is_reported_by_its_word() -> None:
         "    risk: high\n    timeout: 30 s\n\n  scrub:",
     )
     low = (high[0], high[1].replace("high", "low"))
-    told = [
+    reported = [
         one.diagnostic.headline
         for change in (high, low)
         for one in permission_obligations(module(change), site())
         if isinstance(one, StaticClaim) and one.diagnostic is not None
     ]
-    assert told == [
+    assert reported == [
         "`fetch` is of high risk; this site allows medium at most",
         "`fetch` declares low risk, but `reach` carries more",
     ]

@@ -19,7 +19,7 @@ GATED = "    gated: [slow-near-person]\n"
 
 
 def faults(*changes: Change, at: tuple[Change, ...] = ()) -> dict[str, str]:
-    """What fails apart from what is left to the gate in the module as it is."""
+    """Return the failures, without those that the unchanged module leaves to the gate."""
     place = site(*at)
     found = failed(safety_obligations(module(*changes, at=place), place))
     named = {name.removeprefix("safety/"): code for name, code in found.items()}

@@ -20,5 +20,5 @@ def test_a_claim_is_refuted_by_an_error_alone() -> None:
     assert StaticClaim(claim_id, None).verdict is Verdict.PROVED
     assert StaticClaim(claim_id, Diagnostic("AE404", "it")).verdict is Verdict.REFUTED
     for severity in (Severity.WARNING, Severity.NOTE):
-        told = Diagnostic("AE404", "it", severity=severity)
-        assert StaticClaim(claim_id, told).verdict is Verdict.PROVED
+        diagnostic = Diagnostic("AE404", "it", severity=severity)
+        assert StaticClaim(claim_id, diagnostic).verdict is Verdict.PROVED

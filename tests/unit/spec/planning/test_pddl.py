@@ -59,7 +59,7 @@ def applied(effect: Any, atoms: frozenset[str]) -> frozenset[str]:
 
 
 class Pddl:
-    """What the two files say."""
+    """Content of the two files."""
 
     def __init__(self, domain: PlanningDomain, start: State, *excluded: tuple[State, str]) -> None:
         first, second = map(parse, write_pddl(domain, start, excluded))

@@ -80,13 +80,13 @@ def test_each_skill_is_asked_about_once_and_reasons_come_to_an_end(monkeypatch: 
     again = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}), precondition="dumpling_cooked")
     domain = domain_of(loop, again)
     start = (False, False)
-    told = (
+    explanation = (
         "the goal needs `dumpling_cooked`, which only `kitchen.boil` could make true; "
         "`kitchen.boil` needs `dumpling_cooked`, which only `kitchen.boil` could make true"
     )
-    assert unreachability_reasons(domain, start) == told
+    assert unreachability_reasons(domain, start) == explanation
     monkeypatch.setattr(unreachability, "_MAX_REASONS", 1)
-    assert unreachability_reasons(domain, start) == told.partition(";")[0]
+    assert unreachability_reasons(domain, start) == explanation.partition(";")[0]
 
 
 def test_skills_that_could_help_are_all_named() -> None:
@@ -94,9 +94,9 @@ def test_skills_that_could_help_are_all_named() -> None:
         skill(name, outcome("cooked", {"dumpling_cooked": True}), precondition="dough_on_workspace")
         for name in ("boil", "steam")
     )
-    told = unreachability_reasons(domain_of(one, other), (False,))
+    explanation = unreachability_reasons(domain_of(one, other), (False,))
     needs = "needs `dough_on_workspace`, which does not hold now, and no skill changes it"
-    assert told == (
+    assert explanation == (
         "the goal needs `dumpling_cooked`, which only `kitchen.boil`, `kitchen.steam` could make true; "
         f"`kitchen.boil` {needs}; `kitchen.steam` {needs}"
     )

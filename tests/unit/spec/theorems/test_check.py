@@ -154,25 +154,25 @@ def theorem(makers: Mapping[str, Callable[[ModuleSource], TheoremObligation]], *
 
 
 def test_each_obligation_is_announced_and_checked_in_order() -> None:
-    told: list[str] = []
+    reported: list[str] = []
     both = theorem({"counts": counts, "small": lambda _: REFUTED})
-    found = check_theorem(both, ModuleSource(), SolverPanel(), told.append)
+    found = check_theorem(both, ModuleSource(), SolverPanel(), reported.append)
     assert [(one.name, one.verdict) for one in found] == [
         ("counts", Verdict.PROVED),
         ("small", Verdict.REFUTED),
     ]
-    assert told == ["counts", "small"]
+    assert reported == ["counts", "small"]
 
 
 def test_a_mutant_must_refute_the_obligation_that_it_names() -> None:
-    told: list[str] = []
+    reported: list[str] = []
     harmless = Mutant("harmless", "counts", _LAYERS, "type(used) is int and used >= 0", "type(used) is int")
-    found = check_mutants(theorem({"counts": counts}, MUTANT, harmless), SolverPanel(), told.append)
+    found = check_mutants(theorem({"counts": counts}, MUTANT, harmless), SolverPanel(), reported.append)
     assert [(one.mutant.name, one.refuted) for one in found] == [
         ("counts-anything", True),
         ("harmless", False),
     ]
-    assert told == ["counts-anything", "harmless"]
+    assert reported == ["counts-anything", "harmless"]
 
 
 def test_only_a_refuted_obligation_detects_a_mutant() -> None:

@@ -20,9 +20,9 @@ WRONG = Diagnostic("AE404", "it")
 
 
 def claim(
-    name: str, rule: str | None = None, boundary: str = "", told: Diagnostic | None = None
+    name: str, rule: str | None = None, boundary: str = "", problem: Diagnostic | None = None
 ) -> ClaimSummary:
-    return ClaimSummary(ClaimForm.ACCESS_GRANTED(name), Verdict.PROVED, rule, boundary, diagnostic=told)
+    return ClaimSummary(ClaimForm.ACCESS_GRANTED(name), Verdict.PROVED, rule, boundary, diagnostic=problem)
 
 
 A, B, C = claim("a"), claim("b", "slow", "pace <= 1"), claim("c", "slow", "pace <= 1", WRONG)
@@ -39,7 +39,7 @@ def test_a_settled_claim_keeps_its_verdict_and_its_report() -> None:
 
 
 def test_the_reports_of_claims_are_collected_in_order() -> None:
-    assert diagnostics_of([A, C, B, claim("f", told=WRONG)]) == (WRONG, WRONG)
+    assert diagnostics_of([A, C, B, claim("f", problem=WRONG)]) == (WRONG, WRONG)
     assert diagnostics_of([]) == ()
 
 

@@ -39,11 +39,11 @@ def editor() -> ConditionEditor:
     return ConditionEditor(SCOPE, ALL, ORACLE)
 
 
-def strengthened(text: str, goal: str, told: str | None = None) -> str | None:
+def strengthened(text: str, goal: str, given: str | None = None) -> str | None:
     one = editor()
     term = one.term(goal)
     assert term is not None
-    edited = one.strengthen(text, term, goal if told is None else told)
+    edited = one.strengthen(text, term, goal if given is None else given)
     if edited is not None:
         assert one.implies(edited, term)
     return edited

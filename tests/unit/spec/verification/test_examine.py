@@ -1,4 +1,4 @@
-"""A site and a module are proved by themselves, and each failure is told once."""
+"""A site and a module are proved by themselves, and each failure is reported once."""
 
 from __future__ import annotations
 
@@ -151,21 +151,21 @@ def findings(*changes: Change) -> dict[str, ObligationResult]:
 REACH = "reach: distance(hand, goal) <= 100 mm"
 
 
-def test_what_is_proved_or_left_to_the_gate_is_not_told() -> None:
+def test_what_is_proved_or_left_to_the_gate_is_not_reported() -> None:
     assert all(diagnostic_of(one) is None for one in findings().values())
 
 
 def test_a_breach_is_reported_with_an_example_and_its_remedies() -> None:
     found = findings((REACH, "reach: true"))["safety/fetch/reach/short-reach"]
-    told = diagnostic_of(found)
-    assert told is not None
-    assert (told.code, told.primary, told.secondary) == (
+    diagnostic = diagnostic_of(found)
+    assert diagnostic is not None
+    assert (diagnostic.code, diagnostic.primary, diagnostic.secondary) == (
         "AE501",
         found.obligation.primary,
         found.obligation.secondary,
     )
-    assert told.notes[0].startswith("for example, with\nhand = ")
-    assert (told.help, told.fix) == (found.obligation.help, None)
+    assert diagnostic.notes[0].startswith("for example, with\nhand = ")
+    assert (diagnostic.help, diagnostic.fix) == (found.obligation.help, None)
     assert found.obligation.clause is not None
     span = found.obligation.clause.span
     label = SpanLabel(span, "here")
@@ -177,23 +177,25 @@ def test_a_breach_is_reported_with_an_example_and_its_remedies() -> None:
 
 def test_a_repair_of_several_lines_is_no_edit() -> None:
     folded = findings((REACH, "reach: >-\n        true\n        and true"))["safety/fetch/reach/short-reach"]
-    told = diagnostic_of(replace(folded, repair="reach: false"))
-    assert told is not None
-    assert (told.help[0], told.fix) == ("write `reach: false`", None)
+    diagnostic = diagnostic_of(replace(folded, repair="reach: false"))
+    assert diagnostic is not None
+    assert (diagnostic.help[0], diagnostic.fix) == ("write `reach: false`", None)
 
 
 def test_what_is_undecided_is_reported_as_that_even_where_the_gate_would_decide() -> None:
     found = findings()["safety/fetch/reach/stop-button"]
-    told = diagnostic_of(replace(found, verdict=Verdict.UNKNOWN, witness=None, reason="the budget is spent"))
-    assert told is not None
-    assert (told.code, told.notes) == ("AE509", ("the solver said: the budget is spent",))
-    assert told.headline == "undecided, so refused: safety/fetch/reach/stop-button"
+    diagnostic = diagnostic_of(
+        replace(found, verdict=Verdict.UNKNOWN, witness=None, reason="the budget is spent")
+    )
+    assert diagnostic is not None
+    assert (diagnostic.code, diagnostic.notes) == ("AE509", ("the solver said: the budget is spent",))
+    assert diagnostic.headline == "undecided, so refused: safety/fetch/reach/stop-button"
 
 
 def test_a_worker_process_finds_what_this_one_finds_without_the_model(
     bench: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What a worker does, done here; tests of the proof cache start real ones."""
+    """A worker's code, run in this process; tests of the proof cache start real workers."""
     done: list[object] = []
     monkeypatch.setattr(signal, "signal", lambda *to: done.append(to))
     monkeypatch.setattr(gc, "disable", lambda: done.append("no garbage collection"))

@@ -58,7 +58,7 @@ def module(modules: Path) -> Path:
     return modules / "tidy"
 
 
-def _told(report: Report) -> tuple[str, list[str]]:
+def _output_of(report: Report) -> tuple[str, list[str]]:
     """Everything that a run says and writes: the JSON report and the certificates."""
     locks = [one.certificate.text() for one in report.modules if one.certificate is not None]
     return as_json(VerifyResult(report)), locks
@@ -71,10 +71,10 @@ def _brief(folder: Path, store: AnswerStore | None, site: Path = SITE, jobs: int
 def test_a_cached_proof_gives_the_same_report_without_proving(
     modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    in_full = _told(verify([modules], SITE))
-    cold = _told(_brief(modules, store))
+    in_full = _output_of(verify([modules], SITE))
+    cold = _output_of(_brief(modules, store))
     examined = note_examined(monkeypatch)
-    assert _told(_brief(modules, store)) == cold == in_full
+    assert _output_of(_brief(modules, store)) == cold == in_full
     assert examined == []
     assert len(cold[1]) == 2
 
@@ -135,7 +135,7 @@ def test_a_change_of_the_module_is_examined(
     examined = note_examined(monkeypatch)
     report = _brief(modules, store)
     assert examined == ["tidy"]
-    assert _told(report) == _told(verify([modules], SITE))
+    assert _output_of(report) == _output_of(verify([modules], SITE))
 
 
 def test_another_site_budget_override_or_program_is_examined(
@@ -150,7 +150,7 @@ def test_another_site_budget_override_or_program_is_examined(
     block = OperatorOverride("no_welder", "it is being repaired", "welder", None, None)
     for blocks in ([block], [replace(block, reason="it was repaired badly")], [block]):
         report = verify([modules], SITE, store=store, blocks=blocks, detail=Detail.BRIEF)
-        assert _told(report) == _told(verify([modules], SITE, blocks=blocks))
+        assert _output_of(report) == _output_of(verify([modules], SITE, blocks=blocks))
     found_in_full = 3 * ["tidy", "sweep"]
     assert len(examined) == 8 + len(found_in_full)
     monkeypatch.setattr(proof_cache, "_program_digest", lambda: "another program")
@@ -163,9 +163,9 @@ def test_a_copy_in_another_folder_is_found_and_reported_there(
 ) -> None:
     _brief(modules, store)
     copy = shutil.copytree(modules, tmp_path / "copy")
-    in_full = _told(verify([copy], SITE))
+    in_full = _output_of(verify([copy], SITE))
     examined = note_examined(monkeypatch)
-    assert _told(_brief(copy, store)) == in_full
+    assert _output_of(_brief(copy, store)) == in_full
     assert examined == []
 
 
@@ -196,19 +196,19 @@ def test_a_module_with_diagnostics_is_not_cached(
     modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _edit("ecm.yaml", "grip: force <= 10 N", "grip: force <= 10 N and force >= 11 N")(modules / "tidy")
-    first = _told(_brief(modules, store))
+    first = _output_of(_brief(modules, store))
     examined = note_examined(monkeypatch)
     second = _brief(modules, store)
     assert second.conclusion is Conclusion.REJECTED
     assert examined == ["tidy"]
-    assert _told(second) == first
+    assert _output_of(second) == first
 
 
 @pytest.mark.parametrize("content", ["", "null", "{}", "[1", '{"presence": {}, "tally": [], "lock": ""}'])
 def test_a_proof_that_cannot_be_read_is_not_there(content: str, module: Path, store: AnswerStore) -> None:
     _brief(module, store)
     store._connection.execute("UPDATE proofs SET head = ?", (content,))
-    assert _told(_brief(module, store)) == _told(verify([module], SITE))
+    assert _output_of(_brief(module, store)) == _output_of(verify([module], SITE))
 
 
 @pytest.mark.parametrize("content", [b"", b"{}", zlib.compress(b"[[],[]]")], ids=["none", "text", "others"])
@@ -217,7 +217,7 @@ def test_a_proof_whose_claims_are_not_those_that_were_kept_is_not_there(
 ) -> None:
     _brief(module, store)
     store._connection.execute("UPDATE proofs SET claims = ?", (content,))
-    assert _told(_brief(module, store)) == _told(verify([module], SITE))
+    assert _output_of(_brief(module, store)) == _output_of(verify([module], SITE))
 
 
 def test_a_report_on_other_bytes_is_not_believed(module: Path, store: AnswerStore) -> None:
@@ -243,20 +243,20 @@ def test_several_processes_give_the_same_report_in_the_same_order(
     _edit("ecm.yaml", "force <= 15 N", "force <= 1 N")(modules[1])
     alone = _brief(tmp_path / "modules", None, reference_site_path())
     assert alone.conclusion is Conclusion.REJECTED
-    assert _told(_brief(tmp_path / "modules", None, reference_site_path(), jobs=2)) == _told(alone)
-    assert _told(verify([tmp_path / "modules"], reference_site_path())) == _told(alone)
+    assert _output_of(_brief(tmp_path / "modules", None, reference_site_path(), jobs=2)) == _output_of(alone)
+    assert _output_of(verify([tmp_path / "modules"], reference_site_path())) == _output_of(alone)
 
 
 def test_a_cached_site_gives_the_same_report_without_queries(
     modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cold = _told(_brief(modules, store))
+    cold = _output_of(_brief(modules, store))
 
     def asked(*_: object) -> object:
         raise AssertionError("the site was examined")
 
     monkeypatch.setattr(examine, "examine_site", asked)
-    assert _told(_brief(modules, store)) == cold
+    assert _output_of(_brief(modules, store)) == cold
     store._connection.execute("UPDATE proofs SET head = '[[1]]'")
     with pytest.raises(AssertionError, match="was examined"):
         _brief(modules, store)

@@ -115,7 +115,7 @@ def test_a_repair_that_is_off_by_one_step_is_noticed(
 def test_a_search_that_is_off_by_one_step_offers_nothing(
     judge: Judge, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What an edit claims is not believed: the obligations are discharged again."""
+    """An edit's claim is not trusted: the obligations are discharged again."""
     offered = repair(judge, "wait", "duration <= 31 s")
     honest = aeros.spec.verification.edits.ConditionEditor.strengthen
 

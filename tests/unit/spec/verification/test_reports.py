@@ -108,14 +108,14 @@ SUMMARY = summarize_module(module())
 SITE = summarize_site(site())
 
 
-def told(
+def report_of(
     one: ModuleFindings, co_installed: Mapping[str, ModuleSummary] | None = None, at: SiteSummary = SITE
 ) -> SubjectReport:
     return module_report(FOLDER, one, at, {} if co_installed is None else co_installed)
 
 
 def test_a_module_that_cannot_be_read_is_reported_by_its_folder() -> None:
-    report = told(ModuleFindings(None, (ERROR,)))
+    report = report_of(ModuleFindings(None, (ERROR,)))
     assert (report.name, report.conclusion, report.diagnostics) == (
         str(FOLDER),
         Conclusion.REJECTED,
@@ -124,7 +124,7 @@ def test_a_module_that_cannot_be_read_is_reported_by_its_folder() -> None:
 
 
 def test_a_proved_module_has_a_certificate_of_all_its_claims() -> None:
-    report = told(ModuleFindings(SUMMARY, (), ListedClaims((A,), (B,)), (WARNING,)))
+    report = report_of(ModuleFindings(SUMMARY, (), ListedClaims((A,), (B,)), (WARNING,)))
     assert (report.name, report.conclusion, report.diagnostics) == ("tidier", Conclusion.PROVED, (WARNING,))
     first, *between, last = report.claims
     assert (first, last, [str(one.id) for one in between]) == (A, B, [str(ACYCLIC)])
@@ -136,7 +136,7 @@ def test_a_proved_module_has_a_certificate_of_all_its_claims() -> None:
 def test_a_module_that_is_not_proved_has_no_certificate() -> None:
     for problem, conclusion in ((ERROR, Conclusion.REJECTED), (UNDECIDED, Conclusion.UNDECIDED)):
         for one in (ModuleFindings(SUMMARY, (problem,)), ModuleFindings(SUMMARY, last_problems=(problem,))):
-            report = told(one)
+            report = report_of(one)
             assert (report.conclusion, report.lock) == (conclusion, None)
 
 
@@ -150,11 +150,11 @@ def test_claims_about_other_modules_come_between_and_can_reject() -> None:
         )
     )
     findings = ModuleFindings(asks, (WARNING,), ListedClaims((A,), (B,)), (WARNING,))
-    alone = told(findings)
+    alone = report_of(findings)
     assert alone.conclusion is Conclusion.REJECTED
     assert [one.code for one in alone.diagnostics] == ["AE505", "AE301", "AE505"]
     helper = replace(SUMMARY, id="helper")
-    among = told(findings, {"helper": helper})
+    among = report_of(findings, {"helper": helper})
     assert among.conclusion is Conclusion.PROVED
     claims = list(among.claims)
     assert (claims[0], claims[-1], len(claims)) == (A, B, among.claim_count)
@@ -164,10 +164,10 @@ def test_claims_about_other_modules_come_between_and_can_reject() -> None:
 def test_full_findings_are_passed_on_in_order() -> None:
     ecm = module()
     first, last = (StaticClaim(one.id, None) for one in (A, B))
-    report = told(ModuleFindings(SUMMARY, findings=(ecm, (first,), (last,), ())))
+    report = report_of(ModuleFindings(SUMMARY, findings=(ecm, (first,), (last,), ())))
     assert (report.ecm, report.findings) == (ecm, ())
     assert [one.id for one in report.static_claims] == [A.id, ACYCLIC, B.id]
-    assert told(ModuleFindings(SUMMARY)).ecm is None
+    assert report_of(ModuleFindings(SUMMARY)).ecm is None
 
 
 def test_two_claims_of_one_identity_are_an_error_of_our_own() -> None:

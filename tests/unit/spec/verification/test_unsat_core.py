@@ -234,8 +234,8 @@ def test_the_conjuncts_of_every_claim_are_equivalent_to_it(judge: Judge) -> None
 
 
 def test_labels_are_of_failures_alone(judge: Judge) -> None:
-    def is_told(finding: ObligationResult) -> bool:
+    def is_reported(finding: ObligationResult) -> bool:
         return finding.verdict is not Verdict.PROVED and not finding.is_runtime_checked
 
     report = judge("wait", "duration > 20 s and duration < 10 s")
-    assert all(bool(one.labels) == is_told(one) for one in report.findings)
+    assert all(bool(one.labels) == is_reported(one) for one in report.findings)

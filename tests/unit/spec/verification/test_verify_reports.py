@@ -54,10 +54,10 @@ def test_a_module_under_a_site_that_cannot_be_read_is_not_looked_at() -> None:
 
 
 def test_each_subject_is_announced_before_it_is_proved() -> None:
-    told: list[str] = []
+    reported: list[str] = []
     path = CORPUS / "accepted" / "always_slow"
-    verify([path], TABLE, progress=told.append)
-    assert told == [f"site {TABLE}", f"1 of 1: {path}"]
+    verify([path], TABLE, progress=reported.append)
+    assert reported == [f"site {TABLE}", f"1 of 1: {path}"]
 
 
 def test_the_verdict_does_not_depend_on_neighbouring_folders(tmp_path: Path) -> None:

@@ -72,9 +72,9 @@ def test_every_subject_and_every_diagnostic_is_in_the_report(run: str) -> None:
         *([report["configuration"]] if "configuration" in report else []),
     ]
     assert [one["name"] for one in subjects] == [subject.name for subject in result.subjects]
-    told = [found["code"] for one in subjects for found in one["diagnostics"]]
-    told += [found["code"] for found in report["certificates"]]
-    assert told == [problem.diagnostic.code for problem in result.problems]
+    codes = [found["code"] for one in subjects for found in one["diagnostics"]]
+    codes += [found["code"] for found in report["certificates"]]
+    assert codes == [problem.diagnostic.code for problem in result.problems]
 
 
 def test_a_guarded_claim_that_is_not_refuted_is_not_as_published() -> None:

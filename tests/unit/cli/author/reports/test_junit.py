@@ -56,18 +56,18 @@ def test_each_subject_is_a_suite_and_each_obligation_a_case(run: str) -> None:
 @pytest.mark.parametrize("run", RUNS)
 def test_every_diagnostic_is_reported(run: str) -> None:
     result = result_of(run)
-    told = as_junit(result)
+    reported = as_junit(result)
     for problem in result.problems:
-        assert f"[{problem.diagnostic.code}]" in told
+        assert f"[{problem.diagnostic.code}]" in reported
 
 
 def test_a_guarded_obligation_passes_and_says_so() -> None:
     _, module, *_ = suites_of(as_junit(result_of("accepted")))
     case = case_of(module, "safety/tidy/approach/slow-near-person")
     assert case.find("failure") is None
-    told = case.find("properties/property")
-    assert told is not None
-    assert told.attrib == {"name": "guarded", "value": "slow-near-person"}
+    reported = case.find("properties/property")
+    assert reported is not None
+    assert reported.attrib == {"name": "guarded", "value": "slow-near-person"}
     shown = case.findtext("system-out") or ""
     assert shown.startswith("not proved; `slow-near-person` is runtime-checked; allowed while ")
 

@@ -23,13 +23,13 @@ TOGETHER = SubjectReport("configuration", Path("ecms"), Conclusion.REJECTED, (pr
 LOCK = LocatedDiagnostic(problem("stale"), Path("ecms/two/ecm.lock"))
 
 
-def told(result: VerifyResult) -> list[tuple[str, str | None]]:
+def reported(result: VerifyResult) -> list[tuple[str, str | None]]:
     return [(one.diagnostic.headline, None if one.path is None else str(one.path)) for one in result.problems]
 
 
 def test_problems_come_by_subject_with_their_files_and_certificates_last() -> None:
     result = VerifyResult(Report(SITE, (ONE, TWO, UNREAD), None, TOGETHER), (LOCK,))
-    assert told(result) == [
+    assert reported(result) == [
         ("of the site", "site.yaml"),
         ("first", "ecms/one/ecm.yaml"),
         ("second", "ecms/one/ecm.yaml"),
@@ -41,7 +41,7 @@ def test_problems_come_by_subject_with_their_files_and_certificates_last() -> No
 
 def test_a_single_module_makes_no_configuration() -> None:
     result = VerifyResult(Report(replace(SITE, diagnostics=()), (TWO,), None))
-    assert told(result) == []
+    assert reported(result) == []
     assert [subject.name for subject in result.subjects] == ["site", "two"]
 
 

@@ -160,10 +160,10 @@ def test_more_results_than_are_allowed_are_left_out_and_counted(monkeypatch: pyt
     run = run_of(many(260))
     assert len(run["results"]) == 250
     assert {one["level"] for one in run["results"]} == {"error"}
-    (told,) = run["invocations"][0]["toolExecutionNotifications"]
-    assert told["level"] == "warning"
-    assert told["message"]["text"].startswith("11 results are left out of this file")
-    assert "the exit code counts them all" in told["message"]["text"]
+    (notification,) = run["invocations"][0]["toolExecutionNotifications"]
+    assert notification["level"] == "warning"
+    assert notification["message"]["text"].startswith("11 results are left out of this file")
+    assert "the exit code counts them all" in notification["message"]["text"]
     assert run["invocations"][0]["executionSuccessful"] is True
 
 
@@ -174,8 +174,8 @@ def test_a_log_never_grows_beyond_its_bytes(monkeypatch: pytest.MonkeyPatch) -> 
     (run,) = json.loads(text)["runs"]
     kept = len(run["results"])
     assert 50 < kept < 1_000
-    (told,) = run["invocations"][0]["toolExecutionNotifications"]
-    assert told["message"]["text"].startswith(f"{1_001 - kept} results")
+    (notification,) = run["invocations"][0]["toolExecutionNotifications"]
+    assert notification["message"]["text"].startswith(f"{1_001 - kept} results")
     assert [error.message for error in VALIDATOR.iter_errors(json.loads(text))] == []
 
 

@@ -64,15 +64,15 @@ def test_an_uninitialized_snapshot_is_denied() -> None:
 
 def test_snapshots_are_encoded_like_individual_readings() -> None:
     chance = Random(12)  # noqa: S311 - a test, the same every time
-    teller = IncrementalReadingsEncoder()
+    encoder = IncrementalReadingsEncoder()
     values = dict(STATE)
     orders = (_ORDER, ColumnNames(set(STATE) - {"wind"}), ColumnNames(["load"]))
     for _ in range(3000):
         values[chance.choice(list(STATE))] = chance.choice(_VALUES)
         moment = _moment(values, chance.choice(orders), chance.choice(_TIMES))
         if chance.random() < 0.2:
-            assert teller.encode(dict(moment)) == encode_readings(dict(moment))
-        assert teller.encode(moment) == encode_readings(dict(moment))
+            assert encoder.encode(dict(moment)) == encode_readings(dict(moment))
+        assert encoder.encode(moment) == encode_readings(dict(moment))
 
 
 def test_a_skill_sees_the_same_of_snapshots_and_individual_readings() -> None:
