@@ -51,8 +51,11 @@ def _problems(path: Path, tree: ast.Module) -> Iterator[str]:
             continue
         if _QUESTION.match(docstring):
             yield f"{path} {name}: starts with a question word"
-        missing = _missing_sections if isinstance(node, Function) else _missing_fields
-        yield from (f"{path} {name}: {problem}" for problem in missing(node, docstring))
+        if isinstance(node, Function):
+            missing = _missing_sections(node, docstring)
+        else:
+            missing = _missing_fields(node, docstring)
+        yield from (f"{path} {name}: {problem}" for problem in missing)
     for node in ast.walk(tree):
         if isinstance(node, Function):
             yield from (f"{path} {node.name}: {problem}" for problem in _missing_exceptions(node))
