@@ -19,9 +19,8 @@ from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
-from aeros.agent.world.incremental import IncrementalWorld
-from aeros.agent.world.values import to_json_value
-from aeros.agent.world.world import WorldModel
+from aeros.agent.world.values import CachingConverter, to_json_value
+from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
 
@@ -124,7 +123,7 @@ class StepRunner:
         self._journal = journal
         self.dispatcher = Dispatcher(runtime, memory, task, seed)
         self._task = task
-        self._measuring = IncrementalWorld(runtime.site.state)
+        self._exactly = CachingConverter()
         self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
@@ -165,10 +164,8 @@ class StepRunner:
             The new world.
         """
         # In this order: a reading is never younger than the time it is judged at.
-        readings, state = self._runtime.observe(), self._runtime.site.state
-        if state is not self._measuring.state:
-            self._measuring = IncrementalWorld(state)
-        self._world = self._measuring.world(readings, self._runtime.now())
+        readings, now = self._runtime.observe(), self._runtime.now()
+        self._world = world_from_readings(self._runtime.site.state, readings, now, self._exactly)
         return self._world
 
     def planning_world(self) -> WorldModel:

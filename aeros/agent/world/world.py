@@ -179,7 +179,7 @@ def world_from_readings(
     unknown: dict[str, str] = {}
     for name, declared in state.items():
         try:
-            known[name] = value_from_reading(declared, readings.get(name), now, convert)
+            known[name] = _value_from_reading(declared, readings.get(name), now, convert)
         except UnusableValueError as error:
             unknown[name] = str(error)
     stamps = {
@@ -191,33 +191,20 @@ def world_from_readings(
     return WorldModel(now, known, unknown, predicates, stamps)
 
 
-def value_from_reading(
+def _value_from_reading(
     declared: Declared, reading: Reading | None, now: float, exactly: ExactConverter
 ) -> Value:
-    """Convert one reading to an exact value, if it is not too old.
-
-    Args:
-        declared: declaration of the state variable.
-        reading: value (SI) and plant time (s); None if it is not measured.
-        now: plant time (s).
-        exactly: converter to exact values, equal to `to_exact`.
-
-    Returns:
-        The exact value.
-
-    Raises:
-        UnusableValueError: there is no reading, or its value or its time stamp is unusable.
-    """
+    """Convert one reading to an exact value; raise `UnusableValueError` if it is unusable."""
     if reading is None:
         raise UnusableValueError("is not measured")
-    is_of_now = is_finite_time(reading.time) and is_finite_time(now) and reading.time == now
+    is_of_now = _is_finite_time(reading.time) and _is_finite_time(now) and reading.time == now
     if not is_of_now or declared.max_age is None:
         _check_age(reading.time, declared.max_age, now)
     return exactly(declared, reading.value)
 
 
 def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
-    if not (is_finite_time(time) and is_finite_time(now)):
+    if not (_is_finite_time(time) and _is_finite_time(now)):
         raise UnusableValueError("has no usable time stamp")
     age = Fraction(now) - Fraction(time)
     if max_age is None or age > max_age:
@@ -227,15 +214,8 @@ def _check_age(time: object, max_age: Fraction | None, now: object) -> None:
         raise UnusableValueError("has a time stamp in the future")
 
 
-def is_finite_time(seconds: object) -> TypeGuard[float]:
-    """Return True if the value is a finite int or float.
-
-    Args:
-        seconds: candidate for a time (s).
-
-    Returns:
-        True for a usable time; subclasses of int and float are refused.
-    """
+def _is_finite_time(seconds: object) -> TypeGuard[float]:
+    """Return true for a finite int or float; subclasses could define comparison, and are refused."""
     return type(seconds) is int or (type(seconds) is float and math.isfinite(seconds))
 
 
