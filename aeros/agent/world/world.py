@@ -194,7 +194,11 @@ def world_from_readings(
 def _value_from_reading(
     declared: Declared, reading: Reading | None, now: float, exactly: ExactConverter
 ) -> Value:
-    """Convert one reading to an exact value; raise `UnusableValueError` if it is unusable."""
+    """Convert one reading to an exact value.
+
+    Raises:
+        UnusableValueError: there is no reading, it is too old, or its value or time stamp is unusable.
+    """
     if reading is None:
         raise UnusableValueError("is not measured")
     is_of_now = _is_finite_time(reading.time) and _is_finite_time(now) and reading.time == now
